@@ -1,0 +1,86 @@
+"""What touch tells: one contact, or many as a structure of arrays."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+ContactModel = Literal["soft", "hard"]
+""""soft": force and spin torque through the contact (exact). "hard": force only, the wrench-axis method."""
+
+
+class ContactStatus(IntEnum):
+    """Whether a wrench explains a contact, and if not, why not."""
+
+    OK = 0
+    """The contact was found; every field is finite."""
+    NO_CONTACT = 1
+    """No point of the surface explains the wrench: its axis misses and there is no spin."""
+    NO_FORCE = 2
+    """The force is exactly zero. (Thresholds belong to the sensor pipeline.)"""
+    OUTSIDE = 3
+    """The solution lies off every patch of a bounded or composite tip."""
+    INVALID = 4
+    """The wrench is not finite."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contact:
+    """One contact, in the sensor frame.
+
+    The wrench is what the object exerts on the finger, the normal points out of the fingertip and so into the
+    object. Unless `status` is OK, every number but `force` is NaN and `condition` is infinite.
+
+    Attributes:
+        centroid: Contact centroid, shape (3,) [m].
+        normal: Outward unit normal of the fingertip there, shape (3,).
+        force: Contact force f, shape (3,) [N].
+        normal_force: -f.n [N], positive when pushing.
+        tangential_force: f - (f.n) n, shape (3,) [N].
+        spin_torque: q.n [N m], the torque about the normal.
+        condition: How many times larger than the relative error of the wrench the relative error of the
+            centroid can be (see `palpate.sensing.solver`).
+        status: See `ContactStatus`.
+    """
+
+    centroid: FloatArray
+    normal: FloatArray
+    force: FloatArray
+    normal_force: float
+    tangential_force: FloatArray
+    spin_torque: float
+    condition: float
+    status: ContactStatus
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contacts:
+    """n contacts as a structure of arrays: the fields of `Contact` with a leading n.
+
+    Attributes:
+        centroid: Shape (n, 3) [m].
+        normal: Shape (n, 3).
+        force: Shape (n, 3) [N].
+        normal_force: Shape (n,) [N].
+        tangential_force: Shape (n, 3) [N].
+        spin_torque: Shape (n,) [N m].
+        condition: Shape (n,).
+        status: Shape (n,), values of `ContactStatus`.
+    """
+
+    centroid: FloatArray
+    normal: FloatArray
+    force: FloatArray
+    normal_force: FloatArray
+    tangential_force: FloatArray
+    spin_torque: FloatArray
+    condition: FloatArray
+    status: npt.NDArray[np.int8]
+
+    def __len__(self) -> int:
+        """Number of contacts."""
+        return len(self.status)
