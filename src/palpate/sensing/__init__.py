@@ -1,1 +1,14 @@
-"""."""
+"""From wrenches to contacts."""
+
+from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
+from palpate.sensing.solver import Surface, contact_from_wrench, contacts_from_wrenches
+
+__all__ = [
+    "Contact",
+    "ContactModel",
+    "ContactStatus",
+    "Contacts",
+    "Surface",
+    "contact_from_wrench",
+    "contacts_from_wrenches",
+]

@@ -1,0 +1,512 @@
+"""The contact centroid on a centred quadric, compiled: many wrenches in blocks, one as a block of one.
+
+Formulas (``a``, ``b``, ``z`` as in the paper's notation, A = diag(1/semi-axis), C its cofactor matrix, D = det A):
+
+    a = C m,  b = A f,  s = f.m,  w = b + i a,  z = g + i k = -sqrt(w.w), the root with g <= 0,
+    K = k/D = s/g,  c = [K C^2 m + (A^2 f) x m + g f] / (k^2 + |b|^2),  q = K A^2 c.
+
+w.w = |b|^2 - |a|^2 + 2 i D s cancels where the wrench axis grazes the surface, and the three terms of c cancel
+where the force is nearly tangential or the surface slender. So all of it runs in double-double up to the last
+division; then the error of c is a few units in the last place whatever the conditioning.
+
+Each block goes through stages that are plain loops over a scratch array that stays in the first-level cache:
+load and scale, turn into the surface's axes, solve, turn back, store. The loops have no branches and constant
+strides, so that the compiler turns them into vector instructions.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from palpate.sensing.contact import ContactStatus
+from palpate.sensing.double_double import (
+    add,
+    bits,
+    fast_two_sum,
+    fma,
+    multiply,
+    power_of_two,
+    square,
+    two_product,
+    two_sum,
+)
+from palpate.sensing.interleave import LANES, store_interleaved
+from palpate.surfaces.quadric import Packed
+
+BLOCK = 32
+"""Wrenches per block: 64 x 36 rows x 8 bytes = 18 kB of scratch stay in a 32 kB first-level cache."""
+
+# Rows of the scratch array, as offsets. A vector takes three rows; the low part of a double-double stands as
+# many rows behind its high part as it has components.
+C = 0 * BLOCK
+N = 3 * BLOCK
+TANGENTIAL = 6 * BLOCK
+PUSH = 9 * BLOCK
+SPIN = 10 * BLOCK
+KAPPA = 11 * BLOCK
+STATUS = 12 * BLOCK
+F = 15 * BLOCK
+F_LOW = 18 * BLOCK
+M = 21 * BLOCK
+M_LOW = 24 * BLOCK
+S = 27 * BLOCK
+S_LOW = 28 * BLOCK
+S_SIZE = 29 * BLOCK
+EXPONENT = 30 * BLOCK
+FINITE = 31 * BLOCK
+P_ = 32 * BLOCK
+P_LOW = 33 * BLOCK
+Q_ = 34 * BLOCK
+Q_LOW = 35 * BLOCK
+AA = 36 * BLOCK
+BB = 37 * BLOCK
+G = 38 * BLOCK
+G_LOW = 39 * BLOCK
+K = 40 * BLOCK
+K_LOW = 41 * BLOCK
+LARGER_INVERSE = 42 * BLOCK
+MODULUS_INVERSE = 43 * BLOCK
+F_GIVEN = 44 * BLOCK
+SCRATCH_SIZE = 47 * BLOCK
+
+_OK = float(ContactStatus.OK)
+_NO_CONTACT = float(ContactStatus.NO_CONTACT)
+_NO_FORCE = float(ContactStatus.NO_FORCE)
+_INVALID = float(ContactStatus.INVALID)
+
+_LENGTH_EXPONENT = int(Packed.LENGTH_EXPONENT)
+_ALIGNED = int(Packed.ALIGNED)
+_CENTER = int(Packed.CENTER)
+_ROTATION = int(Packed.ROTATION)
+_A = int(Packed.A)
+_A2 = int(Packed.A_SQUARED)
+_COF = int(Packed.COFACTOR)
+_COF2 = int(Packed.COFACTOR_SQUARED)
+_DET = int(Packed.DETERMINANT)
+_DET_INV = int(Packed.DETERMINANT_INVERSE)
+_UNBOUNDED = int(Packed.UNBOUNDED)
+
+_NEVER = -(1 << 20)  # an exponent below any other
+_EXACT_DOT_BOUND = 2.0**-98
+"""A dot product in double-double below this share of its terms' size may really be zero: decide it exactly."""
+
+
+@njit(error_model="numpy")
+def _load(wrenches, start, n, t):
+    """Copy a block of wrenches, component by component."""
+    for i in range(n):
+        t[F + i] = wrenches[start + i, 0]
+        t[F + BLOCK + i] = wrenches[start + i, 1]
+        t[F + 2 * BLOCK + i] = wrenches[start + i, 2]
+        t[M + i] = wrenches[start + i, 3]
+        t[M + BLOCK + i] = wrenches[start + i, 4]
+        t[M + 2 * BLOCK + i] = wrenches[start + i, 5]
+
+
+@njit(error_model="numpy")
+def _scale(n, length_exponent, t):
+    """Scale to |f|, |m| <= about 1, lengths in the surface's unit, by exact powers of two; and take f.m.
+
+    Returns how many of the f.m are too small to be told from zero.
+    """
+    doubtful = 0
+    for i in range(n):
+        f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
+        m0, m1, m2 = t[M + i], t[M + BLOCK + i], t[M + 2 * BLOCK + i]
+        # x - x is 0 for finite numbers only
+        finite = (f0 - f0) + (f1 - f1) + (f2 - f2) + (m0 - m0) + (m1 - m1) + (m2 - m2)
+        f_max = max(max(abs(f0), abs(f1)), abs(f2))
+        m_max = max(max(abs(m0), abs(m1)), abs(m2))
+        f_exponent = (bits(f_max) >> 52) - 1023
+        m_exponent = (bits(m_max) >> 52) - 1023 - length_exponent
+        m_exponent = m_exponent if m_max > 0.0 else _NEVER
+        exponent = max(f_exponent, m_exponent)
+        # in two steps: 2^-exponent itself may leave float64
+        half = (-exponent) >> 1
+        f_scale = power_of_two(half)
+        f_scale_2 = power_of_two(-exponent - half)
+        moment = -(exponent + length_exponent)
+        half = moment >> 1
+        m_scale = power_of_two(half)
+        m_scale_2 = power_of_two(moment - half)
+        t[F_GIVEN + i] = f0
+        t[F_GIVEN + BLOCK + i] = f1
+        t[F_GIVEN + 2 * BLOCK + i] = f2
+        f0 = f0 * f_scale * f_scale_2
+        f1 = f1 * f_scale * f_scale_2
+        f2 = f2 * f_scale * f_scale_2
+        m0 = m0 * m_scale * m_scale_2
+        m1 = m1 * m_scale * m_scale_2
+        m2 = m2 * m_scale * m_scale_2
+        t[F + i] = f0
+        t[F + BLOCK + i] = f1
+        t[F + 2 * BLOCK + i] = f2
+        t[M + i] = m0
+        t[M + BLOCK + i] = m1
+        t[M + 2 * BLOCK + i] = m2
+        t[EXPONENT + i] = float(exponent)
+        t[FINITE + i] = finite
+        h, low = _dot3(f0, 0.0, f1, 0.0, f2, 0.0, m0, 0.0, m1, 0.0, m2, 0.0)
+        t[S + i] = h
+        t[S_LOW + i] = low
+        size = abs(f0 * m0) + abs(f1 * m1) + abs(f2 * m2)
+        t[S_SIZE + i] = size
+        doubtful += 1 if size > 0.0 and abs(h) <= _EXACT_DOT_BOUND * size else 0
+    return doubtful
+
+
+@njit(error_model="numpy")
+def _clear_low_parts(n, t):
+    for row in range(3):
+        for i in range(n):
+            t[F_LOW + row * BLOCK + i] = 0.0
+            t[M_LOW + row * BLOCK + i] = 0.0
+
+
+@njit(error_model="numpy")
+def _dot3(x0, x0l, x1, x1l, x2, x2l, y0, y0l, y1, y1l, y2, y2l):
+    """Return x.y of double-double vectors as a double-double."""
+    p0, e0 = multiply(x0, x0l, y0, y0l)
+    p1, e1 = multiply(x1, x1l, y1, y1l)
+    p2, e2 = multiply(x2, x2l, y2, y2l)
+    h, low = add(p0, e0, p1, e1)
+    h, low = add(h, low, p2, e2)
+    return fast_two_sum(h, low)
+
+
+@njit(error_model="numpy")
+def _settle_zero_dots(n, t):
+    """Where f.m is too small to be told from zero by double-double, take it exactly.
+
+    The solution is discontinuous at f.m = 0 where the wrench axis misses, so this zero has to be a true one.
+    Six terms (three exact products) are distilled until nothing changes (Ogita, Rump & Oishi, VecSum).
+    """
+    terms = np.empty(6)
+    for i in range(n):
+        size = t[S_SIZE + i]
+        if not (size > 0.0 and abs(t[S + i]) <= _EXACT_DOT_BOUND * size):
+            continue
+        for j in range(3):
+            terms[2 * j], terms[2 * j + 1] = two_product(t[F + j * BLOCK + i], t[M + j * BLOCK + i])
+        for _ in range(6):
+            for j in range(1, 6):
+                terms[j], terms[j - 1] = two_sum(terms[j], terms[j - 1])
+        t[S + i] = terms[5]
+        t[S_LOW + i] = terms[4]
+
+
+@njit(error_model="numpy")
+def _to_surface_axes(q, n, t):
+    """Shift the moment to the surface's centre and turn force and moment into its axes, in double-double."""
+    o0, o1, o2 = q[_CENTER], q[_CENTER + 1], q[_CENTER + 2]
+    r = q[_ROTATION : _ROTATION + 9]
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]
+    for i in range(n):
+        f0 = t[F + i]
+        f1 = t[F + BLOCK + i]
+        f2 = t[F + 2 * BLOCK + i]
+        # m - o x f
+        m0, m0l = _dot3(t[M + i], 0.0, -o1, 0.0, o2, 0.0, 1.0, 0.0, f2, 0.0, f1, 0.0)
+        m1, m1l = _dot3(t[M + BLOCK + i], 0.0, -o2, 0.0, o0, 0.0, 1.0, 0.0, f0, 0.0, f2, 0.0)
+        m2, m2l = _dot3(t[M + 2 * BLOCK + i], 0.0, -o0, 0.0, o1, 0.0, 1.0, 0.0, f1, 0.0, f0, 0.0)
+        fx, fxl = _dot3(r00, 0.0, r10, 0.0, r20, 0.0, f0, 0.0, f1, 0.0, f2, 0.0)
+        fy, fyl = _dot3(r01, 0.0, r11, 0.0, r21, 0.0, f0, 0.0, f1, 0.0, f2, 0.0)
+        fz, fzl = _dot3(r02, 0.0, r12, 0.0, r22, 0.0, f0, 0.0, f1, 0.0, f2, 0.0)
+        mx, mxl = _dot3(r00, 0.0, r10, 0.0, r20, 0.0, m0, m0l, m1, m1l, m2, m2l)
+        my, myl = _dot3(r01, 0.0, r11, 0.0, r21, 0.0, m0, m0l, m1, m1l, m2, m2l)
+        mz, mzl = _dot3(r02, 0.0, r12, 0.0, r22, 0.0, m0, m0l, m1, m1l, m2, m2l)
+        t[F + i] = fx
+        t[F + BLOCK + i] = fy
+        t[F + 2 * BLOCK + i] = fz
+        t[F_LOW + i] = fxl
+        t[F_LOW + BLOCK + i] = fyl
+        t[F_LOW + 2 * BLOCK + i] = fzl
+        t[M + i] = mx
+        t[M + BLOCK + i] = my
+        t[M + 2 * BLOCK + i] = mz
+        t[M_LOW + i] = mxl
+        t[M_LOW + BLOCK + i] = myl
+        t[M_LOW + 2 * BLOCK + i] = mzl
+        # f.m does not depend on the frame, but a rotation is orthonormal to rounding only: take it from the
+        # numbers that the solution will use, except that an exact zero stays one
+        s, sl = _dot3(fx, fxl, fy, fyl, fz, fzl, mx, mxl, my, myl, mz, mzl)
+        zero = t[S + i] == 0.0
+        t[S + i] = 0.0 if zero else s
+        t[S_LOW + i] = 0.0 if zero else sl
+
+
+@njit(error_model="numpy")
+def _remove_parallel_moment(n, t):
+    """Hard finger: keep only the part of the moment normal to the force (eq. 8), m - (f.m/|f|^2) f."""
+    for i in range(n):
+        f0, f0l = t[F + i], t[F_LOW + i]
+        f1, f1l = t[F + BLOCK + i], t[F_LOW + BLOCK + i]
+        f2, f2l = t[F + 2 * BLOCK + i], t[F_LOW + 2 * BLOCK + i]
+        s, sl = t[S + i], t[S_LOW + i]
+        ff, ffl = _dot3(f0, f0l, f1, f1l, f2, f2l, f0, f0l, f1, f1l, f2, f2l)
+        p = s / ff
+        pl = (fma(-p, ff, s) + (sl - p * ffl)) / ff
+        h, low = multiply(-p, -pl, f0, f0l)
+        h, low = add(t[M + i], t[M_LOW + i], h, low)
+        t[M + i], t[M_LOW + i] = fast_two_sum(h, low)
+        h, low = multiply(-p, -pl, f1, f1l)
+        h, low = add(t[M + BLOCK + i], t[M_LOW + BLOCK + i], h, low)
+        t[M + BLOCK + i], t[M_LOW + BLOCK + i] = fast_two_sum(h, low)
+        h, low = multiply(-p, -pl, f2, f2l)
+        h, low = add(t[M + 2 * BLOCK + i], t[M_LOW + 2 * BLOCK + i], h, low)
+        t[M + 2 * BLOCK + i], t[M_LOW + 2 * BLOCK + i] = fast_two_sum(h, low)
+        t[S + i] = 0.0
+        t[S_LOW + i] = 0.0
+        t[SPIN + i] = p
+
+
+@njit(error_model="numpy")
+def _centroid_row(K, Kl, C2, C2l, m, ml, u1, u1l, m2, m2l, u2, u2l, m1, m1l, g, gl, f, fl):
+    """Return one component of K C^2 m + (A^2 f) x m + g f as a double-double."""
+    h, low = multiply(C2, C2l, m, ml)
+    h, low = multiply(K, Kl, h, low)
+    p, e = multiply(u1, u1l, m2, m2l)
+    h, low = add(h, low, p, e)
+    p, e = multiply(-u2, -u2l, m1, m1l)
+    h, low = add(h, low, p, e)
+    p, e = multiply(g, gl, f, fl)
+    return add(h, low, p, e)
+
+
+@njit(error_model="numpy")
+def _square(q, n, t):
+    """w.w = P + i Q = |b|^2 - |a|^2 + 2 i D s, b = A f, a = C m."""
+    A0, A1, A2, A0l, A1l, A2l = q[_A], q[_A + 1], q[_A + 2], q[_A + 3], q[_A + 4], q[_A + 5]
+    C0, C1, C2, C0l, C1l, C2l = q[_COF], q[_COF + 1], q[_COF + 2], q[_COF + 3], q[_COF + 4], q[_COF + 5]
+    D, Dl = q[_DET], q[_DET + 1]
+    for i in range(n):
+        b0, b0l = multiply(A0, A0l, t[F + i], t[F_LOW + i])
+        b1, b1l = multiply(A1, A1l, t[F + BLOCK + i], t[F_LOW + BLOCK + i])
+        b2, b2l = multiply(A2, A2l, t[F + 2 * BLOCK + i], t[F_LOW + 2 * BLOCK + i])
+        a0, a0l = multiply(C0, C0l, t[M + i], t[M_LOW + i])
+        a1, a1l = multiply(C1, C1l, t[M + BLOCK + i], t[M_LOW + BLOCK + i])
+        a2, a2l = multiply(C2, C2l, t[M + 2 * BLOCK + i], t[M_LOW + 2 * BLOCK + i])
+        b0, b0l = square(b0, b0l)
+        b1, b1l = square(b1, b1l)
+        b2, b2l = square(b2, b2l)
+        a0, a0l = square(a0, a0l)
+        a1, a1l = square(a1, a1l)
+        a2, a2l = square(a2, a2l)
+        b0, b0l = add(b0, b0l, b1, b1l)
+        bb, bbl = add(b0, b0l, b2, b2l)
+        a0, a0l = add(a0, a0l, a1, a1l)
+        aa, aal = add(a0, a0l, a2, a2l)
+        P, Pl = add(bb, bbl, -aa, -aal)
+        t[P_ + i], t[P_LOW + i] = fast_two_sum(P, Pl)
+        t[Q_ + i], t[Q_LOW + i] = multiply(2.0 * D, 2.0 * Dl, t[S + i], t[S_LOW + i])
+        t[AA + i] = aa
+        t[BB + i] = bb
+
+
+@njit(error_model="numpy")
+def _root(n, t):
+    """z = g + i k = -sqrt(P + i Q) in double-double."""
+    for i in range(n):
+        P, Pl, Q, Ql = t[P_ + i], t[P_LOW + i], t[Q_ + i], t[Q_LOW + i]
+        # in float64 first: the larger part by a square root, the other by division, so that neither cancels;
+        # P and Q scaled by an exact power of two to keep their squares in range
+        exponent = (bits(max(abs(P), abs(Q))) >> 52) - 1023
+        down = power_of_two(-exponent)
+        x = P * down
+        y = Q * down
+        modulus = math.sqrt(x * x + y * y) * power_of_two(exponent)
+        larger = math.sqrt(0.5 * (modulus + abs(P)))
+        larger_inverse = 1.0 / larger
+        smaller = abs(0.5 * Q * larger_inverse)
+        hits = P > 0.0
+        g = -(larger if hits else smaller)
+        k = smaller if hits else larger
+        k = -k if Q > 0.0 else k
+
+        # one Newton step on z^2 = w.w in double-double; each residual is proportional to the part it corrects
+        gg, ggl = two_product(g, g)
+        kk, kkl = two_product(k, k)
+        e, el = add(P, Pl, -gg, -ggl)
+        e, el = add(e, el, kk, kkl)
+        real = e + el
+        imaginary = fma(-2.0 * g, k, Q) + Ql
+        modulus_inverse = 1.0 / modulus
+        gl = 0.5 * modulus_inverse * (real * g + imaginary * k)
+        kl = 0.5 * modulus_inverse * (imaginary * g - real * k)
+        t[G + i], t[G_LOW + i] = fast_two_sum(g, gl)
+        t[K + i], t[K_LOW + i] = fast_two_sum(k, kl)
+        t[LARGER_INVERSE + i] = larger_inverse
+        t[MODULUS_INVERSE + i] = modulus_inverse
+
+
+@njit(error_model="numpy")
+def _centroid(q, n, t):
+    """K = s/g = k/D, and c = [K C^2 m + (A^2 f) x m + g f] / (k^2 + |b|^2)."""
+    AA0, AA1, AA2 = q[_A2], q[_A2 + 1], q[_A2 + 2]
+    AA0l, AA1l, AA2l = q[_A2 + 3], q[_A2 + 4], q[_A2 + 5]
+    CC0, CC1, CC2 = q[_COF2], q[_COF2 + 1], q[_COF2 + 2]
+    CC0l, CC1l, CC2l = q[_COF2 + 3], q[_COF2 + 4], q[_COF2 + 5]
+    Di, Dil = q[_DET_INV], q[_DET_INV + 1]
+    for i in range(n):
+        f0, f0l = t[F + i], t[F_LOW + i]
+        f1, f1l = t[F + BLOCK + i], t[F_LOW + BLOCK + i]
+        f2, f2l = t[F + 2 * BLOCK + i], t[F_LOW + 2 * BLOCK + i]
+        m0, m0l = t[M + i], t[M_LOW + i]
+        m1, m1l = t[M + BLOCK + i], t[M_LOW + BLOCK + i]
+        m2, m2l = t[M + 2 * BLOCK + i], t[M_LOW + 2 * BLOCK + i]
+        s, sl, g, gl, k, kl = t[S + i], t[S_LOW + i], t[G + i], t[G_LOW + i], t[K + i], t[K_LOW + i]
+        inverse = t[LARGER_INVERSE + i]
+        K_hit = -s * inverse
+        K_hit_l = -(fma(-K_hit, g, s) + (sl - K_hit * gl)) * inverse
+        K_miss, K_miss_l = multiply(k, kl, Di, Dil)
+        hits = t[P_ + i] > 0.0
+        K_ = K_hit if hits else K_miss
+        Kl = K_hit_l if hits else K_miss_l
+        u0, u0l = multiply(AA0, AA0l, f0, f0l)
+        u1, u1l = multiply(AA1, AA1l, f1, f1l)
+        u2, u2l = multiply(AA2, AA2l, f2, f2l)
+        n0, n0l = _centroid_row(
+            K_, Kl, CC0, CC0l, m0, m0l, u1, u1l, m2, m2l, u2, u2l, m1, m1l, g, gl, f0, f0l
+        )
+        n1, n1l = _centroid_row(
+            K_, Kl, CC1, CC1l, m1, m1l, u2, u2l, m0, m0l, u0, u0l, m2, m2l, g, gl, f1, f1l
+        )
+        n2, n2l = _centroid_row(
+            K_, Kl, CC2, CC2l, m2, m2l, u0, u0l, m1, m1l, u1, u1l, m0, m0l, g, gl, f2, f2l
+        )
+        inverse = 1.0 / (k * k + t[BB + i])
+        t[C + i] = (n0 + n0l) * inverse
+        t[C + BLOCK + i] = (n1 + n1l) * inverse
+        t[C + 2 * BLOCK + i] = (n2 + n2l) * inverse
+        t[K + i] = K_
+
+
+@njit(error_model="numpy")
+def _derive(q, n, hard, t):
+    """Normal, normal force, spin torque, condition and status from c, g and K."""
+    AA0, AA1, AA2 = q[_A2], q[_A2 + 1], q[_A2 + 2]
+    U0, U1, U2 = q[_UNBOUNDED], q[_UNBOUNDED + 1], q[_UNBOUNDED + 2]
+    bounded = q[_DET] != 0.0
+    for i in range(n):
+        f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
+        c0, c1, c2 = t[C + i], t[C + BLOCK + i], t[C + 2 * BLOCK + i]
+        # f.n = g / |A^2 c|, q.n = K |A^2 c|
+        v0, v1, v2 = AA0 * c0, AA1 * c1, AA2 * c2
+        gradient = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+        inverse = 1.0 / gradient
+        normal_force = -t[G + i] * inverse
+        spin = t[K + i] * gradient
+        spin = -t[SPIN + i] * normal_force if hard else spin
+
+        # along unbounded axes, where the affine map has no scale, the force counts in units of the others
+        ff = t[BB + i] + U0 * (f0 * f0) + U1 * (f1 * f1) + U2 * (f2 * f2)
+        condition = math.sqrt((t[AA + i] + ff) * t[MODULUS_INVERSE + i])
+
+        some_force = f0 != 0.0 or f1 != 0.0 or f2 != 0.0
+        exists = t[P_ + i] > 0.0 or (bounded and t[S + i] != 0.0)
+        finite = t[FINITE + i] == 0.0
+        code = _OK if exists else _NO_CONTACT
+        code = code if some_force else _NO_FORCE
+        code = code if finite else _INVALID
+        found = code == _OK
+        t[C + i] = c0 if found else np.nan
+        t[C + BLOCK + i] = c1 if found else np.nan
+        t[C + 2 * BLOCK + i] = c2 if found else np.nan
+        t[N + i] = v0 * inverse if found else np.nan
+        t[N + BLOCK + i] = v1 * inverse if found else np.nan
+        t[N + 2 * BLOCK + i] = v2 * inverse if found else np.nan
+        t[PUSH + i] = normal_force if found else np.nan
+        t[SPIN + i] = spin if found else np.nan
+        t[KAPPA + i] = condition if found else np.inf
+        t[STATUS + i] = code
+
+
+@njit(error_model="numpy")
+def _to_sensor_axes(q, n, t):
+    """Turn centroid and normal back into the sensor frame."""
+    o0, o1, o2 = q[_CENTER], q[_CENTER + 1], q[_CENTER + 2]
+    r = q[_ROTATION : _ROTATION + 9]
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]
+    for i in range(n):
+        x, y, z = t[C + i], t[C + BLOCK + i], t[C + 2 * BLOCK + i]
+        t[C + i] = fma(r00, x, fma(r01, y, fma(r02, z, o0)))
+        t[C + BLOCK + i] = fma(r10, x, fma(r11, y, fma(r12, z, o1)))
+        t[C + 2 * BLOCK + i] = fma(r20, x, fma(r21, y, fma(r22, z, o2)))
+        x, y, z = t[N + i], t[N + BLOCK + i], t[N + 2 * BLOCK + i]
+        t[N + i] = fma(r00, x, fma(r01, y, r02 * z))
+        t[N + BLOCK + i] = fma(r10, x, fma(r11, y, r12 * z))
+        t[N + 2 * BLOCK + i] = fma(r20, x, fma(r21, y, r22 * z))
+
+
+@njit(error_model="numpy")
+def _unscale(n, length_exponent, t):
+    """Undo the scaling, and take the tangential force."""
+    length = power_of_two(length_exponent >> 1)
+    length_2 = power_of_two(length_exponent - (length_exponent >> 1))
+    for i in range(n):
+        exponent = int(t[EXPONENT + i])
+        half = exponent >> 1
+        normal_force = t[PUSH + i] * power_of_two(half) * power_of_two(exponent - half)
+        exponent += length_exponent
+        half = exponent >> 1
+        t[SPIN + i] = t[SPIN + i] * power_of_two(half) * power_of_two(exponent - half)
+        t[C + i] = t[C + i] * length * length_2
+        t[C + BLOCK + i] = t[C + BLOCK + i] * length * length_2
+        t[C + 2 * BLOCK + i] = t[C + 2 * BLOCK + i] * length * length_2
+        t[PUSH + i] = normal_force
+        t[TANGENTIAL + i] = fma(normal_force, t[N + i], t[F_GIVEN + i])
+        t[TANGENTIAL + BLOCK + i] = fma(normal_force, t[N + BLOCK + i], t[F_GIVEN + BLOCK + i])
+        t[TANGENTIAL + 2 * BLOCK + i] = fma(normal_force, t[N + 2 * BLOCK + i], t[F_GIVEN + 2 * BLOCK + i])
+
+
+@njit(error_model="numpy")
+def _store_vectors(t, row, n, result, offset):
+    whole = n - n % LANES
+    for i in range(0, whole, LANES):
+        store_interleaved(result, offset + 3 * i, t, row + i, BLOCK)
+    for i in range(whole, n):
+        result[offset + 3 * i] = t[row + i]
+        result[offset + 3 * i + 1] = t[row + BLOCK + i]
+        result[offset + 3 * i + 2] = t[row + 2 * BLOCK + i]
+
+
+@njit(error_model="numpy")
+def _store_scalars(t, row, n, result, offset):
+    for i in range(n):
+        result[offset + i] = t[row + i]
+
+
+@njit(error_model="numpy", cache=True)
+def solve_quadric(q, wrenches, hard, result, status):
+    t = np.empty(SCRATCH_SIZE)
+    length_exponent = int(q[_LENGTH_EXPONENT])
+    aligned = q[_ALIGNED] == 1.0
+    total = len(wrenches)
+    for start in range(0, total, BLOCK):
+        n = min(BLOCK, total - start)
+        _load(wrenches, start, n, t)
+        if _scale(n, length_exponent, t) > 0:
+            _settle_zero_dots(n, t)
+        if aligned and (hard or start == 0):
+            _clear_low_parts(n, t)
+        if not aligned:
+            _to_surface_axes(q, n, t)
+        if hard:
+            _remove_parallel_moment(n, t)
+        _square(q, n, t)
+        _root(n, t)
+        _centroid(q, n, t)
+        _derive(q, n, hard, t)
+        if not aligned:
+            _to_sensor_axes(q, n, t)
+        _unscale(n, length_exponent, t)
+        _store_vectors(t, C, n, result, 3 * start)
+        _store_vectors(t, N, n, result, 3 * (total + start))
+        _store_vectors(t, F_GIVEN, n, result, 3 * (2 * total + start))
+        _store_vectors(t, TANGENTIAL, n, result, 3 * (3 * total + start))
+        _store_scalars(t, PUSH, n, result, 12 * total + start)
+        _store_scalars(t, SPIN, n, result, 13 * total + start)
+        _store_scalars(t, KAPPA, n, result, 14 * total + start)
+        for i in range(n):
+            status[start + i] = np.int8(t[STATUS + i])

@@ -1,0 +1,122 @@
+"""From wrenches to contacts: the public face of contact sensing.
+
+`Contact.condition` is kappa = sqrt((|C m|^2 + |A f|^2) / |z|^2) in the notation of `palpate.sensing.quadric_kernel`:
+in the affine space in which the surface is a unit sphere it is exactly the relative condition number of the
+centroid. Along unbounded axes, where that space has no scale, the force counts in units of the bounded ones; so
+for a plane kappa = |f|/normal_force. It tells how errors of the *sensor* are amplified: the solver itself adds a
+few units in the last place, whatever kappa is.
+"""
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
+from palpate.sensing.quadric_kernel import solve_quadric
+
+_IS_HARD = {"soft": False, "hard": True}
+_STATUS = tuple(ContactStatus)
+
+
+class Surface(Protocol):
+    """What the solver needs of a fingertip."""
+
+    @property
+    def packed(self) -> FloatArray:
+        """Coefficients as laid out by `palpate.surfaces.quadric.Packed`."""
+        ...
+
+
+def contact_from_wrench(surface: Surface, wrench: npt.ArrayLike, model: ContactModel = "soft") -> Contact:
+    """Return the contact that explains a wrench (Bicchi 1990, sections 4 and 5).
+
+    Args:
+        surface: The fingertip, in the sensor frame.
+        wrench: (f, m), what the object exerts on the finger: force [N], then moment [N m] about the sensor
+            frame's origin, shape (6,).
+        model: "soft" solves for the contact centroid and spin torque, exactly; "hard" is the wrench-axis
+            method, which neglects spin, and reports as spin torque the normal part of the moment along the
+            wrench axis (eq. 8).
+
+    Returns:
+        The contact in the sensor frame. Where there is none, its status says why.
+
+    Raises:
+        InvalidValueError: The wrench is not six numbers, or there is no such model.
+    """
+    row = np.ascontiguousarray(_numbers(wrench, "wrench"))
+    if row.shape != (6,):
+        raise InvalidValueError(f"wrench has shape {row.shape}: must be (6,), force then moment")
+    result = np.empty(15)
+    status = np.empty(1, np.int8)
+    solve_quadric(surface.packed, row.reshape(1, 6), _hard(model), result, status)
+    result.setflags(write=False)
+    normal_force, spin_torque, condition = result[12:].tolist()
+    return Contact(
+        result[0:3],
+        result[3:6],
+        result[6:9],
+        normal_force,
+        result[9:12],
+        spin_torque,
+        condition,
+        _STATUS[status.item()],
+    )
+
+
+def contacts_from_wrenches(
+    surface: Surface, wrenches: npt.ArrayLike, model: ContactModel = "soft"
+) -> Contacts:
+    """Return the contacts that explain many wrenches; each is bit for bit that of `contact_from_wrench`.
+
+    Args:
+        surface: The fingertip, in the sensor frame.
+        wrenches: As in `contact_from_wrench`, shape (n, 6).
+        model: As in `contact_from_wrench`.
+
+    Returns:
+        n contacts as a structure of arrays.
+
+    Raises:
+        InvalidValueError: The wrenches are not n rows of six numbers, or there is no such model.
+    """
+    rows = np.ascontiguousarray(_numbers(wrenches, "wrenches"))
+    if rows.ndim != 2 or rows.shape[1] != 6:
+        raise InvalidValueError(
+            f"wrenches has shape {rows.shape}: must be (n, 6), force then moment in each row"
+        )
+    n = len(rows)
+    result = np.empty(15 * n)
+    status = np.empty(n, np.int8)
+    solve_quadric(surface.packed, rows, _hard(model), result, status)
+    return Contacts(
+        centroid=result[: 3 * n].reshape(n, 3),
+        normal=result[3 * n : 6 * n].reshape(n, 3),
+        force=result[6 * n : 9 * n].reshape(n, 3),
+        tangential_force=result[9 * n : 12 * n].reshape(n, 3),
+        normal_force=result[12 * n : 13 * n],
+        spin_torque=result[13 * n : 14 * n],
+        condition=result[14 * n :],
+        status=status,
+    )
+
+
+def _hard(model: ContactModel) -> bool:
+    try:
+        return _IS_HARD[model]
+    except (KeyError, TypeError):
+        raise InvalidValueError(f'model = {model!r}: must be "soft" or "hard"') from None
+
+
+def _numbers(value: npt.ArrayLike, name: str) -> FloatArray:
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu" and array.size:
+            raise TypeError
+        return array.astype(np.float64)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f"{name} = {value!r}: must be real numbers in a regular array") from None
