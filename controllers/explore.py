@@ -1,0 +1,144 @@
+"""Hybrid force/position control that explores a surface along a path.
+
+In the contact frame given by the centroid's normal, the normal direction is under force control and the tangents
+under motion control (Raibert & Craig 1981). The tip lands slowly, lets the force settle, sweeps the path, and
+lifts off; if it loses the surface it seeks it once, slowly and not far, and otherwise gives up.
+"""
+
+from dataclasses import dataclass
+
+from palpate.controllers.gains import ForceGain
+from palpate.controllers.normal_tracker import NormalTracker
+from palpate.controllers.raster import PathFollower, Raster
+from palpate.errors import positive
+from palpate.runtime.data import Command, Observation, Phase
+from palpate.spatial import ZERO, Vector, add_scaled, norm, rotate, scale, subtract
+
+DOWN: Vector = (0.0, 0.0, -1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ExploreParameters:
+    """What the exploration is to be like.
+
+    Attributes:
+        force: Normal force to hold [N].
+        speed: Along the surface [m/s].
+        gain: Force gain with its margin.
+        lead: How far ahead the normal is predicted [s]: the lag between a command and its effect.
+        normal_smoothing: Time constant of the normal's filter [s].
+        acceleration: Bound on tangential acceleration [m/s^2].
+        landing_speed: Of approach and seek [m/s]. The landing peak grows with it: about 2 N at 5 mm/s and
+            20 kN/m.
+        settle_time: From touching to sweeping [s].
+        seek_distance: How far a lost surface is sought [m].
+        lift_distance: How far the tip is lifted at the end [m].
+        lift_speed: Of lifting [m/s].
+    """
+
+    force: float
+    speed: float
+    gain: ForceGain
+    lead: float
+    normal_smoothing: float = 0.01
+    acceleration: float = 0.5
+    landing_speed: float = 0.005
+    settle_time: float = 0.3
+    seek_distance: float = 0.005
+    lift_distance: float = 0.005
+    lift_speed: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name in ("force", "speed", "lead", "normal_smoothing", "acceleration", "landing_speed"):
+            positive(name, getattr(self, name), "")
+        for name in ("settle_time", "seek_distance", "lift_distance", "lift_speed"):
+            positive(name, getattr(self, name), "")
+
+
+class ExploreController:
+    """Lands, settles, sweeps a raster, lifts off. Uses the first finger."""
+
+    def __init__(self, parameters: ExploreParameters, raster: Raster, period: float) -> None:
+        """Take what is wanted, where, and the control period [s]."""
+        self._parameters = parameters
+        self._raster = raster
+        self._period = period
+        self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
+        self._follower = PathFollower(raster.corners(), parameters.speed, parameters.acceleration)
+        self._phase = Phase.APPROACH
+        self._since = 0.0
+        self._from: Vector = ZERO
+        self._sought = False
+
+    def start(self, first: Observation) -> None:
+        """Begin the approach from where the tip is."""
+        self._tracker.reset()
+        self._follower = PathFollower(
+            self._raster.corners(), self._parameters.speed, self._parameters.acceleration
+        )
+        self._sought = False
+        self._enter(Phase.APPROACH, first)
+
+    def step(self, now: Observation) -> Command:
+        """Return the velocity for the next period."""
+        finger = now.fingers[0]
+        if finger.touching:
+            x, y, z = finger.contact.normal.tolist()
+            self._tracker.update(rotate(now.arm.rotation_base_tip, (x, y, z)))
+        self._change_phase(now, finger.touching)
+        return Command(self._velocity(now), self._phase)
+
+    def _enter(self, phase: Phase, now: Observation) -> None:
+        self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip
+
+    def _change_phase(self, now: Observation, touching: bool) -> None:
+        wanted, phase = self._parameters, self._phase
+        gone = norm(subtract(now.arm.position_base_tip, self._from))
+        if phase in (Phase.APPROACH, Phase.SEEK):
+            if touching:
+                self._enter(Phase.SETTLE, now)
+            elif phase is Phase.SEEK and gone > wanted.seek_distance:
+                self._enter(Phase.LOST, now)
+        elif phase is Phase.SETTLE:
+            if not touching:
+                self._lose(now)
+            elif now.time - self._since > wanted.settle_time:
+                self._enter(Phase.SCAN, now)
+        elif phase is Phase.SCAN:
+            if not touching:
+                self._lose(now)
+            elif self._follower.finished:
+                self._enter(Phase.LIFT, now)
+        elif phase is Phase.LIFT and gone > wanted.lift_distance:
+            self._enter(Phase.DONE, now)
+
+    def _lose(self, now: Observation) -> None:
+        self._enter(Phase.LOST if self._sought else Phase.SEEK, now)
+        self._sought = True
+
+    def _velocity(self, now: Observation) -> Vector:
+        wanted, phase = self._parameters, self._phase
+        if phase is Phase.APPROACH:
+            return scale(wanted.landing_speed, DOWN)
+        if phase is Phase.SEEK:
+            return scale(wanted.landing_speed, self._tracker.normal)
+        if phase is Phase.LIFT:
+            return scale(-wanted.lift_speed, self._tracker.normal)
+        if phase in (Phase.DONE, Phase.LOST):
+            return ZERO
+        normal = self._tracker.predicted
+        fastest = wanted.landing_speed if phase is Phase.SETTLE else max(wanted.landing_speed, wanted.speed)
+        push = wanted.gain.gain * (wanted.force - now.fingers[0].contact.normal_force)
+        push = min(max(push, -fastest), fastest)
+        along = self._along_surface(now, normal) if phase is Phase.SCAN else ZERO
+        return add_scaled(along, push, normal)
+
+    def _along_surface(self, now: Observation, normal: Vector) -> Vector:
+        """The path's horizontal velocity, raised or lowered so that it lies in the tangent plane."""
+        nx, ny, nz = normal
+        x, y, _ = now.arm.position_base_tip
+        ux, uy = self._follower.heading
+        climb = -(nx * ux + ny * uy) / nz
+        slope = 1.0 / (1.0 + climb * climb) ** 0.5
+        vx, vy = self._follower.velocity((x, y), slope, self._period)
+        return (vx, vy, -(nx * vx + ny * vy) / nz)

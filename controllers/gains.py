@@ -1,0 +1,77 @@
+"""Gains of force control by velocity, from stiffness and delay.
+
+Model: a commanded normal velocity v reaches the contact after a time T (delay plus servo lag) and presses into
+a stiffness K, so dF/dt = K v(t - T). With v = k (F_set - F) the open loop is k K e^{-sT} / s: it is stable for
+k K T < pi/2. With k K T = x the phase margin is pi/2 - x and the gain margin pi/(2 x).
+"""
+
+import math
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError, not_negative, positive
+
+LOOP_GAIN = 0.5
+"""Default k K T: phase margin 61 degrees, gain margin 3.1, and next to no overshoot."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForceGain:
+    """A force gain with its stability margin.
+
+    Attributes:
+        gain: k, commanded normal velocity per force error [m/s/N].
+        stiffness: K that it was made for [N/m].
+        delay: T that it was made for [s].
+    """
+
+    gain: float
+    stiffness: float
+    delay: float
+
+    def __post_init__(self) -> None:
+        positive("gain", self.gain, "m/s/N")
+        positive("stiffness", self.stiffness, "N/m")
+        positive("delay", self.delay, "s")
+        if self.loop_gain >= math.pi / 2:
+            raise InvalidValueError(
+                f"force gain = {self.gain:g} m/s/N: with K = {self.stiffness:g} N/m and T = {self.delay:g} s the "
+                f"loop gain k K T is {self.loop_gain:.2f}, unstable from pi/2 on; take at most "
+                f"{LOOP_GAIN / (self.stiffness * self.delay):.2g} m/s/N"
+            )
+
+    @property
+    def loop_gain(self) -> float:
+        """k K T, to be compared with pi/2."""
+        return self.gain * self.stiffness * self.delay
+
+    @property
+    def gain_margin(self) -> float:
+        """By which factor K or k may grow before the loop oscillates."""
+        return math.pi / 2 / self.loop_gain
+
+    @property
+    def phase_margin_deg(self) -> float:
+        """Phase margin [degrees]."""
+        return math.degrees(math.pi / 2 - self.loop_gain)
+
+
+def force_gain(stiffness: float, delay: float, loop_gain: float = LOOP_GAIN) -> ForceGain:
+    """Return the gain that gives a loop gain k K T.
+
+    Args:
+        stiffness: K of contact and servo in series [N/m].
+        delay: T, all delays plus the lag of the servo [s].
+        loop_gain: Wanted k K T, below pi/2.
+    """
+    return ForceGain(loop_gain / (positive("stiffness", stiffness, "N/m") * positive("delay", delay, "s")), stiffness, delay)
+
+
+def series_stiffness(*stiffnesses: float) -> float:
+    """Return the stiffness of springs in series [N/m]; infinite ones may be left out."""
+    return 1.0 / sum(1.0 / positive("stiffness", stiffness, "N/m") for stiffness in stiffnesses)
+
+
+def tracking_delay(period: float, servo_lag: float, sensing_delay: float = 0.0) -> float:
+    """Return T [s]: sensing delay, one period and a half of sampling and holding, and the servo's lag."""
+    not_negative("servo_lag", servo_lag, "s")
+    return not_negative("sensing_delay", sensing_delay, "s") + 1.5 * positive("period", period, "s") + servo_lag

@@ -1,0 +1,128 @@
+"""A MuJoCo scene behind the seam."""
+
+import math
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import mujoco
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import ArmSample, Command, Sample, WrenchSample
+from palpate.sim.noise import NoiseSource, WrenchNoise
+from palpate.sim.scene import StageScene
+from palpate.spatial import IDENTITY, Vector, add_scaled, norm, scale, subtract
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What really happens at the contact, for checks; no controller sees it.
+
+    Attributes:
+        touching: Whether tip and object are in contact.
+        position: Force-weighted centroid of the contacts, base frame [m].
+        force: What the object exerts on the tip, base frame [N].
+        torque: Likewise, about `position` [N m].
+    """
+
+    touching: bool
+    position: Vector
+    force: Vector
+    torque: Vector
+
+
+class MujocoBackend:
+    """Runs a stage scene: one call of `step` is one control period of simulated time.
+
+    Every sensor value belongs to the state before the last time step, as MuJoCo computes them; the sample's
+    time says so.
+    """
+
+    def __init__(self, scene: StageScene, period: float = 1e-3, noise: WrenchNoise | None = None) -> None:
+        """Take a scene.
+
+        Args:
+            scene: What to simulate.
+            period: Control period [s], a whole number of time steps.
+            noise: Of the force/torque sensor; none if not given.
+
+        Raises:
+            InvalidValueError: The period is not a whole number of time steps.
+        """
+        steps = round(period / scene.time_step)
+        if steps < 1 or abs(steps * scene.time_step - period) > 1e-9 * period:
+            raise InvalidValueError(
+                f"period = {period:g} s: must be a whole number of time steps of {scene.time_step:g} s"
+            )
+        self.scene = scene
+        self._period = period
+        self._steps = steps
+        self._noise = NoiseSource(noise or WrenchNoise())
+        self._data = mujoco.MjData(scene.model)
+        self._start: Vector = tuple(scene.model.body("stage").pos.tolist())
+        self._reference: Vector = (0.0, 0.0, 0.0)
+        self._sensors: list[float] = []
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        return self._period
+
+    def start(self) -> Sample:
+        """Put the stage at its start, standing still, and return the first sample."""
+        mujoco.mj_resetData(self.scene.model, self._data)
+        self._reference = (0.0, 0.0, 0.0)
+        mujoco.mj_forward(self.scene.model, self._data)
+        return self._sample(self._data.time)
+
+    def step(self, command: Command) -> Sample:
+        """Simulate one period with the commanded velocity.
+
+        Raises:
+            FloatingPointError: The simulation diverged.
+        """
+        model, data, dt, leash = self.scene.model, self._data, self.scene.time_step, self.scene.stage.leash
+        for _ in range(self._steps):
+            x, y, z = data.qpos.tolist()
+            position = (x, y, z)
+            reference = add_scaled(self._reference, dt, command.velocity_base_tip)
+            ahead = subtract(reference, position)
+            distance = norm(ahead)
+            if distance > leash:
+                reference = add_scaled(position, leash / distance, ahead)
+            self._reference = reference
+            data.ctrl[:] = reference
+            mujoco.mj_step(model, data)
+        sample = self._sample(data.time - dt)
+        if not math.isfinite(sum(self._sensors)):
+            raise FloatingPointError(f"the simulation diverged at t = {data.time:.4f} s")
+        return sample
+
+    def close(self) -> None:
+        """Stop: the reference stays where the stage is."""
+        x, y, z = self._data.qpos.tolist()
+        self._reference = (x, y, z)
+        self._data.qvel[:] = 0.0
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close, whatever happened."""
+        self.close()
+
+    def truth(self) -> Truth:
+        """Return what really happened at the time of the last sample."""
+        found, fx, fy, fz, tx, ty, tz, x, y, z = self._sensors[15:25]
+        # the contact sensor gives what its first geom, the tip, exerts on the object
+        return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz))
+
+    def _sample(self, time: float) -> Sample:
+        self._sensors = s = self._data.sensordata.tolist()
+        # the site sensors give what the tip exerts on the stage, inertia included: the load is the opposite
+        wrench = self._noise.add_to((-s[6], -s[7], -s[8], -s[9], -s[10], -s[11]))
+        arm = ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
+        return Sample(time, arm, (WrenchSample(time, wrench, (s[12], s[13], s[14])),))

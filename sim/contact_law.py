@@ -1,0 +1,130 @@
+"""A contact in physical units, and the MuJoCo solver parameters that realise it.
+
+MuJoCo regularises every contact with an impedance d in (0, 1): with A the sum of the two bodies' inverse masses
+(`body_invweight0`), a contact row has the compliance R = (1 - d)/d A, so D = 1/R. With constant impedance
+(solimp = d, d) and the direct format solref = (-(1-d) A K, -(1-d) A C) the normal force is K depth + C rate,
+whatever the masses. Friction rows have the same D times impratio and the damping rate b_f of
+solreffriction = (0, -b_f): below `creep_speed` friction is viscous, above `lift_speed` the friction rows push
+the bodies apart (MuJoCo couples them through the elliptic cone), and b_f times the time step must stay small.
+These three bounds are checked when a scene is built.
+"""
+
+import math
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError, positive
+
+LARGEST_FRICTION_STEP = 0.2
+"""Of b_f dt: 0.2 was found stable, 1 fails violently (measured with MuJoCo 4.0)."""
+
+LARGEST_CONTACT_STEP = 0.08
+"""Of sqrt(K A) dt, the contact's own angle per time step: 0.063 was found sound, 0.1 chatters (MuJoCo 4.0)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ContactLaw:
+    """How tip and object press and rub.
+
+    Attributes:
+        stiffness: Normal force per depth of penetration [N/m].
+        friction: Coulomb coefficient mu.
+        spin_length: e [m]: the largest spin torque is mu e f_n, and full slip lies on
+            (f_t / mu f_n)^2 + (torque / mu e f_n)^2 = 1.
+        damping_ratio: Of the normal motion of the bodies' own mass on the contact's stiffness.
+        impedance: MuJoCo's constraint impedance d. Low for sliding over curved surfaces (0.9 chatters there),
+            higher for holding.
+        smallest_force: Least normal force [N] at which `lift_speed` shall still hold.
+        lift_speed: Sliding speed [m/s] up to which the tip stays on the surface.
+        creep_speed: Sliding speed [m/s] above which friction is Coulomb's.
+    """
+
+    stiffness: float = 20e3
+    friction: float = 0.3
+    spin_length: float = 0.004
+    damping_ratio: float = 1.0
+    impedance: float = 0.2
+    smallest_force: float = 0.5
+    lift_speed: float = 1.0
+    creep_speed: float = 1e-4
+
+    def __post_init__(self) -> None:
+        positive("stiffness", self.stiffness, "N/m")
+        positive("friction", self.friction, "")
+        positive("spin_length", self.spin_length, "m")
+        positive("damping_ratio", self.damping_ratio, "")
+        positive("smallest_force", self.smallest_force, "N")
+        positive("lift_speed", self.lift_speed, "m/s")
+        positive("creep_speed", self.creep_speed, "m/s")
+        if not 0.0 < self.impedance < 1.0:
+            raise InvalidValueError(f"impedance = {self.impedance}: must lie between 0 and 1")
+
+
+@dataclass(frozen=True, slots=True)
+class PairParameters:
+    """A `ContactLaw` in MuJoCo's terms, for one pair of geoms.
+
+    Attributes:
+        solref: Normal reference, direct format.
+        solimp: Constant impedance.
+        solreffriction: Friction reference, direct format.
+        friction: Sliding (two), torsional [m], rolling (two).
+        impratio: Of friction to normal impedance; an option of the whole model.
+        friction_damping: b_f [1/s].
+        creep_speed: As realised, at `smallest_force` [m/s].
+        lift_speed: As realised, at `smallest_force` [m/s].
+    """
+
+    solref: tuple[float, float]
+    solimp: tuple[float, float, float, float, float]
+    solreffriction: tuple[float, float]
+    friction: tuple[float, float, float, float, float]
+    impratio: float
+    friction_damping: float
+    creep_speed: float
+    lift_speed: float
+
+
+def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> PairParameters:
+    """Return MuJoCo's parameters for a contact law, or refuse if its model would not keep to it.
+
+    Args:
+        law: The wanted behaviour.
+        inverse_mass: A: sum of the two bodies' translational `body_invweight0` [1/kg].
+        time_step: Of the simulation [s].
+
+    Raises:
+        InvalidValueError: A bound on stability, creep or lift-off is broken; the message says what to change.
+    """
+    A, d, mu = positive("inverse_mass", inverse_mass, "1/kg"), law.impedance, law.friction
+    contact_step = math.sqrt(law.stiffness * A) * time_step
+    if contact_step > LARGEST_CONTACT_STEP:
+        raise InvalidValueError(
+            f"contact stiffness = {law.stiffness:g} N/m with a time step of {time_step:g} s: sqrt(K A) dt = "
+            f"{contact_step:.3f}, the limit is {LARGEST_CONTACT_STEP}; take a time step of at most "
+            f"{time_step * LARGEST_CONTACT_STEP / contact_step:.2g} s"
+        )
+    Dn = d / ((1.0 - d) * A)
+    # b_f from the wanted lift speed (its mu^2/impratio term is below 1e-3), impratio from the wanted creep speed
+    friction_damping = law.smallest_force / (Dn * mu * law.lift_speed)
+    impratio = mu * law.smallest_force / (Dn * friction_damping * law.creep_speed)
+    if friction_damping * time_step > LARGEST_FRICTION_STEP:
+        raise InvalidValueError(
+            f"friction damping b_f dt = {friction_damping * time_step:.3f}, the limit is "
+            f"{LARGEST_FRICTION_STEP}; take a smaller time step than {time_step:g} s or a higher lift_speed"
+        )
+    if impratio < 1.0:
+        raise InvalidValueError(
+            f"creep_speed = {law.creep_speed:g} m/s asks for impratio = {impratio:.2g}, the least is 1; "
+            f"take at most {law.creep_speed * impratio:.2g} m/s"
+        )
+    damping = 2.0 * law.damping_ratio * math.sqrt(law.stiffness / A)
+    return PairParameters(
+        solref=(-(1.0 - d) * A * law.stiffness, -(1.0 - d) * A * damping),
+        solimp=(d, d, 1e-3, 0.5, 2.0),  # constant: width, midpoint and power then have no effect
+        solreffriction=(-1.0, -friction_damping),
+        friction=(mu, mu, mu * law.spin_length, 1e-6, 1e-6),
+        impratio=impratio,
+        friction_damping=friction_damping,
+        creep_speed=mu * law.smallest_force / (Dn * impratio * friction_damping),
+        lift_speed=law.smallest_force * (1.0 + mu**2 / impratio) / (Dn * mu * friction_damping),
+    )

@@ -1,0 +1,48 @@
+"""White noise of a force/torque sensor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import not_negative
+from palpate.spatial import Wrench
+
+
+@dataclass(frozen=True, slots=True)
+class WrenchNoise:
+    """Independent Gaussian noise per sample and axis.
+
+    Attributes:
+        force: Standard deviation of each force component [N].
+        moment: Standard deviation of each moment component [N m].
+        seed: The same seed gives the same noise.
+    """
+
+    force: float = 0.0
+    moment: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        not_negative("force noise", self.force, "N")
+        not_negative("moment noise", self.moment, "N m")
+
+
+class NoiseSource:
+    """Draws `WrenchNoise` in blocks: one call of the generator per thousand samples."""
+
+    def __init__(self, noise: WrenchNoise) -> None:
+        """Start the generator from the noise's seed."""
+        self._generator = np.random.default_rng(noise.seed)
+        self._scale = np.array([noise.force] * 3 + [noise.moment] * 3)
+        self._silent = not self._scale.any()
+        self._drawn: list[list[float]] = []
+
+    def add_to(self, wrench: Wrench) -> Wrench:
+        """Return the wrench with fresh noise added."""
+        if self._silent:
+            return wrench
+        if not self._drawn:
+            self._drawn = (self._generator.standard_normal((1000, 6)) * self._scale).tolist()
+        a, b, c, d, e, f = self._drawn.pop()
+        x, y, z, u, v, w = wrench
+        return (x + a, y + b, z + c, u + d, v + e, w + f)

@@ -1,0 +1,154 @@
+"""Objects to touch, at the origin of the base frame, with their exact surface beside the simulated one."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from palpate.errors import FloatArray, positive
+
+
+class SceneObject(Protocol):
+    """A piece that puts one geom into a scene and knows its own surface."""
+
+    @property
+    def top(self) -> float:
+        """Largest z of its surface [m]."""
+        ...
+
+    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
+        """Add its geom to a body."""
+        ...
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """Return the distance of points (n, 3) to the surface [m], positive outside, shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SphereObject:
+    """A sphere of given radius [m]."""
+
+    radius: float = 0.04
+
+    def __post_init__(self) -> None:
+        positive("radius", self.radius, "m")
+
+    @property
+    def top(self) -> float:
+        """The radius [m]."""
+        return self.radius
+
+    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
+        """Add a sphere geom."""
+        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[self.radius, 0.0, 0.0], **_PAIRS_ONLY)
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        return np.asarray(np.linalg.norm(points, axis=1) - self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class EllipsoidObject:
+    """An ellipsoid of given semi-axes [m]."""
+
+    semi_axes: tuple[float, float, float] = (0.05, 0.04, 0.03)
+
+    def __post_init__(self) -> None:
+        for i, length in enumerate(self.semi_axes):
+            positive(f"semi_axes[{i}]", length, "m")
+
+    @property
+    def top(self) -> float:
+        """The vertical semi-axis [m]."""
+        return self.semi_axes[2]
+
+    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
+        """Add an ellipsoid geom."""
+        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=self.semi_axes, **_PAIRS_ONLY)
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """See `SceneObject`; by bisection on the Lagrange multiplier of the nearest point (Eberly 2013)."""
+        squared = np.square(np.asarray(self.semi_axes))
+        p = np.abs(np.asarray(points, dtype=np.float64))
+        # the nearest point is squared p / (squared + t), where t > -min(squared) makes it lie on the surface
+        weight = np.sqrt(squared) * p
+        low = np.maximum(np.max(weight - squared, axis=1), -squared.min() * (1.0 - 1e-15))
+        high = np.maximum(np.linalg.norm(weight, axis=1) - squared.min(), low)
+        for _ in range(80):
+            middle = 0.5 * (low + high)
+            outside = np.sum(np.square(weight / (squared + middle[:, None])), axis=1) > 1.0
+            low = np.where(outside, middle, low)
+            high = np.where(outside, high, middle)
+        t = (0.5 * (low + high))[:, None]
+        gap = np.linalg.norm(p * t / (squared + t), axis=1)
+        return np.copysign(gap, t[:, 0])
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box of given edge lengths [m]."""
+
+    size: tuple[float, float, float] = (0.08, 0.08, 0.04)
+
+    def __post_init__(self) -> None:
+        for i, length in enumerate(self.size):
+            positive(f"size[{i}]", length, "m")
+
+    @property
+    def top(self) -> float:
+        """Half the height [m]."""
+        return self.size[2] / 2
+
+    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
+        """Add a box geom."""
+        half = [length / 2 for length in self.size]
+        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=half, **_PAIRS_ONLY)
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        return _beyond(np.abs(points) - np.asarray(self.size) / 2)
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderObject:
+    """A cylinder lying along the x axis, of given radius and length [m]."""
+
+    radius: float = 0.03
+    length: float = 0.12
+
+    def __post_init__(self) -> None:
+        positive("radius", self.radius, "m")
+        positive("length", self.length, "m")
+
+    @property
+    def top(self) -> float:
+        """The radius [m]."""
+        return self.radius
+
+    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
+        """Add a cylinder geom, turned to lie along x."""
+        half_turn = np.sqrt(0.5)
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=[self.radius, self.length / 2, 0.0],
+            quat=[half_turn, 0.0, half_turn, 0.0],
+            **_PAIRS_ONLY,
+        )
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        radial = np.hypot(points[:, 1], points[:, 2]) - self.radius
+        return _beyond(np.stack([radial, np.abs(points[:, 0]) - self.length / 2], axis=1))
+
+
+_PAIRS_ONLY = {"contype": 0, "conaffinity": 0}
+"""Geoms collide in explicitly named pairs only: a scene pays for the contacts it needs."""
+
+
+def _beyond(excess: FloatArray) -> FloatArray:
+    """Signed distance of a convex product shape from how far each of its coordinates exceeds its bound."""
+    outside = np.linalg.norm(np.maximum(excess, 0.0), axis=1)
+    return np.asarray(outside + np.minimum(excess.max(axis=1), 0.0))

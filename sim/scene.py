@@ -1,0 +1,125 @@
+"""A scene: stage, tip and object, and nothing else."""
+
+from dataclasses import dataclass
+
+import mujoco
+
+from palpate.errors import positive
+from palpate.sim.contact_law import ContactLaw, PairParameters, pair_parameters
+from palpate.sim.objects import SceneObject
+from palpate.sim.stage import Stage
+from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
+from palpate.spatial import Vector
+
+OBJECT_GEOM = "object"
+GRAVITY = 9.80665
+"""Standard gravity [m/s^2] (ISO 80000-3)."""
+
+_CONTACT_FIELDS = (
+    mujoco.mjtConDataField.mjCONDATA_FOUND,
+    mujoco.mjtConDataField.mjCONDATA_FORCE,
+    mujoco.mjtConDataField.mjCONDATA_TORQUE,
+    mujoco.mjtConDataField.mjCONDATA_POS,
+)
+_NET_FORCE = 3
+"""Contact sensor reduction (MuJoCo XML reference, sensor/contact, reduce="netforce")."""
+
+
+@dataclass(frozen=True, slots=True)
+class StageScene:
+    """A compiled scene and what is known of it.
+
+    Attributes:
+        model: The compiled model.
+        tip: The fingertip.
+        stage: What carries it.
+        target: The object, fixed at the origin.
+        law: The wanted contact.
+        pair: As realised.
+        time_step: Of the simulation [s].
+    """
+
+    model: mujoco.MjModel
+    tip: Tip
+    stage: Stage
+    target: SceneObject
+    law: ContactLaw
+    pair: PairParameters
+    time_step: float
+
+
+def build_stage_scene(
+    tip: Tip,
+    target: SceneObject,
+    law: ContactLaw,
+    start: Vector,
+    stage: Stage | None = None,
+    time_step: float = 0.5e-3,
+) -> StageScene:
+    """Compile a scene of one tip on a stage and one object.
+
+    Args:
+        tip: The fingertip on its sensor.
+        target: The object, fixed at the origin of the base frame.
+        law: Contact between the two.
+        start: Where the sensor frame's origin starts, base frame [m].
+        stage: What carries the tip.
+        time_step: Of the simulation [s].
+
+    Raises:
+        InvalidValueError: The contact law cannot be kept with these masses and this time step.
+    """
+    stage = stage or Stage()
+    positive("time_step", time_step, "s")
+    spec = mujoco.MjSpec()
+    spec.option.timestep = time_step
+    spec.option.gravity = [0.0, 0.0, -GRAVITY]
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    # RK4 would break the agreement of the sensors with the state they belong to
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+
+    tip.add_to(stage.add_to(spec, start, tip.mass))
+    body = spec.worldbody.add_body(name="object")
+    target.add_geom(body, OBJECT_GEOM)
+
+    # three slides move stage and tip as one, so this is what MuJoCo's body_invweight0 will say; checked below
+    inverse_mass = 1.0 / (stage.mass + tip.mass)
+    pair = pair_parameters(law, inverse_mass, time_step)
+    spec.option.impratio = pair.impratio
+    spec.add_pair(
+        geomname1=TIP_GEOM,
+        geomname2=OBJECT_GEOM,
+        condim=4,
+        friction=pair.friction,
+        solref=pair.solref,
+        solreffriction=pair.solreffriction,
+        solimp=pair.solimp,
+    )
+    _add_sensors(spec)
+    model = spec.compile()
+    found = float(model.body_invweight0[model.body("tip").id, 0])
+    if abs(found - inverse_mass) > 1e-9 * inverse_mass:
+        raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {inverse_mass}")
+    return StageScene(model, tip, stage, target, law, pair, time_step)
+
+
+def _add_sensors(spec: mujoco.MjSpec) -> None:
+    """Add sensors in the order in which `palpate.sim.backend` reads them."""
+    site = mujoco.mjtObj.mjOBJ_SITE
+    for kind in (
+        mujoco.mjtSensor.mjSENS_FRAMEPOS,
+        mujoco.mjtSensor.mjSENS_FRAMELINVEL,
+        mujoco.mjtSensor.mjSENS_FORCE,
+        mujoco.mjtSensor.mjSENS_TORQUE,
+        mujoco.mjtSensor.mjSENS_ACCELEROMETER,
+    ):
+        spec.add_sensor(type=kind, objtype=site, objname=SENSOR_SITE)
+    geom = mujoco.mjtObj.mjOBJ_GEOM
+    spec.add_sensor(
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=geom,
+        objname=TIP_GEOM,
+        reftype=geom,
+        refname=OBJECT_GEOM,
+        intprm=[sum(1 << int(field) for field in _CONTACT_FIELDS), _NET_FORCE, 1],
+    )

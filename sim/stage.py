@@ -1,0 +1,65 @@
+"""A three-axis stage: the cheapest machine that can carry a fingertip anywhere."""
+
+from dataclasses import dataclass
+
+import mujoco
+
+from palpate.errors import positive
+from palpate.spatial import Vector
+
+AXES: tuple[tuple[str, Vector], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Three slides driven by critically damped position servos, with their own weight balanced.
+
+    A velocity command is integrated into the servos' reference. Following a ramp, the stage lags by `lag`.
+
+    Attributes:
+        mass: Moving mass without the tip [kg].
+        bandwidth: Natural frequency of the servos [rad/s].
+        leash: Largest distance of the reference from the actual position [m]: bounds the force with which the
+            stage pushes against an obstacle (anti-windup).
+    """
+
+    mass: float = 5.0
+    bandwidth: float = 100.0
+    leash: float = 0.0025
+
+    def __post_init__(self) -> None:
+        positive("mass", self.mass, "kg")
+        positive("bandwidth", self.bandwidth, "rad/s")
+        positive("leash", self.leash, "m")
+
+    @property
+    def lag(self) -> float:
+        """2 / bandwidth [s]: how far a critically damped servo runs behind a ramp."""
+        return 2.0 / self.bandwidth
+
+    def stiffness(self, tip_mass: float) -> float:
+        """Stiffness of the servos [N/m]."""
+        return (self.mass + tip_mass) * self.bandwidth**2
+
+    def add_to(self, spec: mujoco.MjSpec, start: Vector, tip_mass: float) -> mujoco.MjsBody:
+        """Add slides and servos to a scene; returns the moving body, at `start` [m] when all slides are at 0."""
+        body = spec.worldbody.add_body(name="stage", pos=start)
+        body.explicitinertial = True
+        body.mass = self.mass
+        body.inertia = [0.01 * self.mass] * 3  # it never turns: any value does
+        # lifts the tip too, from outside: the sensor between them still feels the tip's weight
+        body.gravcomp = (self.mass + tip_mass) / self.mass
+        stiffness = self.stiffness(tip_mass)
+        damping = 2.0 * (self.mass + tip_mass) * self.bandwidth
+        for name, axis in AXES:
+            body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+            spec.add_actuator(
+                name=name,
+                trntype=mujoco.mjtTrn.mjTRN_JOINT,
+                target=name,
+                gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+                gainprm=[stiffness] + [0.0] * 9,
+                biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+                biasprm=[0.0, -stiffness, -damping] + [0.0] * 7,
+            )
+        return body

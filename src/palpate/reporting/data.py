@@ -1,0 +1,182 @@
+"""What a report on one exploration is made from: numbers and arrays, no drawing."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import InvalidValueError, positive
+from palpate.mapping import HeightMap, SphereFit, TouchCloud
+
+FloatArray = npt.NDArray[np.float64]
+IndexArray = npt.NDArray[np.integer]
+
+
+@dataclass(frozen=True, slots=True)
+class KeyFigure:
+    """One line of a report's summary.
+
+    Attributes:
+        name: What it is.
+        value: A number, shown with four significant digits, or words.
+        unit: Its unit, "" for a ratio, a count or words.
+        note: What to compare it with, or "".
+    """
+
+    name: str
+    value: float | str
+    unit: str = ""
+    note: str = ""
+
+    @property
+    def text(self) -> str:
+        """The value as shown."""
+        if isinstance(self.value, str):
+            return self.value
+        if math.isfinite(self.value) and self.value == round(self.value) and abs(self.value) < 1e6:
+            return f"{self.value:.0f}"
+        if 1e4 <= abs(self.value) < 1e6:
+            return f"{self.value:.0f}"
+        return f"{self.value:#.4g}".rstrip(".")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrueSurface:
+    """The surface that was explored, where it is known (simulation), as triangles in the base frame.
+
+    Attributes:
+        vertices: Shape (n, 3) [m].
+        triangles: Indices of vertices, shape (m, 3).
+    """
+
+    vertices: FloatArray
+    triangles: IndexArray
+
+    def __post_init__(self) -> None:
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
+            raise InvalidValueError(f"vertices have shape {self.vertices.shape}: must be (n, 3) [m]")
+        if self.triangles.ndim != 2 or self.triangles.shape[1] != 3:
+            raise InvalidValueError(f"triangles have shape {self.triangles.shape}: must be (m, 3)")
+        if self.triangles.size and not 0 <= self.triangles.min() <= self.triangles.max() < len(self.vertices):
+            raise InvalidValueError(
+                f"triangles name vertices {self.triangles.min()} to {self.triangles.max()}: "
+                f"must be 0 to {len(self.vertices) - 1}"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimeSeries:
+    """What happened over time, one entry per control period.
+
+    Attributes:
+        time: Increasing, shape (k,) [s].
+        phase: Name of the controller's phase, length k; any sequence of strings is taken.
+        measured_force: Normal force that touch found, shape (k,) [N]; NaN without contact.
+        set_force: Normal force asked for [N].
+        spin_torque: Spin torque that touch found, shape (k,) [N m]; NaN without contact.
+        speed: Speed of the fingertip, shape (k,) [m/s].
+        true_force: Normal force of the simulation, shape (k,) [N], if known.
+        true_spin_torque: Spin torque of the simulation, shape (k,) [N m], if known.
+
+    Raises:
+        InvalidValueError: Lengths differ.
+    """
+
+    time: FloatArray
+    phase: Sequence[str]
+    measured_force: FloatArray
+    set_force: float
+    spin_torque: FloatArray
+    speed: FloatArray
+    true_force: FloatArray | None = None
+    true_spin_torque: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.time)
+        for name in ("phase", "measured_force", "spin_torque", "speed", "true_force", "true_spin_torque"):
+            values = getattr(self, name)
+            if values is not None and len(values) != count:
+                raise InvalidValueError(f"{name} has {len(values)} entries: must be {count}, one per time")
+        object.__setattr__(self, "phase", tuple(str(name) for name in self.phase))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimingSummary:
+    """How long the periods of a run took to compute.
+
+    Attributes:
+        compute_time: Time spent in each period, shape (k,) [s].
+        period: Time there was [s].
+
+    Raises:
+        InvalidValueError: The period is not positive, or a compute time not finite.
+    """
+
+    compute_time: FloatArray
+    period: float
+
+    def __post_init__(self) -> None:
+        positive("period", self.period, "s")
+        if not np.isfinite(self.compute_time).all():
+            raise InvalidValueError("compute_time: must be finite [s]; leave out periods not timed")
+
+    def percentile(self, percent: float) -> float:
+        """Return the compute time [s] that `percent` of the periods stayed within; NaN without periods."""
+        if len(self.compute_time) == 0:
+            return math.nan
+        return float(np.percentile(self.compute_time, percent))
+
+    @property
+    def overruns(self) -> int:
+        """Number of periods that took longer than there was."""
+        return int((self.compute_time > self.period).sum())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExplorationReport:
+    """All that a report on one exploration shows.
+
+    Attributes:
+        title: Heading.
+        outcome: How it ended, one sentence.
+        summary: Key figures, most important first.
+        settings: Name and value with unit of each setting.
+        cloud: What was felt.
+        series: What happened over time.
+        timing: How long the periods took.
+        height_map: The touched surface, if it is one.
+        sphere: The sphere through the points, if one was fitted.
+        true_surface: What was explored, if known; for pictures only.
+        point_error: Signed distance of each point of `cloud` from the true surface, positive outside, shape
+            (n,) [m], if known.
+
+    Raises:
+        InvalidValueError: `point_error` has another length than `cloud`, or is not finite.
+    """
+
+    title: str
+    outcome: str
+    summary: tuple[KeyFigure, ...]
+    settings: tuple[tuple[str, str], ...]
+    cloud: TouchCloud
+    series: TimeSeries
+    timing: TimingSummary
+    height_map: HeightMap | None = None
+    sphere: SphereFit | None = None
+    true_surface: TrueSurface | None = None
+    point_error: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.point_error is None:
+            return
+        if self.point_error.shape != (len(self.cloud),):
+            raise InvalidValueError(
+                f"point_error has shape {self.point_error.shape}: must be ({len(self.cloud)},), "
+                "one per contact"
+            )
+        if not np.isfinite(self.point_error).all():
+            raise InvalidValueError(
+                "point_error: must be finite [m]; leave contacts without one out of the cloud"
+            )

@@ -1,0 +1,72 @@
+"""How far the touched points are from the true surface."""
+
+import numpy as np
+
+from palpate.mapping import TouchCloud
+from palpate.reporting.data import FloatArray
+from palpate.reporting.style import (
+    ERROR_COLOURS,
+    FONT_SIZE,
+    INK,
+    MEASURED,
+    MICRO,
+    MILLI,
+    Picture,
+    Width,
+    dress,
+    new_figure,
+)
+
+SHOWN_PERCENT = 99.0
+"""Colours span this share of the errors, so that a few outliers do not hide the rest."""
+
+GROUND = "#d9dce1"
+"""Behind the map: darker than the white of a point without error."""
+
+
+def error_map(cloud: TouchCloud, point_error: FloatArray) -> Picture:
+    """Return the map of signed errors seen from above; `point_error` (n,) [m], n at least 1."""
+    figure = new_figure(Width.HALF, 4.4)
+    axes = figure.subplots()
+    # Large errors last, so that none is hidden.
+    order = np.argsort(np.abs(point_error))
+    error = MICRO * point_error[order]
+    limit = max(float(np.percentile(np.abs(error), SHOWN_PERCENT)), 1e-3)
+    x, y = MILLI * cloud.position[order, 0], MILLI * cloud.position[order, 1]
+    dots = axes.scatter(
+        x, y, c=error, cmap=ERROR_COLOURS, vmin=-limit, vmax=limit, s=3.0, linewidths=0.0, rasterized=True
+    )
+    bar = figure.colorbar(dots, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
+    bar.set_label("error of the points [µm], + is outside the surface", fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    axes.set_facecolor(GROUND)
+    axes.set_aspect("equal", adjustable="datalim")
+    dress(axes, x="x [mm]", y="y [mm]", grid=False)
+    return Picture(
+        title="Where the errors are",
+        caption=(
+            f"Signed distance of the touched points from the true surface, seen from above; the colours span "
+            f"{SHOWN_PERCENT:.0f} % of the points, the largest error is {np.abs(error).max():.3g} µm."
+        ),
+        full=figure,
+        dense=True,
+    )
+
+
+def error_histogram(point_error: FloatArray) -> Picture:
+    """Return the histogram of signed errors; `point_error` (n,) [m], n at least 1."""
+    figure = new_figure(Width.HALF, 4.4)
+    axes = figure.subplots()
+    error = MICRO * point_error
+    mean, rms = float(error.mean()), float(np.sqrt((error**2).mean()))
+    axes.hist(error, bins=60, color=MEASURED, alpha=0.75)
+    axes.axvline(0.0, color=INK, linewidth=1.0)
+    dress(axes, x="error of the points [µm]", y="number of points")
+    return Picture(
+        title="How large the errors are",
+        caption=(
+            f"Signed distances of {len(error)} points from the true surface: root mean square {rms:.3g} µm, "
+            f"mean {mean:.3g} µm, largest {np.abs(error).max():.3g} µm."
+        ),
+        full=figure,
+    )

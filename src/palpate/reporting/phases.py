@@ -1,0 +1,48 @@
+"""Phases of a run as a pale ground behind a plot over time."""
+
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from palpate.reporting.data import FloatArray, TimeSeries
+from palpate.reporting.style import OTHER_PHASE, PHASE_COLOURS
+
+SCAN = "scan"
+"""The phase that a zoom shows: `palpate.runtime.data.Phase.SCAN`."""
+
+
+def stretches(series: TimeSeries) -> list[tuple[str, float, float]]:
+    """Return each phase in turn with the times [s] at which it begins and ends."""
+    if not series.phase:
+        return []
+    names = np.array(series.phase, dtype=np.str_)
+    begins = np.concatenate([[0], np.flatnonzero(names[1:] != names[:-1]) + 1, [len(names)]])
+    last = len(names) - 1
+    return [
+        (str(names[i]), float(series.time[i]), float(series.time[min(j, last)])) for i, j in pairwise(begins)
+    ]
+
+
+def shade(axes: Axes, series: TimeSeries) -> None:
+    """Shade the phases over the whole height of `axes`; each name goes into the legend once."""
+    named = set()
+    for name, begin, end in stretches(series):
+        label = None if name in named else name
+        axes.axvspan(
+            begin, end, color=PHASE_COLOURS.get(name, OTHER_PHASE), linewidth=0, label=label, zorder=0
+        )
+        named.add(name)
+
+
+def scan_window(series: TimeSeries) -> tuple[float, float] | None:
+    """Return when the first scan begins and the last one ends [s], or None if nothing was scanned."""
+    scans = [(begin, end) for name, begin, end in stretches(series) if name == SCAN]
+    return (scans[0][0], scans[-1][1]) if scans and scans[-1][1] > scans[0][0] else None
+
+
+def within(series: TimeSeries, values: FloatArray) -> FloatArray:
+    """Return the finite `values` (k,) of scanning periods."""
+    scanning = np.array([name == SCAN for name in series.phase], dtype=np.bool_)
+    chosen = values[scanning]
+    return np.asarray(chosen[np.isfinite(chosen)], dtype=np.float64)

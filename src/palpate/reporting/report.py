@@ -1,0 +1,82 @@
+"""The report on one exploration, as one HTML file."""
+
+import os
+from html import escape
+
+from palpate.mapping import SphereFit, SphereFitStatus
+from palpate.mapping.atomic_file import replacing
+from palpate.reporting.data import ExplorationReport
+
+_MILLI = 1e3
+
+_FIT_REMARK = {
+    SphereFitStatus.OK: "",
+    SphereFitStatus.WEAK: "; the touched part says little about the radius",
+    SphereFitStatus.NOT_CONVERGED: "; the fit did not converge, the points are as good as flat",
+}
+
+
+def write_report(report: ExplorationReport, path: str | os.PathLike[str]) -> None:
+    """Write `report` as one HTML file that needs nothing else: no network, no folder of pictures.
+
+    It reads on a phone as on a screen, light or dark as the reader's system is. A former file at `path` is
+    replaced once the new one is whole.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    text = report_html(report)
+    with replacing(path) as file:
+        file.write(text.encode("utf-8"))
+
+
+def report_html(report: ExplorationReport) -> str:
+    """Return `report` as the text of an HTML document."""
+    # matplotlib takes a third of a second to import: only those who write a report wait for it.
+    from palpate.reporting.error_picture import error_histogram, error_map
+    from palpate.reporting.force_picture import force_overview, force_zoom
+    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.spin_picture import spin_picture
+    from palpate.reporting.surface_picture import touched_surface, true_surface
+    from palpate.reporting.timing_picture import timing_picture
+
+    cloud, series = report.cloud, report.series
+    shape, errors = [], []
+    if len(cloud):
+        shape.append(touched_surface(cloud, report.height_map))
+        if report.true_surface is not None:
+            shape.append(true_surface(cloud, report.true_surface))
+        if report.point_error is not None:
+            errors = [error_map(cloud, report.point_error), error_histogram(report.point_error)]
+    over_time = (
+        [force_overview(series), force_zoom(series), spin_picture(series, cloud)] if series.phase else []
+    )
+    figures = [(k.name, k.text, k.unit, k.note) for k in report.summary]
+    nothing = "" if len(cloud) else "<p>The finger felt nothing, so there is no surface to show.</p>"
+    sphere = "" if report.sphere is None else f"<p>{escape(sphere_sentence(report.sphere))}</p>"
+    return page(
+        report.title,
+        [
+            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
+            table(figures, ("name", "value", "unit", "note")),
+            section("The surface", [part for part in (nothing, picture_cards(shape), sphere) if part]),
+            section("Errors", [part for part in (picture_cards(errors),) if part]),
+            section("Over time", [part for part in (picture_cards(over_time),) if part]),
+            section(
+                "Computing", [part for part in (picture_cards([timing_picture(report.timing)]),) if part]
+            ),
+            section("Settings", [part for part in (table(report.settings, ("name", "value")),) if part]),
+            "<footer>Lengths and forces in the robot's base frame. Written by palpate.</footer>",
+        ],
+    )
+
+
+def sphere_sentence(sphere: SphereFit) -> str:
+    """Return one sentence on the sphere through the points."""
+    x, y, z = (_MILLI * float(c) for c in sphere.center)
+    return (
+        f"The sphere through {sphere.point_count} points has radius {_MILLI * sphere.radius:.3f} mm "
+        f"(standard deviation {_MILLI * sphere.radius_sd:.2g} mm, errors common to all points apart) "
+        f"and center ({x:.3f}, {y:.3f}, {z:.3f}) mm; the points miss it by "
+        f"{_MILLI * sphere.rms_residual:.2g} mm root mean square{_FIT_REMARK[sphere.status]}."
+    )

@@ -1,0 +1,169 @@
+"""The touched surface and the true one, in space."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+
+from palpate.mapping import HeightMap, TouchCloud, height_map_triangles
+from palpate.reporting.data import FloatArray, IndexArray, TrueSurface
+from palpate.reporting.style import (
+    FONT_SIZE,
+    HEIGHT_COLOURS,
+    INK,
+    MILLI,
+    PATH,
+    QUIET,
+    Picture,
+    Width,
+    new_figure,
+)
+
+ELEVATION, AZIMUTH = 38.0, -58.0
+LIGHT = np.array([-0.35, -0.45, 0.82])
+"""Direction to the light, of unit length within a percent."""
+AMBIENT = 0.62
+"""Share of a colour that is left on a face turned away from the light."""
+
+PATH_STRETCHES = 2500.0
+"""The path is drawn with about so many points: more than pixels can tell apart."""
+BROKEN_PATH = 4.0
+"""The drawn path is broken where neighbours are further apart than this many stretches."""
+MARGIN = 0.08
+"""Room around the touched points, relative to their extent."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """The box and the colours that both pictures share.
+
+    Attributes:
+        low: Lower corner, shape (3,) [m].
+        high: Upper corner, shape (3,) [m].
+        touched: Lowest and highest x, y of the touched points, shape (2, 2) [m].
+        norm: Heights [mm] to colours.
+    """
+
+    low: FloatArray
+    high: FloatArray
+    touched: FloatArray
+    norm: Normalize
+
+    @classmethod
+    def around(cls, cloud: TouchCloud) -> "View":
+        """Return the view of the touched part; `cloud` holds at least one contact."""
+        low, high = cloud.position.min(axis=0), cloud.position.max(axis=0)
+        room = MARGIN * max(float((high - low).max()), 1e-6)
+        z = MILLI * cloud.position[:, 2]
+        return cls(
+            low=low - room,
+            high=high + room,
+            touched=np.stack([low[:2], high[:2]]),
+            norm=Normalize(float(z.min()) - 1e-3, float(z.max()) + 1e-3),
+        )
+
+
+def touched_surface(cloud: TouchCloud, height_map: HeightMap | None) -> Picture:
+    """Return the touched surface with the path of the finger; without a map, the points alone."""
+    view = View.around(cloud)
+    figure, axes = _empty_view(view)
+    if height_map is None:
+        thin = _drawn_path(cloud)
+        axes.scatter(
+            *(MILLI * thin.position.T),
+            c=MILLI * thin.position[:, 2],
+            cmap=HEIGHT_COLOURS,
+            norm=view.norm,
+            s=2.0,
+        )
+        caption = "Touched points, coloured by height."
+    else:
+        vertices, triangles = height_map_triangles(height_map)
+        _draw_triangles(axes, view, vertices, triangles)
+        path = _broken_line(_drawn_path(cloud))
+        axes.plot(*(MILLI * path.T), color=PATH, linewidth=0.55, alpha=0.75, zorder=10)
+        caption = (
+            f"The surface as felt, with the path of the finger; holes are where nothing was felt within "
+            f"{MILLI * height_map.reach:.3g} mm."
+        )
+    return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
+
+
+def true_surface(cloud: TouchCloud, surface: TrueSurface) -> Picture:
+    """Return the true surface in the same view and colours; only the touched region is drawn."""
+    view = View.around(cloud)
+    figure, axes = _empty_view(view)
+    centres = surface.vertices[surface.triangles].mean(axis=1)
+    low, high = view.touched
+    inside = ((centres[:, :2] >= low) & (centres[:, :2] <= high)).all(axis=1)
+    inside &= (centres[:, 2] >= view.low[2]) & (centres[:, 2] <= view.high[2])
+    _draw_triangles(axes, view, surface.vertices, surface.triangles[inside])
+    return Picture(
+        title="True surface",
+        caption="The surface of the simulated object over the same region, in the same view and colours.",
+        full=figure,
+        dense=True,
+    )
+
+
+def _empty_view(view: View) -> tuple[Figure, Axes3D]:
+    figure = new_figure(Width.HALF, 3.9)
+    axes = figure.add_subplot(projection="3d", computed_zorder=False)
+    low, high = MILLI * view.low, MILLI * view.high
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(tuple(high - low), zoom=1.08)
+    axes.view_init(elev=ELEVATION, azim=AZIMUTH)
+    for axis, name in ((axes.xaxis, "x [mm]"), (axes.yaxis, "y [mm]"), (axes.zaxis, "z [mm]")):
+        axis.set_label_text(name, fontsize=FONT_SIZE, color=INK)
+        axis.set_pane_color((0.97, 0.975, 0.98, 1.0))
+        axis.set_tick_params(labelsize=FONT_SIZE - 1.5, colors=QUIET)
+        axis.set_major_locator(_few_ticks())
+    axes.zaxis.labelpad = -2.0  # else it is cut off at the rim
+    colours = ScalarMappable(view.norm, HEIGHT_COLOURS)
+    bar = figure.colorbar(colours, ax=axes, location="bottom", shrink=0.7, aspect=28, pad=0.02)
+    bar.set_label("height z [mm]", fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    return figure, axes
+
+
+def _few_ticks() -> MaxNLocator:
+    return MaxNLocator(nbins=5, steps=[1, 2, 5, 10])
+
+
+def _draw_triangles(axes: Axes3D, view: View, vertices: FloatArray, triangles: IndexArray) -> None:
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    real = length > 0.0  # meshes of spheres have triangles without area at the poles
+    if not real.any():
+        return
+    corners, normal = corners[real], normal[real] / length[real, np.newaxis]
+    # Either side is lit: meshes do not agree on the order of corners.
+    lit = np.minimum(np.abs(normal @ LIGHT), 1.0)
+    colours: npt.NDArray[np.float64] = HEIGHT_COLOURS(view.norm(MILLI * corners[:, :, 2].mean(axis=1)))
+    colours[:, :3] *= (AMBIENT + (1.0 - AMBIENT) * lit)[:, np.newaxis]
+    # Edges in the colour of the face close the hairlines between neighbours.
+    faces = Poly3DCollection(
+        MILLI * corners, facecolors=colours, edgecolors=colours, linewidths=0.25, zorder=1
+    )
+    axes.add_collection3d(faces)
+
+
+def _drawn_path(cloud: TouchCloud) -> TouchCloud:
+    length = float(np.linalg.norm(np.diff(cloud.position, axis=0), axis=1).sum())
+    return cloud.thinned(max(length / PATH_STRETCHES, 1e-6))
+
+
+def _broken_line(path: TouchCloud) -> FloatArray:
+    """Return the points of `path` with a row of NaN in each gap."""
+    steps = np.linalg.norm(np.diff(path.position, axis=0), axis=1)
+    if not len(steps):
+        return path.position
+    gaps = np.flatnonzero(steps > BROKEN_PATH * np.median(steps)) + 1
+    return np.insert(path.position, gaps, np.nan, axis=0)

@@ -1,0 +1,21 @@
+"""The key figures of a report as a table for the terminal."""
+
+from rich.table import Table
+from rich.text import Text
+
+from palpate.reporting.data import ExplorationReport
+
+
+def summary_table(report: ExplorationReport) -> Table:
+    """Return the key figures with the title above and the outcome below.
+
+    Texts are shown as they are: square brackets are not taken for markup.
+    """
+    table = Table(title=Text(report.title), caption=Text(report.outcome), show_header=False)
+    table.add_column("name")
+    table.add_column("value", justify="right", style="bold")
+    table.add_column("unit")
+    table.add_column("note", style="dim")
+    for figure in report.summary:
+        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
+    return table

@@ -1,0 +1,57 @@
+"""How long the control periods took to compute."""
+
+import numpy as np
+from matplotlib.ticker import EngFormatter, NullFormatter
+
+from palpate.reporting.data import TimingSummary
+from palpate.reporting.style import (
+    FONT_SIZE,
+    INK,
+    MEASURED,
+    TRUE,
+    WANTED,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+)
+
+BINS_PER_DECADE = 25
+
+
+def timing_picture(timing: TimingSummary) -> Picture | None:
+    """Return the histogram of compute times, or None if no time was taken."""
+    taken = timing.compute_time[np.isfinite(timing.compute_time) & (timing.compute_time > 0.0)]
+    if not len(taken):
+        return None
+    figure = new_figure(Width.HALF, 3.4)
+    axes = figure.subplots()
+    low, high = float(taken.min()) / 1.2, max(float(taken.max()), timing.period) * 1.3
+    bins = np.geomspace(low, high, 2 + round(BINS_PER_DECADE * np.log10(high / low)))
+    axes.hist(taken, bins=bins.tolist(), color=MEASURED, alpha=0.75, log=True)
+    axes.set_xscale("log")
+    axes.set_ylim(bottom=0.7)
+    seconds = EngFormatter(unit="s", places=None, sep="\N{NO-BREAK SPACE}")
+    marks = (
+        ("50 %", timing.percentile(50.0), INK, ":"),
+        ("99 %", timing.percentile(99.0), INK, "--"),
+        ("max", timing.percentile(100.0), INK, "-"),
+        ("period", timing.period, TRUE if timing.overruns else WANTED, "-"),
+    )
+    for name, at, colour, line in marks:
+        label = f"{name}: {seconds.format_data(float(f'{at:.3g}'))}"
+        axes.axvline(at, color=colour, linestyle=line, linewidth=1.3, label=label)
+    axes.xaxis.set_major_formatter(seconds)
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    dress(axes, x="compute time of a period [s]", y="number of periods")
+    axes.tick_params(which="minor", labelsize=FONT_SIZE - 2, length=2)
+    legend_above(figure, [axes], columns=2)
+    return Picture(
+        title="Time to compute a period",
+        caption=(
+            f"Compute times of {len(timing.compute_time)} periods, {timing.overruns} of them longer than the "
+            "period; both axes are logarithmic."
+        ),
+        full=figure,
+    )

@@ -1,0 +1,45 @@
+"""Taking weight and inertia of the fingertip off a force/torque measurement."""
+
+from dataclasses import dataclass
+
+from palpate.errors import not_negative
+from palpate.spatial import Vector, Wrench, cross, scale
+
+
+@dataclass(frozen=True, slots=True)
+class Payload:
+    """What is mounted on the tip side of a sensor.
+
+    Attributes:
+        mass: Its mass [kg].
+        center_of_mass: In the sensor frame [m].
+    """
+
+    mass: float = 0.0
+    center_of_mass: Vector = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        not_negative("mass", self.mass, "kg")
+
+
+def contact_wrench(load: Wrench, acceleration: Vector, payload: Payload) -> Wrench:
+    """Return what the object exerts on the finger, from the load on the sensor's tip side.
+
+    Newton for the payload, which does not turn: load = contact - m a, where a is the specific force that an
+    accelerometer at the sensor shows (gravity included).
+
+    Args:
+        load: Measured wrench, sensor frame [N, N m].
+        acceleration: Specific force at the sensor, sensor frame [m/s^2].
+        payload: What hangs on the sensor.
+    """
+    force = scale(payload.mass, acceleration)
+    moment = cross(payload.center_of_mass, force)
+    return (
+        load[0] + force[0],
+        load[1] + force[1],
+        load[2] + force[2],
+        load[3] + moment[0],
+        load[4] + moment[1],
+        load[5] + moment[2],
+    )

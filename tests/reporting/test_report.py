@@ -1,0 +1,229 @@
+import dataclasses
+import io
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import palpate.reporting.report as report_module
+from mapping.raster import CENTER, RADIUS, sphere_cap
+from palpate.errors import InvalidValueError
+from palpate.mapping import HeightMap, fit_sphere
+from palpate.reporting import (
+    ExplorationReport,
+    KeyFigure,
+    TimeSeries,
+    TimingSummary,
+    TrueSurface,
+    report_html,
+    summary_table,
+    write_report,
+)
+from palpate.reporting.encode import svg_uri
+from palpate.reporting.force_picture import force_overview
+from palpate.runtime.data import Phase
+
+VOID = {"meta", "img", "source", "br"}
+
+
+class Checker(HTMLParser):
+    """Every tag that opens closes, in order; collects tags, sources and text."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.tags, self.links, self.text = [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [v for k, v in attrs if k in ("src", "srcset", "href")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def parsed(html):
+    checker = Checker()
+    checker.feed(html)
+    checker.close()
+    assert checker.open == []
+    return checker
+
+
+def series_of(phases=("approach", "scan", "lift"), each=200, touched=True):
+    count = each * len(phases)
+    time = np.arange(count) * 2e-3
+    force = 2.0 + 0.02 * np.sin(20 * time)
+    force[: each // 2 if touched else count] = np.nan
+    return TimeSeries(
+        time=time,
+        phase=tuple(name for name in phases for _ in range(each)),
+        measured_force=force,
+        set_force=2.0,
+        spin_torque=1e-3 * np.sin(time),
+        speed=np.full(count, 0.02),
+        true_force=np.nan_to_num(force),
+        true_spin_torque=1e-3 * np.sin(time),
+    )
+
+
+def octahedron():
+    vertices = CENTER + RADIUS * np.concatenate([np.eye(3), -np.eye(3)])
+    return TrueSurface(vertices, np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2]]))
+
+
+CAP = sphere_cap(half=0.006, step=4e-4)
+PLAIN = ExplorationReport(
+    title="A sphere",
+    outcome="Done.",
+    summary=(KeyFigure("Force error", 0.0123456, "N", "of 2 N"), KeyFigure("Ended", "done")),
+    settings=(("Scan speed", "20 mm/s"),),
+    cloud=CAP,
+    series=series_of(),
+    timing=TimingSummary(np.full(600, 1e-4), 2e-3),
+)
+FULL = dataclasses.replace(
+    PLAIN,
+    height_map=HeightMap.from_cloud(CAP, 1e-3),
+    sphere=fit_sphere(CAP.position),
+    true_surface=octahedron(),
+    point_error=np.linalg.norm(CAP.position - CENTER, axis=1) - RADIUS + 1e-6,
+)
+
+
+BRIEF = dataclasses.replace(PLAIN, series=series_of(phases=()))
+
+
+@pytest.fixture(scope="module")
+def full_html():
+    return report_html(FULL)
+
+
+def test_the_whole_report_is_well_formed_and_has_every_picture(full_html):
+    checker = parsed(full_html)
+    assert checker.tags.count("img") == 8
+    assert checker.tags.count("figcaption") == 8
+    text = " ".join(checker.text)
+    for said in ("0.01235", "of 2 N", "20 mm/s", "radius 40.000 mm", "Done."):
+        assert said in text
+
+
+def test_nothing_comes_from_outside(full_html):
+    links = parsed(full_html).links
+    assert links
+    assert all(link.startswith(("data:image/svg+xml;base64,", "data:image/png;base64,")) for link in links)
+    assert not re.search(r"https?://|url\(|@import|<script|<link", full_html)
+
+
+def test_it_is_small_enough_to_send(full_html):
+    assert len(full_html) < 4_000_000
+
+
+def test_the_same_run_gives_the_same_report():
+    assert report_html(BRIEF) == report_html(BRIEF)
+    first, second = (svg_uri(force_overview(PLAIN.series).full) for _ in range(2))
+    assert first == second
+
+
+def test_text_of_the_user_is_text():
+    evil = '<script>alert("x")</script> & "quotes"'
+    html = report_html(
+        dataclasses.replace(
+            BRIEF,
+            title=evil,
+            outcome=evil,
+            summary=(KeyFigure(evil, evil, evil, evil),),
+            settings=((evil, evil),),
+        )
+    )
+    checker = parsed(html)
+    assert "script" not in checker.tags
+    assert checker.text.count(evil) == 9  # title twice, outcome, four of the key figure, two of the setting
+
+
+@pytest.mark.parametrize(
+    "report",
+    [
+        dataclasses.replace(PLAIN, cloud=CAP.select(np.zeros(len(CAP), dtype=bool)), summary=(), settings=()),
+        dataclasses.replace(BRIEF, cloud=CAP.select(np.arange(len(CAP)) == 0)),
+        dataclasses.replace(PLAIN, series=series_of(phases=("approach", "somethingelse", "lost"))),
+        dataclasses.replace(PLAIN, series=series_of(phases=()), timing=TimingSummary(np.zeros(0), 1e-3)),
+        dataclasses.replace(
+            PLAIN, series=dataclasses.replace(series_of(), true_force=None, true_spin_torque=None)
+        ),
+        dataclasses.replace(PLAIN, series=series_of(touched=False)),
+        dataclasses.replace(BRIEF, timing=TimingSummary(np.array([0.0, 3e-3]), 2e-3)),
+        dataclasses.replace(BRIEF, point_error=np.zeros(len(CAP)), true_surface=octahedron()),
+    ],
+    ids=[
+        "nothing-felt", "one-contact", "no-scan", "no-series", "no-truth", "no-force", "overrun", "no-error",
+    ],
+)  # fmt: skip
+def test_whatever_is_missing_the_rest_is_reported(report):
+    parsed(report_html(report))
+
+
+def test_the_file_is_the_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(report_module, "report_html", lambda _: "<p>\N{GREEK SMALL LETTER MU}</p>")
+    write_report(PLAIN, tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_bytes() == b"<p>\xce\xbc</p>"
+
+
+def test_a_failed_write_leaves_the_former_report(tmp_path, monkeypatch):
+    path = tmp_path / "report.html"
+    path.write_text("former")
+    monkeypatch.setattr(report_module, "report_html", lambda _: "no UTF-8: \udc80")
+    with pytest.raises(UnicodeEncodeError):
+        write_report(PLAIN, path)
+    assert path.read_text() == "former"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(3.0, "3"), (28801.0, "28801"), (0.0123456, "0.01235"), (39.99996, "40.00"), (12345.6, "12346"),
+     (1234.5, "1234"), (float("nan"), "nan"), (float("inf"), "inf"), (1.5e-9, "1.500e-09"), ("done", "done")],
+)  # fmt: skip
+def test_key_figures_show_four_digits(value, text):
+    assert KeyFigure("x", value).text == text
+
+
+def test_terminal_table_shows_text_as_it_is():
+    figure = KeyFigure("[bold]RMS[/bold]", 0.5, "N", "[red]x")
+    console = Console(width=100, record=True, file=io.StringIO())
+    console.print(summary_table(dataclasses.replace(PLAIN, title="[b]t", summary=(figure,))))
+    text = console.export_text()
+    for said in ("[bold]RMS[/bold]", "0.5", "[red]x", "[b]t", "Done."):
+        assert said in text
+
+
+def test_lengths_must_fit():
+    with pytest.raises(InvalidValueError, match="point_error"):
+        dataclasses.replace(PLAIN, point_error=np.zeros(3))
+    with pytest.raises(InvalidValueError, match="point_error: must be finite"):
+        dataclasses.replace(PLAIN, point_error=np.full(len(CAP), np.nan))
+    with pytest.raises(InvalidValueError, match="compute_time: must be finite"):
+        TimingSummary(np.array([np.nan]), 1e-3)
+    with pytest.raises(InvalidValueError, match="speed has 3 entries: must be 600"):
+        dataclasses.replace(PLAIN.series, speed=np.zeros(3))
+    with pytest.raises(InvalidValueError, match="triangles name vertices 0 to 9"):
+        TrueSurface(np.zeros((3, 3)), np.array([[0, 1, 9]]))
+
+
+def test_timing():
+    timing = TimingSummary(np.array([1e-3, 2e-3, 5e-3]), 2e-3)
+    assert timing.overruns == 1
+    assert timing.percentile(50.0) == 2e-3
+    assert np.isnan(TimingSummary(np.zeros(0), 1e-3).percentile(50.0))
+
+
+def test_phases_may_be_any_strings():
+    series = dataclasses.replace(PLAIN.series, phase=np.array([Phase.SCAN] * 600))
+    assert series.phase == ("scan",) * 600
+    assert dataclasses.replace(series, phase=[Phase.LIFT] * 600).phase == ("lift",) * 600
