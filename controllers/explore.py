@@ -30,6 +30,7 @@ class ExploreParameters:
         acceleration: Bound on tangential acceleration [m/s^2].
         landing_speed: Of approach and seek [m/s]. The landing peak grows with it: about 2 N at 5 mm/s and
             20 kN/m.
+        approach_distance: How far down the surface is looked for at first [m].
         settle_time: From touching to sweeping [s].
         seek_distance: How far a lost surface is sought [m].
         lift_distance: How far the tip is lifted at the end [m].
@@ -43,16 +44,30 @@ class ExploreParameters:
     normal_smoothing: float = 0.01
     acceleration: float = 0.5
     landing_speed: float = 0.005
+    approach_distance: float = 0.05
     settle_time: float = 0.3
     seek_distance: float = 0.005
     lift_distance: float = 0.005
     lift_speed: float = 0.02
 
     def __post_init__(self) -> None:
-        for name in ("force", "speed", "lead", "normal_smoothing", "acceleration", "landing_speed"):
-            positive(name, getattr(self, name), "")
-        for name in ("settle_time", "seek_distance", "lift_distance", "lift_speed"):
-            positive(name, getattr(self, name), "")
+        for name, unit in _UNITS.items():
+            positive(name, getattr(self, name), unit)
+
+
+_UNITS = {
+    "force": "N",
+    "speed": "m/s",
+    "lead": "s",
+    "normal_smoothing": "s",
+    "acceleration": "m/s^2",
+    "landing_speed": "m/s",
+    "approach_distance": "m",
+    "settle_time": "s",
+    "seek_distance": "m",
+    "lift_distance": "m",
+    "lift_speed": "m/s",
+}
 
 
 class ExploreController:
@@ -97,7 +112,7 @@ class ExploreController:
         if phase in (Phase.APPROACH, Phase.SEEK):
             if touching:
                 self._enter(Phase.SETTLE, now)
-            elif phase is Phase.SEEK and gone > wanted.seek_distance:
+            elif gone > (wanted.seek_distance if phase is Phase.SEEK else wanted.approach_distance):
                 self._enter(Phase.LOST, now)
         elif phase is Phase.SETTLE:
             if not touching:

@@ -1,5 +1,6 @@
 """Objects to touch, at the origin of the base frame, with their exact surface beside the simulated one."""
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -7,6 +8,10 @@ import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, positive
+
+
+STEEPEST = math.radians(60.0)
+"""Steepest slope [rad] that a tip is sent to from above."""
 
 
 class SceneObject(Protocol):
@@ -23,6 +28,14 @@ class SceneObject(Protocol):
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """Return the distance of points (n, 3) to the surface [m], positive outside, shape (n,)."""
+        ...
+
+    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return the z of the upper surface above (x, y) [m]; NaN beside the object."""
+        ...
+
+    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
+        """Whether a tip whose centre is above (x, y) [m] touches where it is less than `STEEPEST` steep."""
         ...
 
 
@@ -47,6 +60,14 @@ class SphereObject:
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`."""
         return np.asarray(np.linalg.norm(points, axis=1) - self.radius)
+
+    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        return _root(self.radius**2 - x**2 - y**2)
+
+    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
+        """See `SceneObject`."""
+        return math.hypot(x, y) <= (self.radius + tip_radius) * math.sin(STEEPEST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +106,18 @@ class EllipsoidObject:
         gap = np.linalg.norm(p * t / (squared + t), axis=1)
         return np.copysign(gap, t[:, 0])
 
+    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        a, b, c = self.semi_axes
+        return c * _root(1.0 - (x / a) ** 2 - (y / b) ** 2)
+
+    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
+        """See `SceneObject`; the tip's own size is left out, which errs on the safe side."""
+        a, b, c = self.semi_axes
+        # slope of z = c sqrt(1 - s): |grad z| = c^2/z |(x/a^2, y/b^2)|
+        height = 1.0 - (x / a) ** 2 - (y / b) ** 2
+        return height > 0.0 and c * math.hypot(x / a**2, y / b**2) <= math.tan(STEEPEST) * math.sqrt(height)
+
 
 @dataclass(frozen=True, slots=True)
 class Box:
@@ -109,6 +142,15 @@ class Box:
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`."""
         return _beyond(np.abs(points) - np.asarray(self.size) / 2)
+
+    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        on_top = (np.abs(x) <= self.size[0] / 2) & (np.abs(y) <= self.size[1] / 2)
+        return np.where(on_top, self.top, np.nan)
+
+    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
+        """See `SceneObject`."""
+        return abs(x) <= self.size[0] / 2 and abs(y) <= self.size[1] / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,9 +185,22 @@ class CylinderObject:
         radial = np.hypot(points[:, 1], points[:, 2]) - self.radius
         return _beyond(np.stack([radial, np.abs(points[:, 0]) - self.length / 2], axis=1))
 
+    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        return np.where(np.abs(x) <= self.length / 2, _root(self.radius**2 - y**2), np.nan)
+
+    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
+        """See `SceneObject`."""
+        return abs(x) <= self.length / 2 and abs(y) <= (self.radius + tip_radius) * math.sin(STEEPEST)
+
 
 _PAIRS_ONLY = {"contype": 0, "conaffinity": 0}
 """Geoms collide in explicitly named pairs only: a scene pays for the contacts it needs."""
+
+
+def _root(squared: FloatArray) -> FloatArray:
+    """Square root, NaN where there is none, without a warning."""
+    return np.sqrt(np.where(squared >= 0.0, squared, np.nan))
 
 
 def _beyond(excess: FloatArray) -> FloatArray:

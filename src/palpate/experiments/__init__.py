@@ -1,1 +1,1 @@
-"""."""
+"""What people start: configuration in, result out."""

@@ -1,1 +1,39 @@
-"""."""
+"""The seam between experiments and robots, and the loop that runs over it."""
+
+from palpate.runtime.data import (
+    ArmSample,
+    Command,
+    FingerObservation,
+    Observation,
+    Phase,
+    Sample,
+    WrenchSample,
+)
+from palpate.runtime.loop import Ending, Observer, RunResult, run
+from palpate.runtime.protocols import Backend, Controller
+from palpate.runtime.recorder import Record, Recorder
+from palpate.runtime.supervisor import Limits, Supervisor, Trip
+from palpate.runtime.touch import Finger, Touch
+
+__all__ = [
+    "ArmSample",
+    "Backend",
+    "Command",
+    "Controller",
+    "Ending",
+    "Finger",
+    "FingerObservation",
+    "Limits",
+    "Observation",
+    "Observer",
+    "Phase",
+    "Record",
+    "Recorder",
+    "RunResult",
+    "Sample",
+    "Supervisor",
+    "Touch",
+    "Trip",
+    "WrenchSample",
+    "run",
+]

@@ -1,0 +1,70 @@
+# palpate: every target makes and reuses its own .venv; `make` alone explains.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+OUT    ?= runs/demo
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-all check format build bench clean
+
+help:  ## Show this list
+	@echo "palpate: hybrid force control with the sense of touch"
+	@echo
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## (.*)/  make \1|\2/' | awk -F'|' '{printf "%-18s %s\n", $$1, $$2}'
+	@echo
+	@echo "Each installs what it needs into $(VENV) first. Another Python: make test PYTHON=python3.12"
+
+demo: $(VENV)/.run  ## Explore a simulated sphere by touch and write a report to runs/demo
+	$(BIN)/palpate explore --object sphere --force 2 --speed 0.05 --out $(OUT)
+
+test: $(VENV)/.test  ## Run the tests (fast ones; a few minutes the first time)
+	$(BIN)/python -m pytest -m "not slow" -n auto
+
+test-all: $(VENV)/.test  ## Run every test, the long ones too
+	$(BIN)/python -m pytest -n auto
+
+check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imports
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/.check  ## Format the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+build: $(VENV)/.build  ## Build the wheel, install it into a fresh environment, and try it there
+	rm -rf dist build/smoke
+	$(BIN)/python -m build --wheel --outdir dist .
+	$(PYTHON) -m venv build/smoke
+	build/smoke/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt dist/*.whl
+	cd build/smoke && bin/python $(CURDIR)/tests/smoke.py
+
+bench: $(VENV)/.test  ## Measure speed against error of contact sensing, and the cost of a control period
+	$(BIN)/python benchmarks/contact.py
+	$(BIN)/python benchmarks/exploration.py
+
+clean:  ## Remove environments, builds, caches and runs
+	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'palpate needs Python 3.11 or newer; this is ' + sys.version.split()[0] + '. Try make PYTHON=python3.11')"
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run: $(BIN)/python pyproject.toml constraints.txt
+	$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.test: $(VENV)/.run
+	$(PIP) --editable ".[test]"
+	@touch $@
+
+$(VENV)/.check: $(VENV)/.test
+	$(PIP) --editable ".[check,test]"
+	@touch $@
+
+$(VENV)/.build: $(BIN)/python pyproject.toml constraints.txt
+	$(PIP) --editable ".[build]"
+	@touch $@

@@ -1,0 +1,114 @@
+"""What an exploration is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from palpate.errors import InvalidValueError, not_negative, positive
+
+ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder"]
+
+OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
+    "sphere": ("radius", (0.04,)),
+    "ellipsoid": ("three semi-axes", (0.05, 0.04, 0.03)),
+    "box": ("length, width and height", (0.08, 0.08, 0.04)),
+    "cylinder": ("radius and length (it lies along x)", (0.03, 0.12)),
+}
+"""What sizes each object takes, and its defaults [m]."""
+
+LEAST_FORCE = 0.3
+"""Below this [N] the set force comes too near to the force that counts as a touch, 0.2 N."""
+
+MOST_FORCE = 15.0
+"""Above this [N] landing could reach the supervisor's limit of 20 N."""
+
+FASTEST = 0.2
+"""Fastest exploration [m/s]: leaves the supervisor's 0.25 m/s room for the force controller."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExploreConfig:
+    """Explore the surface of a simulated object by touch, and draw it.
+
+    A fingertip on a six-axis force/torque sensor, carried by a three-axis stage, lands on the object, presses
+    with a steady force and sweeps rows over it. Every millisecond the wrench tells where it touches. The points
+    become a height map, a sphere fit, PLY and CSV files, and one HTML report with pictures.
+
+    All values are in SI units: metres, newtons, seconds.
+
+    Example: palpate explore --object ellipsoid --force 2 --speed 0.05 --out runs/ellipsoid
+    """
+
+    object: ObjectName = "sphere"
+    """What to touch."""
+    size: tuple[float, ...] = ()
+    """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
+    height; a cylinder's radius and length. Left out: 40 mm; 50, 40, 30 mm; 80, 80, 40 mm; 30, 120 mm."""
+    tip: tuple[float, ...] = (0.008,)
+    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid."""
+    force: float = 2.0
+    """Normal force to hold [N]."""
+    speed: float = 0.02
+    """Speed along the surface [m/s]."""
+    width: float = 0.04
+    """Extent of the rows, along x [m]."""
+    depth: float = 0.04
+    """Extent across the rows, along y [m]."""
+    spacing: float = 0.002
+    """Distance between rows [m]."""
+    friction: float = 0.3
+    """Friction coefficient between tip and object."""
+    spin_length: float = 0.004
+    """Largest spin torque per largest friction force [m]."""
+    stiffness: float = 20e3
+    """Contact stiffness [N/m]. The controller's gain and the compliance correction use it as known."""
+    force_noise: float = 0.0
+    """Standard deviation of the sensor's force noise [N], each axis."""
+    moment_noise: float = 0.0
+    """Standard deviation of the sensor's moment noise [N m], each axis."""
+    seed: int = 0
+    """Seed of the noise: the same seed gives the same run."""
+    period: float = 1e-3
+    """Control period [s]."""
+    out: Path = Path("runs/explore")
+    """Folder for the report, the points and the map."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", self._checked_size())
+        if len(self.tip) not in (1, 3):
+            raise InvalidValueError(
+                f"tip = {_spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
+            )
+        for length in self.tip:
+            positive("tip", length, "m")
+        if not LEAST_FORCE <= self.force <= MOST_FORCE:
+            raise InvalidValueError(f"force = {self.force:g} N: must lie between {LEAST_FORCE:g} and {MOST_FORCE:g} N")
+        if not 0.0 < self.speed <= FASTEST:
+            hint = f"; for {self.speed:g} mm/s give {self.speed / 1e3:g}" if 1.0 <= self.speed <= 200.0 else ""
+            raise InvalidValueError(
+                f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
+            )
+        for name, unit in (("width", "m"), ("depth", "m"), ("spacing", "m"), ("period", "s")):
+            positive(name, getattr(self, name), unit)
+        for name, unit in (("friction", ""), ("spin_length", "m"), ("stiffness", "N/m")):
+            positive(name, getattr(self, name), unit)
+        not_negative("force_noise", self.force_noise, "N")
+        not_negative("moment_noise", self.moment_noise, "N m")
+
+    def _checked_size(self) -> tuple[float, ...]:
+        if self.object not in OBJECT_SIZES:
+            raise InvalidValueError(f"object = {self.object!r}: must be one of {', '.join(OBJECT_SIZES)}")
+        meaning, default = OBJECT_SIZES[self.object]
+        size = self.size or default
+        if len(size) != len(default):
+            raise InvalidValueError(
+                f"size = {_spaced(size)}: a {self.object} takes {len(default)} number"
+                f"{'s' if len(default) > 1 else ''}, its {meaning} [m]; for example {_spaced(default)}"
+            )
+        for length in size:
+            positive("size", length, "m")
+        return size
+
+
+def _spaced(numbers: tuple[float, ...]) -> str:
+    return " ".join(f"{number:g}" for number in numbers)

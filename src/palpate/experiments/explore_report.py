@@ -1,0 +1,105 @@
+"""What the report on an exploration says."""
+
+import numpy as np
+
+from palpate.experiments.explore import Exploration
+from palpate.mapping import HeightMap, height_map_triangles
+from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TimingSummary, TrueSurface
+from palpate.runtime import Ending
+
+GRID = 81
+"""Grid lines of the true surface's picture along each side."""
+
+
+def exploration_report(exploration: Exploration) -> ExplorationReport:
+    """Return the report on an exploration."""
+    config, record, result = exploration.config, exploration.record, exploration.run
+    true_force = np.where(exploration.truth.touching, exploration.true_normal_force, np.nan)
+    true_spin = np.where(exploration.truth.touching, exploration.true_spin_torque, np.nan)
+    return ExplorationReport(
+        title=f"Exploration of a {config.object} by touch",
+        outcome=outcome(exploration),
+        summary=key_figures(exploration),
+        settings=settings(exploration),
+        cloud=exploration.cloud,
+        series=TimeSeries(
+            time=record.time,
+            phase=[str(phase) for phase in record.phase],
+            measured_force=np.where(record.touching, record.normal_force, np.nan),
+            set_force=config.force,
+            spin_torque=np.where(record.touching, record.spin_torque, np.nan),
+            speed=np.linalg.norm(record.velocity, axis=1),
+            true_force=true_force,
+            true_spin_torque=true_spin,
+        ),
+        timing=TimingSummary(result.compute_time, result.period),
+        height_map=exploration.height_map,
+        sphere=exploration.sphere,
+        true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
+        point_error=exploration.point_error,
+    )
+
+
+def outcome(exploration: Exploration) -> str:
+    """Return in one sentence how it ended."""
+    result = exploration.run
+    rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
+    if result.ending is Ending.DONE:
+        return f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s; {rest}."
+    if result.ending is Ending.TRIPPED:
+        return f"Stopped by the supervisor: {result.trip}; {rest}."
+    return f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."
+
+
+def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
+    """Return the figures that matter, most important first."""
+    config, result = exploration.config, exploration.run
+    error = np.abs(exploration.point_error)
+    figures = [
+        KeyFigure("contacts", len(exploration.cloud)),
+        KeyFigure("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
+        KeyFigure("points to true surface, 99 %", 1e3 * float(np.percentile(error, 99)), "mm")
+        if error.size
+        else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
+        KeyFigure("true normal force, RMS error", exploration.force_rms, "N", f"set {config.force:g} N"),
+    ]
+    if exploration.sphere is not None:
+        known = f"true {1e3 * config.size[0]:g} mm" if config.object == "sphere" else "the object is no sphere"
+        figures.append(KeyFigure("fitted sphere, radius", 1e3 * exploration.sphere.radius, "mm", known))
+    figures += [
+        KeyFigure("simulated time", result.duration, "s"),
+        KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.period:g} Hz"),
+        KeyFigure("sensing and control, median", 1e6 * float(np.median(result.compute_time)), "us per period"),
+    ]
+    return tuple(figures)
+
+
+def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+    """Return what was asked for, with units, and the gain that followed."""
+    config, gain = exploration.config, exploration.gain
+    return (
+        ("object", f"{config.object}, {' x '.join(f'{1e3 * s:g}' for s in config.size)} mm"),
+        ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
+        ("normal force", f"{config.force:g} N"),
+        ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
+        ("raster", f"{1e3 * config.width:g} x {1e3 * config.depth:g} mm, rows {1e3 * config.spacing:g} mm apart"),
+        ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm"),
+        ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
+        ("sensor noise", f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mNm, seed {config.seed}"),
+        ("control period", f"{1e3 * config.period:g} ms"),
+        (
+            "force gain",
+            f"{1e3 * gain.gain:.3g} mm/s/N from K = {gain.stiffness / 1e3:.3g} kN/m and T = "
+            f"{1e3 * gain.delay:.3g} ms: loop gain k K T = {gain.loop_gain:.2g} (unstable from 1.57), gain margin "
+            f"{gain.gain_margin:.2g}, phase margin {gain.phase_margin_deg:.0f} degrees",
+        ),
+    )
+
+
+def _true_surface(exploration: Exploration) -> TrueSurface:
+    """The true upper surface over the touched region."""
+    touched = exploration.cloud.position
+    x, y = (np.linspace(touched[:, i].min(), touched[:, i].max(), GRID) for i in (0, 1))
+    z = exploration.target.height(*np.meshgrid(x, y))
+    vertices, triangles = height_map_triangles(HeightMap(x, y, z, np.zeros_like(z), 0.0))
+    return TrueSurface(vertices, triangles)
