@@ -41,7 +41,7 @@ class ForceGain:
 
     @property
     def loop_gain(self) -> float:
-        """k K T, to be compared with pi/2."""
+        """K K T, to be compared with pi/2."""
         return self.gain * self.stiffness * self.delay
 
     @property
@@ -63,7 +63,9 @@ def force_gain(stiffness: float, delay: float, loop_gain: float = LOOP_GAIN) -> 
         delay: T, all delays plus the lag of the servo [s].
         loop_gain: Wanted k K T, below pi/2.
     """
-    return ForceGain(loop_gain / (positive("stiffness", stiffness, "N/m") * positive("delay", delay, "s")), stiffness, delay)
+    return ForceGain(
+        loop_gain / (positive("stiffness", stiffness, "N/m") * positive("delay", delay, "s")), stiffness, delay
+    )
 
 
 def series_stiffness(*stiffnesses: float) -> float:

@@ -11,7 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, Command, Sample, WrenchSample
 from palpate.sim.noise import NoiseSource, WrenchNoise
 from palpate.sim.scene import StageScene
-from palpate.spatial import IDENTITY, Vector, add_scaled, norm, scale, subtract
+from palpate.spatial import IDENTITY, Vector, add_scaled, norm, subtract
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,6 @@ import numpy as np
 
 from palpate.errors import FloatArray, positive
 
-
 STEEPEST = math.radians(60.0)
 """Steepest slope [rad] that a tip is sent to from above."""
 
@@ -104,12 +103,12 @@ class EllipsoidObject:
             high = np.where(outside, high, middle)
         t = (0.5 * (low + high))[:, None]
         gap = np.linalg.norm(p * t / (squared + t), axis=1)
-        return np.copysign(gap, t[:, 0])
+        return np.asarray(np.copysign(gap, t[:, 0]))
 
     def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """See `SceneObject`."""
         a, b, c = self.semi_axes
-        return c * _root(1.0 - (x / a) ** 2 - (y / b) ** 2)
+        return np.asarray(c * _root(1.0 - (x / a) ** 2 - (y / b) ** 2))
 
     def reachable(self, x: float, y: float, tip_radius: float) -> bool:
         """See `SceneObject`; the tip's own size is left out, which errs on the safe side."""

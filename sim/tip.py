@@ -26,7 +26,8 @@ class Tip:
 
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
-        if not isinstance(self.surface, Sphere | Ellipsoid):
+        surface: object = self.surface
+        if not isinstance(surface, Sphere | Ellipsoid):
             kind = type(self.surface).__name__
             raise InvalidValueError(f"surface is a {kind}: a simulated tip is a Sphere or an Ellipsoid")
 

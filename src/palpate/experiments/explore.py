@@ -27,7 +27,7 @@ from palpate.mapping import (
     write_height_map_csv,
     write_height_map_ply,
 )
-from palpate.runtime import Ending, Finger, Observer, Phase, Record, Recorder, RunResult, Supervisor, Touch, run
+from palpate.runtime import Finger, Observer, Phase, Record, Recorder, RunResult, Supervisor, Touch, run
 from palpate.sensing.compensation import Payload
 from palpate.sim import (
     Box,
@@ -257,5 +257,3 @@ def write_exploration(exploration: Exploration, folder: Path) -> tuple[Path, ...
         write_height_map_ply(exploration.height_map, files[3])
         write_height_map_csv(exploration.height_map, files[4])
     return tuple(files)
-
-

@@ -82,7 +82,9 @@ class ExploreConfig:
         for length in self.tip:
             positive("tip", length, "m")
         if not LEAST_FORCE <= self.force <= MOST_FORCE:
-            raise InvalidValueError(f"force = {self.force:g} N: must lie between {LEAST_FORCE:g} and {MOST_FORCE:g} N")
+            raise InvalidValueError(
+                f"force = {self.force:g} N: must lie between {LEAST_FORCE:g} and {MOST_FORCE:g} N"
+            )
         if not 0.0 < self.speed <= FASTEST:
             hint = f"; for {self.speed:g} mm/s give {self.speed / 1e3:g}" if 1.0 <= self.speed <= 200.0 else ""
             raise InvalidValueError(

@@ -85,7 +85,10 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         ("raster", f"{1e3 * config.width:g} x {1e3 * config.depth:g} mm, rows {1e3 * config.spacing:g} mm apart"),
         ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm"),
         ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
-        ("sensor noise", f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mNm, seed {config.seed}"),
+        (
+            "sensor noise",
+            f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mNm, seed {config.seed}",
+        ),
         ("control period", f"{1e3 * config.period:g} ms"),
         (
             "force gain",

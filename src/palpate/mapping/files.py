@@ -69,9 +69,7 @@ def write_height_map_ply(height_map: HeightMap, path: PathLike) -> None:
     vertices, triangles = height_map_triangles(height_map)
     faces = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
     faces["count"], faces["corners"] = 3, triangles
-    comments = (
-        f"frame: robot base; units: m; a height is given up to {height_map.reach:g} m from a contact",
-    )
+    comments = (f"frame: robot base; units: m; a height is given up to {height_map.reach:g} m from a contact",)
     with replacing(path) as file:
         file.write(_ply_header(len(vertices), ("x", "y", "z"), comments=comments, faces=len(triangles)))
         file.write(vertices.astype("<f8").tobytes())
@@ -86,9 +84,7 @@ def write_height_map_csv(height_map: HeightMap, path: PathLike) -> None:
     """
     x, y = np.meshgrid(height_map.x, height_map.y)
     columns = (x, y, height_map.z, height_map.distance)
-    _write_csv(
-        path, ("x_m", "y_m", "z_m", "distance_to_contact_m"), np.stack(columns, axis=-1).reshape(-1, 4)
-    )
+    _write_csv(path, ("x_m", "y_m", "z_m", "distance_to_contact_m"), np.stack(columns, axis=-1).reshape(-1, 4))
 
 
 def _table(cloud: TouchCloud) -> FloatArray:

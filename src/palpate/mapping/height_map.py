@@ -86,8 +86,7 @@ class HeightMap:
         nx, ny = (int(k) for k in np.floor(high / spacing) - np.floor(low / spacing) + 2)
         if nx * ny > MOST_NODES:
             raise InvalidValueError(
-                f"spacing = {spacing} m makes {nx} x {ny} grid points, more than {MOST_NODES}: "
-                "is it in metres?"
+                f"spacing = {spacing} m makes {nx} x {ny} grid points, more than {MOST_NODES}: is it in metres?"
             )
         x = (np.floor(low[0] / spacing) + np.arange(nx)) * spacing
         y = (np.floor(low[1] / spacing) + np.arange(ny)) * spacing

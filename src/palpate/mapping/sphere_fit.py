@@ -121,9 +121,7 @@ def fit_sphere(points: npt.ArrayLike, *, correlation_points: float = 1.0) -> Sph
     )
     sphere = np.asarray(found.x, dtype=np.float64)
     if sphere[3] < 0.0:
-        raise InvalidValueError(
-            "points: no sphere of positive radius fits them; are they one closed surface?"
-        )
+        raise InvalidValueError("points: no sphere of positive radius fits them; are they one closed surface?")
     misfit = float(np.sqrt((residuals(sphere) ** 2).mean()))
     covariance, condition = _covariance(jacobian(sphere), misfit, correlation_points)
     radius_sd = float(np.sqrt(covariance[3, 3]))
@@ -171,9 +169,7 @@ def _checked(points: npt.ArrayLike) -> FloatArray:
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidValueError(f"points have shape {array.shape}: must be (n, 3) [m]")
     if len(array) < FEWEST_POINTS:
-        raise InvalidValueError(
-            f"{len(array)} points cannot determine a sphere: give {FEWEST_POINTS} or more"
-        )
+        raise InvalidValueError(f"{len(array)} points cannot determine a sphere: give {FEWEST_POINTS} or more")
     if not np.isfinite(array).all():
         raise InvalidValueError("points must be finite; keep only contacts whose status is OK")
     return array

@@ -24,9 +24,7 @@ def height_map_triangles(height_map: HeightMap) -> tuple[FloatArray, IndexArray]
     index = np.full(observed.shape, -1, dtype=np.int32)
     index[observed] = np.arange(len(vertices), dtype=np.int32)
     # Corners counterclockwise from the lower left; a triangle leaves out one of them.
-    corners = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(
-        -1, 4
-    )
+    corners = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(-1, 4)
     missing = (corners < 0).sum(axis=1)
     whole = corners[missing == 0]
     parts = [whole[:, [0, 1, 2]], whole[:, [0, 2, 3]]]

@@ -173,10 +173,7 @@ class ExplorationReport:
             return
         if self.point_error.shape != (len(self.cloud),):
             raise InvalidValueError(
-                f"point_error has shape {self.point_error.shape}: must be ({len(self.cloud)},), "
-                "one per contact"
+                f"point_error has shape {self.point_error.shape}: must be ({len(self.cloud)},), one per contact"
             )
         if not np.isfinite(self.point_error).all():
-            raise InvalidValueError(
-                "point_error: must be finite [m]; leave contacts without one out of the cloud"
-            )
+            raise InvalidValueError("point_error: must be finite [m]; leave contacts without one out of the cloud")

@@ -72,9 +72,7 @@ def section(heading: str, parts: Iterable[str]) -> str:
 def table(rows: Iterable[tuple[str, ...]], columns: tuple[str, ...]) -> str:
     """Return a table of text; `columns` names the CSS class of each column."""
     lines = [
-        "<tr>"
-        + "".join(f'<td class="{c}">{escape(t)}</td>' for c, t in zip(columns, row, strict=True))
-        + "</tr>"
+        "<tr>" + "".join(f'<td class="{c}">{escape(t)}</td>' for c, t in zip(columns, row, strict=True)) + "</tr>"
         for row in rows
     ]
     return '<div class="card"><table>\n' + "\n".join(lines) + "\n</table></div>" if lines else ""
@@ -95,9 +93,7 @@ def _card(picture: Picture) -> str:
         source = f'<source media="(max-width: {PHONE_WIDTH}px)" srcset="{uri}" width="{w}" height="{h}">'
         kind = "card wide"
     # A little larger than life at most: text stays of one size across the page.
-    widest = (
-        "" if width > DOTS_PER_INCH * Width.HALF.value else f' style="max-width: {round(1.15 * width)}px"'
-    )
+    widest = "" if width > DOTS_PER_INCH * Width.HALF.value else f' style="max-width: {round(1.15 * width)}px"'
     image = (
         f'<img src="{picture_uri(picture, picture.full)}" width="{width}" height="{height}"{widest} '
         f'alt="{escape(picture.title)}">'

@@ -19,9 +19,7 @@ def stretches(series: TimeSeries) -> list[tuple[str, float, float]]:
     names = np.array(series.phase, dtype=np.str_)
     begins = np.concatenate([[0], np.flatnonzero(names[1:] != names[:-1]) + 1, [len(names)]])
     last = len(names) - 1
-    return [
-        (str(names[i]), float(series.time[i]), float(series.time[min(j, last)])) for i, j in pairwise(begins)
-    ]
+    return [(str(names[i]), float(series.time[i]), float(series.time[min(j, last)])) for i, j in pairwise(begins)]
 
 
 def shade(axes: Axes, series: TimeSeries) -> None:
@@ -29,9 +27,7 @@ def shade(axes: Axes, series: TimeSeries) -> None:
     named = set()
     for name, begin, end in stretches(series):
         label = None if name in named else name
-        axes.axvspan(
-            begin, end, color=PHASE_COLOURS.get(name, OTHER_PHASE), linewidth=0, label=label, zorder=0
-        )
+        axes.axvspan(begin, end, color=PHASE_COLOURS.get(name, OTHER_PHASE), linewidth=0, label=label, zorder=0)
         named.add(name)
 
 

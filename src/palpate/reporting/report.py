@@ -48,9 +48,7 @@ def report_html(report: ExplorationReport) -> str:
             shape.append(true_surface(cloud, report.true_surface))
         if report.point_error is not None:
             errors = [error_map(cloud, report.point_error), error_histogram(report.point_error)]
-    over_time = (
-        [force_overview(series), force_zoom(series), spin_picture(series, cloud)] if series.phase else []
-    )
+    over_time = [force_overview(series), force_zoom(series), spin_picture(series, cloud)] if series.phase else []
     figures = [(k.name, k.text, k.unit, k.note) for k in report.summary]
     nothing = "" if len(cloud) else "<p>The finger felt nothing, so there is no surface to show.</p>"
     sphere = "" if report.sphere is None else f"<p>{escape(sphere_sentence(report.sphere))}</p>"
@@ -62,9 +60,7 @@ def report_html(report: ExplorationReport) -> str:
             section("The surface", [part for part in (nothing, picture_cards(shape), sphere) if part]),
             section("Errors", [part for part in (picture_cards(errors),) if part]),
             section("Over time", [part for part in (picture_cards(over_time),) if part]),
-            section(
-                "Computing", [part for part in (picture_cards([timing_picture(report.timing)]),) if part]
-            ),
+            section("Computing", [part for part in (picture_cards([timing_picture(report.timing)]),) if part]),
             section("Settings", [part for part in (table(report.settings, ("name", "value")),) if part]),
             "<footer>Lengths and forces in the robot's base frame. Written by palpate.</footer>",
         ],

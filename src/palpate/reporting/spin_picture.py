@@ -44,9 +44,7 @@ def _draw(series: TimeSeries, cloud: TouchCloud, width: Width) -> Figure:
     spin, ratio = figure.subplots(2, 1, sharex=True)
     for axes in (spin, ratio):
         shade(axes, series)
-    spin.plot(
-        *envelope(series.time, MILLI * series.spin_torque), color=MEASURED, linewidth=0.8, label="measured"
-    )
+    spin.plot(*envelope(series.time, MILLI * series.spin_torque), color=MEASURED, linewidth=0.8, label="measured")
     if series.true_spin_torque is not None:
         true = envelope(series.time, MILLI * series.true_spin_torque)
         spin.plot(*true, color=TRUE, linewidth=0.8, label="true")

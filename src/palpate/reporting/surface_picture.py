@@ -149,9 +149,7 @@ def _draw_triangles(axes: Axes3D, view: View, vertices: FloatArray, triangles: I
     colours: npt.NDArray[np.float64] = HEIGHT_COLOURS(view.norm(MILLI * corners[:, :, 2].mean(axis=1)))
     colours[:, :3] *= (AMBIENT + (1.0 - AMBIENT) * lit)[:, np.newaxis]
     # Edges in the colour of the face close the hairlines between neighbours.
-    faces = Poly3DCollection(
-        MILLI * corners, facecolors=colours, edgecolors=colours, linewidths=0.25, zorder=1
-    )
+    faces = Poly3DCollection(MILLI * corners, facecolors=colours, edgecolors=colours, linewidths=0.25, zorder=1)
     axes.add_collection3d(faces)
 
 

@@ -141,7 +141,7 @@ def _bring_to_rest(backend: Backend) -> bool:
 
 @contextmanager
 def _no_garbage_collection() -> Iterator[None]:
-    """Keep the cyclic collector off: a full collection takes tens of milliseconds, and a period makes no cycles."""
+    """Keep the cyclic collector off: a full collection takes tens of milliseconds, and periods make no cycles."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:

@@ -115,7 +115,7 @@ class Recorder:
         rotation = column["rotation"].reshape(-1, 3, 3)
 
         def to_base(vectors: FloatArray) -> FloatArray:
-            return np.einsum("nij,nj->ni", rotation, vectors)
+            return np.asarray(np.einsum("nij,nj->ni", rotation, vectors))
 
         return Record(
             time=column["time"],
@@ -132,5 +132,3 @@ class Recorder:
             command=column["command"],
             phase=np.array(_PHASES)[column["phase"].astype(int)],
         )
-
-

@@ -92,7 +92,5 @@ class Supervisor:
             return Trip(time, "commanded speed", f"{speed:.3f} m/s", f"{limits.speed:g} m/s")
         lower, upper = limits.workspace_lower, limits.workspace_upper
         if not (lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1] and lower[2] <= z <= upper[2]):
-            return Trip(
-                time, "tip position", f"({x:.4f}, {y:.4f}, {z:.4f}) m", f"between {lower} m and {upper} m"
-            )
+            return Trip(time, "tip position", f"({x:.4f}, {y:.4f}, {z:.4f}) m", f"between {lower} m and {upper} m")
         return None

@@ -1,10 +1,10 @@
 """From wrenches to contacts: the public face of contact sensing.
 
-`Contact.condition` is kappa = sqrt((|C m|^2 + |A f|^2) / |z|^2) in the notation of `palpate.sensing.quadric_kernel`:
-in the affine space in which the surface is a unit sphere it is exactly the relative condition number of the
-centroid. Along unbounded axes, where that space has no scale, the force counts in units of the bounded ones; so
-for a plane kappa = |f|/normal_force. It tells how errors of the *sensor* are amplified: the solver itself adds a
-few units in the last place, whatever kappa is.
+`Contact.condition` is kappa = sqrt((|C m|^2 + |A f|^2) / |z|^2), in the notation of
+`palpate.sensing.kernels.quadric`. In the affine space in which the surface is a unit sphere it is exactly the
+relative condition number of the centroid. Along unbounded axes, where that space has no scale, the force counts
+in units of the bounded ones; so for a plane kappa = |f|/normal_force. It tells how errors of the *sensor* are
+amplified: the solver itself adds a few units in the last place, whatever kappa is.
 """
 
 from typing import Protocol
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
-from palpate.sensing.quadric_kernel import solve_quadric
+from palpate.sensing.kernels.quadric import solve_quadric
 
 _IS_HARD = {"soft": False, "hard": True}
 _STATUS = tuple(ContactStatus)
@@ -66,9 +66,7 @@ def contact_from_wrench(surface: Surface, wrench: npt.ArrayLike, model: ContactM
     )
 
 
-def contacts_from_wrenches(
-    surface: Surface, wrenches: npt.ArrayLike, model: ContactModel = "soft"
-) -> Contacts:
+def contacts_from_wrenches(surface: Surface, wrenches: npt.ArrayLike, model: ContactModel = "soft") -> Contacts:
     """Return the contacts that explain many wrenches; each is bit for bit that of `contact_from_wrench`.
 
     Args:
@@ -84,9 +82,7 @@ def contacts_from_wrenches(
     """
     rows = np.ascontiguousarray(_numbers(wrenches, "wrenches"))
     if rows.ndim != 2 or rows.shape[1] != 6:
-        raise InvalidValueError(
-            f"wrenches has shape {rows.shape}: must be (n, 6), force then moment in each row"
-        )
+        raise InvalidValueError(f"wrenches has shape {rows.shape}: must be (n, 6), force then moment in each row")
     n = len(rows)
     result = np.empty(15 * n)
     status = np.empty(n, np.int8)

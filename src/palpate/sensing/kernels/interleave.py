@@ -1,8 +1,8 @@
 """Writing three rows as an array of 3-vectors, eight at a time.
 
-The compiler's own choice for this pattern is 24 single stores; whole vectors take a third of the time and leave
-the store buffer free to drain while the next block is computed. LLVM lowers the shuffle to what the processor
-has, so this is as portable as the rest.
+The compiler's own choice for this pattern is 24 single stores; whole vectors take a third of the time and
+leave the store buffer free to drain while the next block is computed. LLVM lowers the shuffle to what the
+processor has, so this is as portable as the rest.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ LANES = 8
 """Vectors written per call."""
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def store_interleaved(
     typing_context: Any, target: Any, offset: Any, rows: Any, first_row: Any, row_length: Any
 ) -> Any:

@@ -13,7 +13,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a b + c with one rounding (Python has math.fma from 3.13 on only)."""
 
@@ -23,7 +23,7 @@ def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
     return types.float64(types.float64, types.float64, types.float64), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def bits(typing_context: Any, value: Any) -> Any:
     """Return the bit pattern of a float64 as an int64."""
 
@@ -33,7 +33,7 @@ def bits(typing_context: Any, value: Any) -> Any:
     return types.int64(types.float64), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def from_bits(typing_context: Any, pattern: Any) -> Any:
     """Return the float64 with this bit pattern."""
 

@@ -1,6 +1,6 @@
 """The contact centroid on a centred quadric, compiled: many wrenches in blocks, one as a block of one.
 
-Formulas (``a``, ``b``, ``z`` as in the paper's notation, A = diag(1/semi-axis), C its cofactor matrix, D = det A):
+With A = diag(1/semi-axis), its cofactor matrix C and D = det A (Bicchi 1990, equations 11-18, rearranged):
 
     a = C m,  b = A f,  s = f.m,  w = b + i a,  z = g + i k = -sqrt(w.w), the root with g <= 0,
     K = k/D = s/g,  c = [K C^2 m + (A^2 f) x m + g f] / (k^2 + |b|^2),  q = K A^2 c.
@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 from palpate.sensing.contact import ContactStatus
-from palpate.sensing.double_double import (
+from palpate.sensing.kernels.double_double import (
     add,
     bits,
     fast_two_sum,
@@ -31,7 +31,7 @@ from palpate.sensing.double_double import (
     two_product,
     two_sum,
 )
-from palpate.sensing.interleave import LANES, store_interleaved
+from palpate.sensing.kernels.interleave import LANES, store_interleaved
 from palpate.surfaces.quadric import Packed
 
 BLOCK = 32
@@ -276,7 +276,7 @@ def _centroid_row(K, Kl, C2, C2l, m, ml, u1, u1l, m2, m2l, u2, u2l, m1, m1l, g, 
 
 @njit(error_model="numpy")
 def _square(q, n, t):
-    """w.w = P + i Q = |b|^2 - |a|^2 + 2 i D s, b = A f, a = C m."""
+    """Take w.w = P + i Q = |b|^2 - |a|^2 + 2 i D s, b = A f, a = C m."""
     A0, A1, A2, A0l, A1l, A2l = q[_A], q[_A + 1], q[_A + 2], q[_A + 3], q[_A + 4], q[_A + 5]
     C0, C1, C2, C0l, C1l, C2l = q[_COF], q[_COF + 1], q[_COF + 2], q[_COF + 3], q[_COF + 4], q[_COF + 5]
     D, Dl = q[_DET], q[_DET + 1]
@@ -306,7 +306,7 @@ def _square(q, n, t):
 
 @njit(error_model="numpy")
 def _root(n, t):
-    """z = g + i k = -sqrt(P + i Q) in double-double."""
+    """Take the root z = g + i k = -sqrt(P + i Q) in double-double."""
     for i in range(n):
         P, Pl, Q, Ql = t[P_ + i], t[P_LOW + i], t[Q_ + i], t[Q_LOW + i]
         # in float64 first: the larger part by a square root, the other by division, so that neither cancels;
@@ -342,7 +342,7 @@ def _root(n, t):
 
 @njit(error_model="numpy")
 def _centroid(q, n, t):
-    """K = s/g = k/D, and c = [K C^2 m + (A^2 f) x m + g f] / (k^2 + |b|^2)."""
+    """Take K = s/g = k/D, and c = [K C^2 m + (A^2 f) x m + g f] / (k^2 + |b|^2)."""
     AA0, AA1, AA2 = q[_A2], q[_A2 + 1], q[_A2 + 2]
     AA0l, AA1l, AA2l = q[_A2 + 3], q[_A2 + 4], q[_A2 + 5]
     CC0, CC1, CC2 = q[_COF2], q[_COF2 + 1], q[_COF2 + 2]
@@ -366,15 +366,9 @@ def _centroid(q, n, t):
         u0, u0l = multiply(AA0, AA0l, f0, f0l)
         u1, u1l = multiply(AA1, AA1l, f1, f1l)
         u2, u2l = multiply(AA2, AA2l, f2, f2l)
-        n0, n0l = _centroid_row(
-            K_, Kl, CC0, CC0l, m0, m0l, u1, u1l, m2, m2l, u2, u2l, m1, m1l, g, gl, f0, f0l
-        )
-        n1, n1l = _centroid_row(
-            K_, Kl, CC1, CC1l, m1, m1l, u2, u2l, m0, m0l, u0, u0l, m2, m2l, g, gl, f1, f1l
-        )
-        n2, n2l = _centroid_row(
-            K_, Kl, CC2, CC2l, m2, m2l, u0, u0l, m1, m1l, u1, u1l, m0, m0l, g, gl, f2, f2l
-        )
+        n0, n0l = _centroid_row(K_, Kl, CC0, CC0l, m0, m0l, u1, u1l, m2, m2l, u2, u2l, m1, m1l, g, gl, f0, f0l)
+        n1, n1l = _centroid_row(K_, Kl, CC1, CC1l, m1, m1l, u2, u2l, m0, m0l, u0, u0l, m2, m2l, g, gl, f1, f1l)
+        n2, n2l = _centroid_row(K_, Kl, CC2, CC2l, m2, m2l, u0, u0l, m1, m1l, u1, u1l, m0, m0l, g, gl, f2, f2l)
         inverse = 1.0 / (k * k + t[BB + i])
         t[C + i] = (n0 + n0l) * inverse
         t[C + BLOCK + i] = (n1 + n1l) * inverse
@@ -479,6 +473,16 @@ def _store_scalars(t, row, n, result, offset):
 
 @njit(error_model="numpy", cache=True)
 def solve_quadric(q, wrenches, hard, result, status):
+    """Solve n wrenches on one quadric.
+
+    Args:
+        q: The surface's packed coefficients, see `palpate.surfaces.quadric.Packed`.
+        wrenches: Shape (n, 6), C order.
+        hard: Whether to solve for hard fingers (wrench axis) instead of soft ones.
+        result: Written, shape (15 n,): centroids, normals, forces, tangential forces, each (n, 3), then normal
+            forces, spin torques, conditions, each (n,).
+        status: Written, shape (n,), int8.
+    """
     t = np.empty(SCRATCH_SIZE)
     length_exponent = int(q[_LENGTH_EXPONENT])
     aligned = q[_ALIGNED] == 1.0

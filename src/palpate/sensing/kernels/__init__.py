@@ -1,0 +1,1 @@
+"""Compiled inner loops of contact sensing: numba, no Python objects."""
