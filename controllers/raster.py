@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from palpate.errors import InvalidValueError, positive
 
@@ -53,7 +54,7 @@ class Raster:
     def length(self) -> float:
         """Length of the path, seen from above [m]."""
         corners = self.corners()
-        return sum(math.dist(a, b) for a, b in zip(corners, corners[1:], strict=False))
+        return sum(math.dist(a, b) for a, b in pairwise(corners))
 
 
 class PathFollower:

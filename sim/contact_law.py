@@ -4,7 +4,7 @@ MuJoCo regularises every contact with an impedance d in (0, 1): with A the sum o
 (`body_invweight0`), a contact row has the compliance R = (1 - d)/d A, so D = 1/R. With constant impedance
 (solimp = d, d) and the direct format solref = (-(1-d) A K, -(1-d) A C) the normal force is K depth + C rate,
 whatever the masses. Friction rows have the same D times impratio and the damping rate b_f of
-solreffriction = (0, -b_f): below `creep_speed` friction is viscous, above `lift_speed` the friction rows push
+solreffriction = (-1, -d b_f): below `creep_speed` friction is viscous, above `lift_speed` the friction rows push
 the bodies apart (MuJoCo couples them through the elliptic cone), and b_f times the time step must stay small.
 These three bounds are checked when a scene is built.
 """
@@ -121,7 +121,8 @@ def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> P
     return PairParameters(
         solref=(-(1.0 - d) * A * law.stiffness, -(1.0 - d) * A * damping),
         solimp=(d, d, 1e-3, 0.5, 2.0),  # constant: width, midpoint and power then have no effect
-        solreffriction=(-1.0, -friction_damping),
+        # MuJoCo divides a direct-format damping by the impedance
+        solreffriction=(-1.0, -d * friction_damping),
         friction=(mu, mu, mu * law.spin_length, 1e-6, 1e-6),
         impratio=impratio,
         friction_damping=friction_damping,

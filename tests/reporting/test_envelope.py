@@ -6,9 +6,7 @@ from palpate.reporting.envelope import envelope
 
 
 @settings(max_examples=200, deadline=None)
-@given(
-    count=st.integers(1, 3000), bins=st.integers(1, 200), missing=st.floats(0.0, 1.0), seed=st.integers(0, 99)
-)
+@given(count=st.integers(1, 3000), bins=st.integers(1, 200), missing=st.floats(0.0, 1.0), seed=st.integers(0, 99))
 def test_extremes_ends_and_order_are_kept(count, bins, missing, seed):
     rng = np.random.default_rng(seed)
     time, value = np.arange(count) * 0.5, rng.normal(size=count)

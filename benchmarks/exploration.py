@@ -1,0 +1,128 @@
+"""What an exploration in simulation achieves and costs.
+
+    python benchmarks/exploration.py [--quick]
+
+Accuracy against the simulation's truth on the stage (1 kHz, 2 N, mu 0.3, 20 kN/m), the radius of a sphere with
+sensor noise, the sensed contact against MuJoCo's own at 100 kN/m, and where the time of a period goes.
+"""
+
+import argparse
+import time
+from dataclasses import replace
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from palpate.experiments.explore import Exploration, explore
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.runtime import Command, Finger, Recorder, Supervisor, Touch
+from palpate.sensing.compensation import Payload
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_stage_scene
+from palpate.surfaces import Sphere
+
+BASE = ExploreConfig(spacing=0.004)
+
+
+def accuracy_row(config: ExploreConfig, found: Exploration) -> list[str]:
+    """Return a table's row for one run."""
+    touched = found.truth.touching[found.scanning].mean()
+    radius = "-"
+    if found.sphere is not None and config.object == "sphere":
+        radius = f"{1e3 * (found.sphere.radius - config.size[0]):+.3f}"
+    noise = (
+        "none"
+        if config.force_noise == 0.0
+        else f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mNm"
+    )
+    outside = ~found.scanning
+    peak = np.nanmax(found.true_normal_force[outside])
+    return [
+        f"{config.object}, {1e3 * config.speed:g} mm/s",
+        noise,
+        found.run.ending.value,
+        f"{100 * touched:.2f} %",
+        f"{found.force_rms:.4f}",
+        f"{peak:.2f}",
+        f"{1e3 * found.point_rms:.4f}",
+        radius,
+        f"{found.run.real_time_factor:.0f}",
+    ]
+
+
+def accuracy(quick: bool) -> Table:
+    """Explore several objects."""
+    table = Table(title="Exploration, 2 N, 1 kHz, mu 0.3, 20 kN/m, 40 x 40 mm")
+    for heading in (
+        "object, speed",
+        "noise",
+        "ending",
+        "in contact",
+        "force RMS error N",
+        "landing peak N",
+        "points RMS mm",
+        "radius error mm",
+        "real-time factor",
+    ):
+        table.add_column(heading, justify="right")
+    noisy = replace(BASE, force_noise=0.010, moment_noise=0.1e-3)
+    configs = [
+        BASE,
+        replace(BASE, speed=0.05),
+        replace(BASE, object="ellipsoid", size=()),
+        replace(BASE, object="ellipsoid", size=(), speed=0.05),
+        noisy,
+    ]
+    if not quick:
+        configs += [
+            replace(noisy, seed=1),
+            replace(noisy, seed=2),
+            replace(BASE, object="cylinder", size=()),
+            replace(BASE, object="box", size=()),
+            replace(BASE, tip=(0.010, 0.008, 0.012)),
+        ]
+    for config in track(configs, "exploring", transient=True):
+        table.add_row(*accuracy_row(config, explore(config)))
+    return table
+
+
+def parts() -> Table:
+    """Time the parts of a period with the tip resting on a sphere."""
+    tip = Tip(Sphere(0.008))
+    scene = build_stage_scene(tip, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0479))
+    backend = MujocoBackend(scene)
+    sample = backend.start()
+    touch, supervisor, recorder = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor(), Recorder()
+    observation, command = touch.sense(sample), Command()
+    table = Table(title="One period of the stage, tip in contact, called in a loop")
+    table.add_column("part")
+    table.add_column("us (median of 20 x 500)", justify="right")
+    for name, action in {
+        "simulate two steps and read": lambda: backend.step(command),
+        "sense": lambda: touch.sense(sample),
+        "supervise": lambda: supervisor.check(observation, command),
+        "record": lambda: recorder(sample, observation, command),
+    }.items():
+        taken = []
+        for _ in range(20):
+            started = time.perf_counter()
+            for _ in range(500):
+                action()
+            taken.append((time.perf_counter() - started) / 500)
+        table.add_row(name, f"{1e6 * float(np.median(taken)):.1f}")
+    return table
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="only what the README quotes")
+    arguments = parser.parse_args()
+    console = Console(width=130)
+    console.print(accuracy(arguments.quick))
+    console.print(parts())
+
+
+if __name__ == "__main__":
+    main()

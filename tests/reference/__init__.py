@@ -1,0 +1,1 @@
+"""References in high precision that the tests measure the library against."""

@@ -1,0 +1,145 @@
+"""The contact that MuJoCo realises against the one that was asked for, in physical units."""
+
+import numpy as np
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import Command
+from palpate.sim import Box, ContactLaw, MujocoBackend, Stage, Tip, build_stage_scene
+from palpate.sim.contact_law import LARGEST_CONTACT_STEP, LARGEST_FRICTION_STEP, pair_parameters
+from palpate.surfaces import Sphere
+
+PLATE = Box((0.3, 0.3, 0.04))
+
+
+def pressed(law, force, stage=None, time_step=0.5e-3):
+    """A sphere tip at rest on a plate, pushed by its servo with `force` [N]."""
+    stage, tip = stage or Stage(), Tip(Sphere(0.008))
+    backend = MujocoBackend(build_stage_scene(tip, PLATE, law, (0.0, 0.0, 0.028), stage, time_step))
+    backend.start()
+    depth = force / stage.stiffness(tip.mass) + force / law.stiffness
+    for _ in range(100):
+        backend.step(Command((0.0, 0.0, -depth / 0.1)))
+    rest(backend, 200)
+    return backend
+
+
+def rest(backend, periods):
+    for _ in range(periods):
+        backend.step(Command())
+
+
+def slide(backend, speed, periods):
+    for _ in range(periods):
+        backend.step(Command((speed, 0.0, 0.0)))
+    fx, fy, fz = backend.truth().force
+    return np.hypot(fx, fy), fz
+
+
+def depth(backend):
+    return -backend._data.contact[0].dist
+
+
+@pytest.mark.parametrize("impedance", [0.1, 0.2, 0.5])
+@pytest.mark.parametrize("mass", [2.0, 5.0, 20.0])
+@pytest.mark.parametrize("stiffness", [2e3, 20e3, 60e3])
+def test_the_force_at_rest_is_stiffness_times_depth_whatever_mass_and_impedance(stiffness, mass, impedance):
+    backend = pressed(ContactLaw(stiffness=stiffness, impedance=impedance), 2.0, Stage(mass=mass))
+    assert backend.truth().force[2] == pytest.approx(2.0, rel=1e-3)
+    assert backend.truth().force[2] == pytest.approx(stiffness * depth(backend), rel=1e-3)
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.3, 0.5, 1.0])
+@pytest.mark.parametrize("speed", [0.005, 0.02, 0.1])
+def test_full_sliding_shows_the_friction_coefficient(friction, speed):
+    tangential, normal = slide(pressed(ContactLaw(friction=friction), 2.0), speed, 300)
+    assert tangential / normal == pytest.approx(friction, rel=5e-3)
+
+
+@pytest.mark.parametrize("impedance", [0.1, 0.2])
+@pytest.mark.parametrize("force", [0.5, 2.0])
+def test_the_creep_speed_is_realised_and_grows_with_the_force(force, impedance):
+    """Below it friction is viscous, f_t = mu f_n v / v_creep, with v_creep proportional to f_n."""
+    law = ContactLaw(impedance=impedance)
+    backend = pressed(law, force)
+    speed = 0.1 * law.creep_speed
+    tangential, normal = slide(backend, speed, 1500)
+    realised = speed * law.friction * normal / tangential
+    assert backend.scene.pair.creep_speed == pytest.approx(law.creep_speed)
+    assert realised == pytest.approx(law.creep_speed * force / law.smallest_force, rel=0.02)
+
+
+def test_at_the_smallest_force_friction_is_coulombs_from_the_creep_speed_on():
+    law = ContactLaw()
+    tangential, normal = slide(pressed(law, law.smallest_force), 1.2 * law.creep_speed, 1000)
+    assert tangential / normal == pytest.approx(law.friction, rel=5e-3)
+
+
+@pytest.mark.parametrize("impedance", [0.2, 0.5])
+@pytest.mark.parametrize("speed", [0.03, 0.1])
+def test_the_lift_speed_is_realised(speed, impedance):
+    """Sliding adds c v to the normal force at the same depth; the tip lifts off where c v is all of it."""
+    law = ContactLaw(impedance=impedance)
+    backend = pressed(law, 2.0)
+    _, normal = slide(backend, speed, 400)
+    added = normal - law.stiffness * depth(backend)
+    lift_speed = law.smallest_force * speed / added
+    assert backend.scene.pair.lift_speed == pytest.approx(law.lift_speed, rel=2e-3)
+    assert lift_speed == pytest.approx(law.lift_speed, rel=0.05)
+
+
+def test_parameters_scale_with_mass_so_that_the_physics_does_not():
+    law = ContactLaw()
+    light, heavy = (pair_parameters(law, inverse_mass, 0.5e-3) for inverse_mass in (1.0, 0.1))
+    assert light.solref[0] / heavy.solref[0] == pytest.approx(10.0)
+    assert light.impratio == pytest.approx(heavy.impratio)
+    for pair in (light, heavy):
+        assert pair.creep_speed == pytest.approx(law.creep_speed)
+        assert pair.lift_speed == pytest.approx(law.lift_speed, rel=2e-3)
+        assert pair.friction[2] == pytest.approx(law.friction * law.spin_length)
+        assert pair.friction_damping * 0.5e-3 <= LARGEST_FRICTION_STEP
+
+
+def test_a_stiffness_too_high_for_the_time_step_is_refused_with_one_that_would_do():
+    law = ContactLaw(stiffness=500e3)
+    with pytest.raises(InvalidValueError, match="time step of at most") as refusal:
+        pair_parameters(law, 0.2, 0.5e-3)
+    advised = float(str(refusal.value).rsplit("at most ", 1)[1].split()[0])
+    pair_parameters(law, 0.2, 0.98 * advised)
+    assert np.sqrt(law.stiffness * 0.2) * advised == pytest.approx(LARGEST_CONTACT_STEP, rel=0.05)
+
+
+def test_friction_too_stiff_for_the_time_step_is_refused():
+    law = ContactLaw(stiffness=100.0, smallest_force=20.0, friction=0.05)
+    with pytest.raises(InvalidValueError, match="friction damping"):
+        pair_parameters(law, 2.0, 1e-3)
+    pair_parameters(law, 2.0, 1e-4)
+
+
+def test_a_creep_speed_that_needs_an_impratio_below_one_is_refused_with_one_that_would_do():
+    with pytest.raises(InvalidValueError, match="creep_speed") as refusal:
+        pair_parameters(ContactLaw(creep_speed=0.5), 0.2, 0.5e-3)
+    advised = float(str(refusal.value).rsplit("at most ", 1)[1].split()[0])
+    assert pair_parameters(ContactLaw(creep_speed=0.98 * advised), 0.2, 0.5e-3).impratio >= 1.0
+
+
+def test_a_scene_that_cannot_keep_its_contact_law_is_not_built():
+    with pytest.raises(InvalidValueError, match="contact stiffness"):
+        build_stage_scene(Tip(Sphere(0.008)), PLATE, ContactLaw(stiffness=1e6), (0.0, 0.0, 0.03))
+    build_stage_scene(Tip(Sphere(0.008)), PLATE, ContactLaw(stiffness=1e6), (0.0, 0.0, 0.03), time_step=1e-4)
+
+
+@pytest.mark.parametrize("impedance", [0.0, 1.0, -0.5, float("nan")])
+def test_an_impedance_outside_0_to_1_is_refused(impedance):
+    with pytest.raises(InvalidValueError, match="impedance"):
+        ContactLaw(impedance=impedance)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["stiffness", "friction", "spin_length", "damping_ratio", "smallest_force", "lift_speed", "creep_speed"],
+)
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("inf"), float("nan")])
+def test_quantities_that_must_be_positive_are_refused_by_name(name, bad):
+    with pytest.raises(InvalidValueError, match=name):
+        ContactLaw(**{name: bad})

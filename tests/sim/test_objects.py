@@ -1,0 +1,177 @@
+"""Distances to the simulated objects: exact on points whose distance is known by construction."""
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.sim import Box, CylinderObject, EllipsoidObject, SphereObject
+
+OBJECTS = [SphereObject(), EllipsoidObject(), Box(), CylinderObject()]
+IDS = [type(o).__name__ for o in OBJECTS]
+FLAT, NEEDLE, ROUND = (0.05, 0.04, 0.0005), (0.001, 0.001, 0.1), (0.03, 0.03, 0.03)
+DEFAULT = (0.05, 0.04, 0.03)
+
+
+def ellipsoid_point(axes, direction):
+    """A point of the surface and the outward unit normal there."""
+    axes = np.array(axes)
+    point = axes * direction / np.linalg.norm(direction)
+    normal = point / axes**2
+    return point, normal / np.linalg.norm(normal)
+
+
+def nearest_by_sampling(axes, point, n=400):
+    """Distance to the surface by search over parameters, refined: an upper bound, accurate to ~1e-9."""
+    u, v = np.meshgrid(np.linspace(0, np.pi / 2, n), np.linspace(0, np.pi / 2, n))
+    step = np.pi / 2 / (n - 1)
+    point = np.abs(point)
+    for _ in range(12):
+        s = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1) * axes
+        d = np.linalg.norm(s - point, axis=-1)
+        i = np.unravel_index(d.argmin(), d.shape)
+        w = np.linspace(-2 * step, 2 * step, 41)
+        u, v = np.meshgrid(u[i] + w, v[i] + w)
+        step /= 10
+    return d.min()
+
+
+axes_strategy = st.one_of(st.tuples(*[st.floats(0.005, 0.1)] * 3), st.sampled_from([FLAT, NEEDLE, ROUND, DEFAULT]))
+octant = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(axes_strategy, octant, st.floats(0.0, 0.2))
+def test_outside_an_ellipsoid_the_distance_is_that_along_the_normal(axes, direction, distance):
+    point, normal = ellipsoid_point(axes, direction)
+    found = EllipsoidObject(axes).signed_distance((point + distance * normal)[None])[0]
+    assert found == pytest.approx(distance, rel=1e-9, abs=1e-15 + 1e-13 * max(axes))
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(axes_strategy, octant, st.floats(0.0, 0.99))
+def test_inside_an_ellipsoid_likewise_up_to_the_smallest_radius_of_curvature(axes, direction, part):
+    # no two normals meet nearer to the surface than its smallest radius of curvature, min^2/max
+    distance = part * min(axes) ** 2 / max(axes)
+    point, normal = ellipsoid_point(axes, direction)
+    found = EllipsoidObject(axes).signed_distance((point - distance * normal)[None])[0]
+    assert found == pytest.approx(-distance, rel=1e-7, abs=1e-15 + 1e-13 * max(axes))
+
+
+def test_the_center_of_an_ellipsoid_lies_its_least_semi_axis_deep():
+    for axes in (DEFAULT, FLAT, NEEDLE, ROUND):
+        assert EllipsoidObject(axes).signed_distance(np.zeros((1, 3)))[0] == pytest.approx(-min(axes), rel=1e-9)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    st.sampled_from([DEFAULT, ROUND, (0.03, 0.05, 0.04), (0.02, 0.05, 0.02)]),
+    st.tuples(*[st.floats(-1.2, 1.2)] * 3),
+    st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (0, 1, 1), (1, 0, 1), (1, 1, 1)]),
+)
+@example(DEFAULT, (0.2, 0.2, 1e-20), (1, 1, 1))
+@example(DEFAULT, (0.1, 0.0, 0.0), (1, 0, 0))
+def test_points_anywhere_on_axes_and_planes_of_symmetry_too(axes, part, mask):
+    point = np.array(part) * mask * axes
+    found = EllipsoidObject(axes).signed_distance(point[None])[0]
+    assert abs(found) == pytest.approx(nearest_by_sampling(np.array(axes), point), rel=1e-5, abs=1e-8)
+    level = np.sum((point / axes) ** 2)
+    if abs(level - 1.0) > 1e-9:
+        assert (found > 0.0) == (level > 1.0)
+
+
+def test_an_ellipsoid_of_equal_axes_is_a_sphere():
+    points = np.random.default_rng(1).normal(scale=0.03, size=(500, 3))
+    assert np.allclose(
+        EllipsoidObject((0.04, 0.04, 0.04)).signed_distance(points),
+        SphereObject(0.04).signed_distance(points),
+        rtol=0,
+        atol=1e-12,
+    )
+
+
+def test_a_box_measures_to_faces_edges_and_corners():
+    box = Box((0.08, 0.06, 0.04))
+    points = [
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.02],
+        [0.0, 0.0, 0.03],
+        [0.039, 0.0, 0.0],
+        [0.043, 0.034, 0.0],  # 3-4-5 over an edge
+        [0.041, 0.032, 0.022],  # 1-2-2 over a corner
+    ]
+    assert np.allclose(box.signed_distance(np.array(points)), [-0.02, 0.0, 0.01, -0.001, 0.005, 0.003])
+
+
+def test_a_cylinder_lies_along_x():
+    cylinder = CylinderObject(0.03, 0.12)
+    points = [
+        [0.0, 0.0, 0.0],
+        [0.05, 0.0, 0.03],
+        [0.0, 0.024, 0.032],
+        [0.0599, 0.0, 0.0],
+        [0.063, 0.0, 0.034],  # 3-4-5 over the rim
+    ]
+    assert np.allclose(cylinder.signed_distance(np.array(points)), [-0.03, 0.0, 0.01, -0.0001, 0.005])
+
+
+@pytest.mark.parametrize("target", OBJECTS, ids=IDS)
+def test_the_distance_grows_by_one_per_length_and_by_no_more(target):
+    """|grad d| = 1 almost everywhere outside, and d is 1-Lipschitz everywhere."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-0.12, 0.12, size=(2000, 3))
+    points = points[np.abs(target.signed_distance(points)) > 1e-4]
+    outside = points[target.signed_distance(points) > 0.0]
+    h = 1e-6
+    gradient = np.stack(
+        [
+            (target.signed_distance(outside + h * e) - target.signed_distance(outside - h * e)) / (2 * h)
+            for e in np.eye(3)
+        ],
+        axis=1,
+    )
+    assert np.allclose(np.linalg.norm(gradient, axis=1), 1.0, atol=1e-5)
+    others = points + rng.normal(scale=0.01, size=points.shape)
+    change = np.abs(target.signed_distance(points) - target.signed_distance(others))
+    assert np.all(change <= np.linalg.norm(points - others, axis=1) + 1e-12)
+
+
+@pytest.mark.parametrize("target", OBJECTS, ids=IDS)
+def test_the_simulated_geom_is_where_the_exact_surface_says(target):
+    """Distances of a small sphere to the geom (mj_geomDistance) agree with `signed_distance`."""
+    spec = mujoco.MjSpec()
+    target.add_geom(spec.worldbody.add_body(name="object"), "object")
+    probe = spec.worldbody.add_body(name="probe", mocap=True)
+    probe.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-3, 0.0, 0.0])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    points = np.random.default_rng(2).uniform(-0.1, 0.1, size=(200, 3))
+    points = points[target.signed_distance(points) > 5e-3]
+    assert len(points) > 50
+    for point in points:
+        data.mocap_pos[0] = point
+        mujoco.mj_forward(model, data)
+        found = mujoco.mj_geomDistance(model, data, model.geom("probe").id, model.geom("object").id, 1.0, None)
+        assert found + 1e-3 == pytest.approx(target.signed_distance(point[None])[0], abs=2e-6)
+
+
+@pytest.mark.parametrize("target", OBJECTS, ids=IDS)
+def test_the_top_is_on_the_surface_and_nothing_is_higher(target):
+    assert target.signed_distance(np.array([[0.0, 0.0, target.top]]))[0] == pytest.approx(0.0, abs=1e-15)
+    above = np.random.default_rng(3).uniform(-0.2, 0.2, size=(500, 3))
+    above[:, 2] = target.top + 1e-6 + np.abs(above[:, 2])
+    assert np.all(target.signed_distance(above) > 0.0)
+
+
+@pytest.mark.parametrize("bad", [0.0, -0.01, float("nan"), float("inf")])
+def test_lengths_that_can_never_be_right_are_refused_by_name(bad):
+    with pytest.raises(InvalidValueError, match="radius"):
+        SphereObject(bad)
+    with pytest.raises(InvalidValueError, match=r"semi_axes\[1\]"):
+        EllipsoidObject((0.05, bad, 0.03))
+    with pytest.raises(InvalidValueError, match=r"size\[2\]"):
+        Box((0.05, 0.05, bad))
+    with pytest.raises(InvalidValueError, match="length"):
+        CylinderObject(0.03, bad)
