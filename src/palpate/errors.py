@@ -72,7 +72,7 @@ ORTHONORMAL_TOLERANCE = 1e-9
 matrix typed by hand with four decimals, which would silently bend the fingertip."""
 
 
-def rotation(name: str, value: Sequence[Sequence[float]] | FloatArray) -> FloatArray:
+def rotation_matrix(name: str, value: Sequence[Sequence[float]] | FloatArray) -> FloatArray:
     """Return `value` as a read-only 3x3 rotation matrix.
 
     Raises:

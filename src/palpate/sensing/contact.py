@@ -25,7 +25,7 @@ class ContactStatus(IntEnum):
     OUTSIDE = 3
     """The solution lies off every patch of a bounded or composite tip."""
     INVALID = 4
-    """The wrench is not finite."""
+    """The wrench is not finite, or no float64 can hold its contact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,10 +1,14 @@
 """From wrenches to contacts: the public face of contact sensing.
 
-`Contact.condition` is kappa = sqrt((|C m|^2 + |A f|^2) / |z|^2), in the notation of
-`palpate.sensing.kernels.quadric`. In the affine space in which the surface is a unit sphere it is exactly the
-relative condition number of the centroid. Along unbounded axes, where that space has no scale, the force counts
-in units of the bounded ones; so for a plane kappa = |f|/normal_force. It tells how errors of the *sensor* are
-amplified: the solver itself adds a few units in the last place, whatever kappa is.
+`Contact.condition` bounds by how much the relative error of the wrench is amplified in the centroid. On a bounded
+surface it is kappa = sqrt((|C m|^2 + |A f|^2) / |z|^2), in the notation of `palpate.sensing.kernels.quadric`:
+exactly the relative condition number in the affine space in which the surface is a unit sphere. On cylinders and
+planes, where that space has no scale, it is (|f| + |m|/|c|) |S| with S = dc/dm. It tells what errors of the
+*sensor* do: the solver itself adds a few units in the last place, whatever the condition.
+
+Wrenches are solved as long as the part of the force that the surface can take up is more than about 1e-150 of the
+wrench; beyond, squares may leave float64, and the status then is INVALID. Grazing is resolved to condition numbers
+of about 1e15.
 """
 
 from typing import Protocol

@@ -7,13 +7,13 @@ be infinite. The contact solver works from coefficients that are derived here on
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from fractions import Fraction
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, rotation, vector
+from palpate.errors import FloatArray, InvalidValueError, rotation_matrix, vector
 
 LARGEST_ASPECT_RATIO = 1e60
 """Of finite semi-axes. Beyond it the squares of the coefficients leave float64, and nothing is known with 60
@@ -44,12 +44,10 @@ class Packed(IntEnum):
     """det A: high, low; zero for unbounded surfaces."""
     DETERMINANT_INVERSE = 40
     """1/det A: high, low; zero where det A is zero."""
-    UNBOUNDED = 42
-    """3 entries: 1 along an infinite semi-axis, else 0."""
-    SIZE = 45
+    SIZE = 42
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class CenteredQuadric(ABC):
     """A surface (R'(x - center))' diag(1/semi_axes^2) (R'(x - center)) = 1 in sensor coordinates.
 
@@ -65,8 +63,18 @@ class CenteredQuadric(ABC):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", vector("center", self.center, 3, "m"))
-        object.__setattr__(self, "rotation", rotation("rotation", self.rotation))
+        object.__setattr__(self, "rotation", rotation_matrix("rotation", self.rotation))
         object.__setattr__(self, "packed", _pack(self.half_lengths, self.center, self.rotation))
+
+    def __repr__(self) -> str:
+        """Show what was given, on one line; centre and rotation only where they are not the sensor's own."""
+        given = {each.name: getattr(self, each.name) for each in fields(self) if each.init}
+        center, rotation = given.pop("center"), given.pop("rotation")
+        if center.any():
+            given["center"] = center.tolist()
+        if (rotation != np.eye(3)).any():
+            given["rotation"] = rotation.tolist()
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
     @property
     @abstractmethod
@@ -107,6 +115,5 @@ def _pack(semi_axes: Sequence[float], center: FloatArray, rotation_sensor_surfac
             high = float(exact)
             packed[start + i] = high
             packed[start + i + len(coefficients)] = float(exact - Fraction(high))
-    packed[Packed.UNBOUNDED : Packed.UNBOUNDED + 3] = np.isinf(semi_axes)
     packed.setflags(write=False)
     return packed

@@ -7,7 +7,7 @@ from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.surfaces.quadric import CenteredQuadric
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sphere(CenteredQuadric):
     """A sphere.
 
@@ -32,7 +32,7 @@ class Sphere(CenteredQuadric):
         return (self.radius, self.radius, self.radius)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Ellipsoid(CenteredQuadric):
     """An ellipsoid; infinite semi-axes make it an elliptic cylinder or a slab.
 
@@ -67,7 +67,7 @@ class Ellipsoid(CenteredQuadric):
         return self.semi_axes
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Cylinder(CenteredQuadric):
     """An infinite circular cylinder about the z axis of its own frame.
 
@@ -92,7 +92,7 @@ class Cylinder(CenteredQuadric):
         return (self.radius, self.radius, math.inf)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plane(CenteredQuadric):
     """A pair of parallel planes at z = +-distance in its own frame; the force says which one is touched.
 

@@ -85,11 +85,28 @@ _COF = int(Packed.COFACTOR)
 _COF2 = int(Packed.COFACTOR_SQUARED)
 _DET = int(Packed.DETERMINANT)
 _DET_INV = int(Packed.DETERMINANT_INVERSE)
-_UNBOUNDED = int(Packed.UNBOUNDED)
 
 _NEVER = -(1 << 20)  # an exponent below any other
-_EXACT_DOT_BOUND = 2.0**-98
-"""A dot product in double-double below this share of its terms' size may really be zero: decide it exactly."""
+_EXACT_DOT_BOUND = 2.0**-52
+"""Below this share of its terms' size double-double leaves a dot product fewer digits than float64 holds."""
+
+_SCALED_EXPONENT = 200
+"""The larger of force and moment is scaled to about 2^200: squares stay far from overflow, and what is 1e-200
+times smaller, subnormal input included, is still a normal number."""
+
+_SMALLEST_SCALED = 2.0**-480
+"""Scaled quantities below this lose digits when squared."""
+
+_SMALLEST_FORCE = 2.0**-960
+"""A force scaled to less than this has lost digits beside its moment."""
+
+_WIDE_RANGE = 2.0**-200
+"""Products of scaled force and moment below this may have lost terms to underflow."""
+
+_SMALLEST_DOT = 2.0**-1000
+"""A scaled f.m nearer to zero is replaced by this: a spin or normal force of less than 1e-300 of the rest."""
+
+_SMALLEST_NORMAL = 2.0**-1022
 
 
 @njit(error_model="numpy")
@@ -106,9 +123,9 @@ def _load(wrenches, start, n, t):
 
 @njit(error_model="numpy")
 def _scale(n, length_exponent, t):
-    """Scale to |f|, |m| <= about 1, lengths in the surface's unit, by exact powers of two; and take f.m.
+    """Scale to |f|, |m| of about 2^200 or less, lengths in the surface's unit, exactly; and take f.m.
 
-    Returns how many of the f.m are too small to be told from zero.
+    Returns how many of the f.m cancel so far that they need more digits.
     """
     doubtful = 0
     for i in range(n):
@@ -121,7 +138,7 @@ def _scale(n, length_exponent, t):
         f_exponent = (bits(f_max) >> 52) - 1023
         m_exponent = (bits(m_max) >> 52) - 1023 - length_exponent
         m_exponent = m_exponent if m_max > 0.0 else _NEVER
-        exponent = max(f_exponent, m_exponent)
+        exponent = max(f_exponent, m_exponent) - _SCALED_EXPONENT
         # in two steps: 2^-exponent itself may leave float64
         half = (-exponent) >> 1
         f_scale = power_of_two(half)
@@ -146,13 +163,16 @@ def _scale(n, length_exponent, t):
         t[M + BLOCK + i] = m1
         t[M + 2 * BLOCK + i] = m2
         t[EXPONENT + i] = float(exponent)
-        t[FINITE + i] = finite
+        # so much moment per force that the force is lost beside it counts as not finite too
+        scaled_max = max(max(abs(f0), abs(f1)), abs(f2))
+        t[FINITE + i] = 1.0 if (f_max > 0.0 and scaled_max < _SMALLEST_FORCE) else finite
         h, low = _dot3(f0, 0.0, f1, 0.0, f2, 0.0, m0, 0.0, m1, 0.0, m2, 0.0)
         t[S + i] = h
         t[S_LOW + i] = low
         size = abs(f0 * m0) + abs(f1 * m1) + abs(f2 * m2)
         t[S_SIZE + i] = size
-        doubtful += 1 if size > 0.0 and abs(h) <= _EXACT_DOT_BOUND * size else 0
+        cancelled = abs(h) <= _EXACT_DOT_BOUND * size or size < _WIDE_RANGE
+        doubtful += 1 if cancelled and f_max > 0.0 and m_max > 0.0 else 0
     return doubtful
 
 
@@ -176,24 +196,45 @@ def _dot3(x0, x0l, x1, x1l, x2, x2l, y0, y0l, y1, y1l, y2, y2l):
 
 
 @njit(error_model="numpy")
-def _settle_zero_dots(n, t):
-    """Where f.m is too small to be told from zero by double-double, take it exactly.
+def _settle_cancelled_dots(wrenches, start, n, length_exponent, t):
+    """Where f.m cancels beyond what double-double holds, or its terms underflow, take it exactly.
 
     The solution is discontinuous at f.m = 0 where the wrench axis misses, so this zero has to be a true one.
-    Six terms (three exact products) are distilled until nothing changes (Ogita, Rump & Oishi, VecSum).
+    The products are aligned with the largest one here. Six terms (three exact products) are distilled until
+    nothing changes (Ogita, Rump & Oishi, VecSum).
     """
     terms = np.empty(6)
+    exponents = np.empty(3, np.int64)
     for i in range(n):
         size = t[S_SIZE + i]
-        if not (size > 0.0 and abs(t[S + i]) <= _EXACT_DOT_BOUND * size):
+        if not (abs(t[S + i]) <= _EXACT_DOT_BOUND * size or size < _WIDE_RANGE):
+            continue
+        highest = _NEVER
+        for j in range(3):
+            f, f_exponent = math.frexp(wrenches[start + i, j])
+            m, m_exponent = math.frexp(wrenches[start + i, j + 3])
+            exponents[j] = f_exponent + m_exponent if f != 0.0 and m != 0.0 else _NEVER
+            terms[2 * j], terms[2 * j + 1] = two_product(f, m)
+            highest = max(highest, exponents[j])
+        if t[FINITE + i] != 0.0 or highest == _NEVER:
             continue
         for j in range(3):
-            terms[2 * j], terms[2 * j + 1] = two_product(t[F + j * BLOCK + i], t[M + j * BLOCK + i])
-        for _ in range(6):
+            terms[2 * j] = math.ldexp(terms[2 * j], exponents[j] - highest)
+            terms[2 * j + 1] = math.ldexp(terms[2 * j + 1], exponents[j] - highest)
+        changed = True
+        while changed:
+            changed = False
             for j in range(1, 6):
-                terms[j], terms[j - 1] = two_sum(terms[j], terms[j - 1])
-        t[S + i] = terms[5]
-        t[S_LOW + i] = terms[4]
+                total, rest = two_sum(terms[j], terms[j - 1])
+                changed |= rest != terms[j - 1]
+                terms[j], terms[j - 1] = total, rest
+        back = highest - 2 * int(t[EXPONENT + i]) - length_exponent
+        s = math.ldexp(terms[5], back)
+        low = math.ldexp(terms[4], back)
+        if terms[5] != 0.0 and abs(s) < _SMALLEST_DOT:  # its sign decides which way the finger spins
+            s, low = math.copysign(_SMALLEST_DOT, terms[5]), 0.0
+        t[S + i] = s
+        t[S_LOW + i] = low
 
 
 @njit(error_model="numpy")
@@ -311,7 +352,7 @@ def _root(n, t):
         P, Pl, Q, Ql = t[P_ + i], t[P_LOW + i], t[Q_ + i], t[Q_LOW + i]
         # in float64 first: the larger part by a square root, the other by division, so that neither cancels;
         # P and Q scaled by an exact power of two to keep their squares in range
-        exponent = (bits(max(abs(P), abs(Q))) >> 52) - 1023
+        exponent = max((bits(max(abs(P), abs(Q))) >> 52) - 1023, -1022)
         down = power_of_two(-exponent)
         x = P * down
         y = Q * down
@@ -322,7 +363,7 @@ def _root(n, t):
         hits = P > 0.0
         g = -(larger if hits else smaller)
         k = smaller if hits else larger
-        k = -k if Q > 0.0 else k
+        k = -k if t[S + i] > 0.0 else k
 
         # one Newton step on z^2 = w.w in double-double; each residual is proportional to the part it corrects
         gg, ggl = two_product(g, g)
@@ -331,7 +372,7 @@ def _root(n, t):
         e, el = add(e, el, kk, kkl)
         real = e + el
         imaginary = fma(-2.0 * g, k, Q) + Ql
-        modulus_inverse = 1.0 / modulus
+        modulus_inverse = 1.0 / max(modulus, _SMALLEST_NORMAL)
         gl = 0.5 * modulus_inverse * (real * g + imaginary * k)
         kl = 0.5 * modulus_inverse * (imaginary * g - real * k)
         t[G + i], t[G_LOW + i] = fast_two_sum(g, gl)
@@ -378,42 +419,57 @@ def _centroid(q, n, t):
 
 @njit(error_model="numpy")
 def _derive(q, n, hard, t):
-    """Normal, normal force, spin torque, condition and status from c, g and K."""
+    """Take normal, normal force, spin torque, condition and status from c, g and K."""
+    A0, A1, A2 = q[_A], q[_A + 1], q[_A + 2]
     AA0, AA1, AA2 = q[_A2], q[_A2 + 1], q[_A2 + 2]
-    U0, U1, U2 = q[_UNBOUNDED], q[_UNBOUNDED + 1], q[_UNBOUNDED + 2]
     bounded = q[_DET] != 0.0
     for i in range(n):
         f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
-        c0, c1, c2 = t[C + i], t[C + BLOCK + i], t[C + 2 * BLOCK + i]
+        aa, bb = t[AA + i], t[BB + i]
         # f.n = g / |A^2 c|, q.n = K |A^2 c|
-        v0, v1, v2 = AA0 * c0, AA1 * c1, AA2 * c2
+        v0, v1, v2 = AA0 * t[C + i], AA1 * t[C + BLOCK + i], AA2 * t[C + 2 * BLOCK + i]
         gradient = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
         inverse = 1.0 / gradient
         normal_force = -t[G + i] * inverse
         spin = t[K + i] * gradient
-        spin = -t[SPIN + i] * normal_force if hard else spin
+        t[N + i] = v0 * inverse
+        t[N + BLOCK + i] = v1 * inverse
+        t[N + 2 * BLOCK + i] = v2 * inverse
+        t[PUSH + i] = normal_force
+        t[SPIN + i] = -t[SPIN + i] * normal_force if hard else spin
+        t[KAPPA + i] = math.sqrt((aa + bb) * t[MODULUS_INVERSE + i])
 
-        # along unbounded axes, where the affine map has no scale, the force counts in units of the others
-        ff = t[BB + i] + U0 * (f0 * f0) + U1 * (f1 * f1) + U2 * (f2 * f2)
-        condition = math.sqrt((t[AA + i] + ff) * t[MODULUS_INVERSE + i])
-
-        some_force = f0 != 0.0 or f1 != 0.0 or f2 != 0.0
         exists = t[P_ + i] > 0.0 or (bounded and t[S + i] != 0.0)
-        finite = t[FINITE + i] == 0.0
+        some_force = f0 != 0.0 or f1 != 0.0 or f2 != 0.0
+        some_press = A0 * f0 != 0.0 or A1 * f1 != 0.0 or A2 * f2 != 0.0
+        lost = some_press and max(aa, bb) < _SMALLEST_SCALED * _SMALLEST_SCALED
         code = _OK if exists else _NO_CONTACT
         code = code if some_force else _NO_FORCE
-        code = code if finite else _INVALID
-        found = code == _OK
-        t[C + i] = c0 if found else np.nan
-        t[C + BLOCK + i] = c1 if found else np.nan
-        t[C + 2 * BLOCK + i] = c2 if found else np.nan
-        t[N + i] = v0 * inverse if found else np.nan
-        t[N + BLOCK + i] = v1 * inverse if found else np.nan
-        t[N + 2 * BLOCK + i] = v2 * inverse if found else np.nan
-        t[PUSH + i] = normal_force if found else np.nan
-        t[SPIN + i] = spin if found else np.nan
-        t[KAPPA + i] = condition if found else np.inf
+        code = code if (t[FINITE + i] == 0.0 and not lost) else _INVALID
         t[STATUS + i] = code
+
+
+@njit(error_model="numpy")
+def _unbounded_condition(q, n, t):
+    """Take the condition number where the affine map has no scale: along infinite semi-axes.
+
+    From dc/dm = S, |S| <= (phi + |Q| W) / phi^2 with phi the normal force, Q the spin torque and W the curvature
+    of the cross-section, and dc/df = -S [c]x.
+    """
+    cofactor_squared = q[_COF2] + q[_COF2 + 1] + q[_COF2 + 2]
+    for i in range(n):
+        f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
+        m0, m1, m2 = t[M + i], t[M + BLOCK + i], t[M + 2 * BLOCK + i]
+        c0, c1, c2 = t[C + i], t[C + BLOCK + i], t[C + 2 * BLOCK + i]
+        # |A^2 c| = |f.A^2 c| / |f.n|
+        push = t[PUSH + i]
+        gradient = abs(t[G + i]) / push
+        curvature = cofactor_squared / (gradient * gradient * gradient)
+        spread = (1.0 + abs(t[SPIN + i]) * curvature / push) / push
+        force = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+        moment = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
+        reach = math.sqrt(c0 * c0 + c1 * c1 + c2 * c2)
+        t[KAPPA + i] = spread * (force + moment / reach)
 
 
 @njit(error_model="numpy")
@@ -434,24 +490,43 @@ def _to_sensor_axes(q, n, t):
 
 
 @njit(error_model="numpy")
-def _unscale(n, length_exponent, t):
-    """Undo the scaling, and take the tangential force."""
+def _finish(n, length_exponent, t):
+    """Undo the scaling, take the tangential force, and let nothing pass as a contact that is not finite."""
     length = power_of_two(length_exponent >> 1)
     length_2 = power_of_two(length_exponent - (length_exponent >> 1))
     for i in range(n):
         exponent = int(t[EXPONENT + i])
         half = exponent >> 1
-        normal_force = t[PUSH + i] * power_of_two(half) * power_of_two(exponent - half)
+        push = t[PUSH + i] * power_of_two(half) * power_of_two(exponent - half)
         exponent += length_exponent
         half = exponent >> 1
-        t[SPIN + i] = t[SPIN + i] * power_of_two(half) * power_of_two(exponent - half)
-        t[C + i] = t[C + i] * length * length_2
-        t[C + BLOCK + i] = t[C + BLOCK + i] * length * length_2
-        t[C + 2 * BLOCK + i] = t[C + 2 * BLOCK + i] * length * length_2
-        t[PUSH + i] = normal_force
-        t[TANGENTIAL + i] = fma(normal_force, t[N + i], t[F_GIVEN + i])
-        t[TANGENTIAL + BLOCK + i] = fma(normal_force, t[N + BLOCK + i], t[F_GIVEN + BLOCK + i])
-        t[TANGENTIAL + 2 * BLOCK + i] = fma(normal_force, t[N + 2 * BLOCK + i], t[F_GIVEN + 2 * BLOCK + i])
+        spin = t[SPIN + i] * power_of_two(half) * power_of_two(exponent - half)
+        c0 = t[C + i] * length * length_2
+        c1 = t[C + BLOCK + i] * length * length_2
+        c2 = t[C + 2 * BLOCK + i] * length * length_2
+        n0, n1, n2 = t[N + i], t[N + BLOCK + i], t[N + 2 * BLOCK + i]
+        t0 = fma(push, n0, t[F_GIVEN + i])
+        t1 = fma(push, n1, t[F_GIVEN + BLOCK + i])
+        t2 = fma(push, n2, t[F_GIVEN + 2 * BLOCK + i])
+        condition = t[KAPPA + i]
+        code = t[STATUS + i]
+        defect = (c0 - c0) + (c1 - c1) + (c2 - c2) + (n0 - n0) + (n1 - n1) + (n2 - n2)
+        defect += (t0 - t0) + (t1 - t1) + (t2 - t2) + (push - push) + (spin - spin)
+        code = _INVALID if (code == _OK and defect != 0.0) else code
+        found = code == _OK
+        t[C + i] = c0 if found else np.nan
+        t[C + BLOCK + i] = c1 if found else np.nan
+        t[C + 2 * BLOCK + i] = c2 if found else np.nan
+        t[N + i] = n0 if found else np.nan
+        t[N + BLOCK + i] = n1 if found else np.nan
+        t[N + 2 * BLOCK + i] = n2 if found else np.nan
+        t[TANGENTIAL + i] = t0 if found else np.nan
+        t[TANGENTIAL + BLOCK + i] = t1 if found else np.nan
+        t[TANGENTIAL + 2 * BLOCK + i] = t2 if found else np.nan
+        t[PUSH + i] = push if found else np.nan
+        t[SPIN + i] = spin if found else np.nan
+        t[KAPPA + i] = condition if found else np.inf
+        t[STATUS + i] = code
 
 
 @njit(error_model="numpy")
@@ -491,7 +566,7 @@ def solve_quadric(q, wrenches, hard, result, status):
         n = min(BLOCK, total - start)
         _load(wrenches, start, n, t)
         if _scale(n, length_exponent, t) > 0:
-            _settle_zero_dots(n, t)
+            _settle_cancelled_dots(wrenches, start, n, length_exponent, t)
         if aligned and (hard or start == 0):
             _clear_low_parts(n, t)
         if not aligned:
@@ -502,9 +577,11 @@ def solve_quadric(q, wrenches, hard, result, status):
         _root(n, t)
         _centroid(q, n, t)
         _derive(q, n, hard, t)
+        if q[_DET] == 0.0:
+            _unbounded_condition(q, n, t)
         if not aligned:
             _to_sensor_axes(q, n, t)
-        _unscale(n, length_exponent, t)
+        _finish(n, length_exponent, t)
         _store_vectors(t, C, n, result, 3 * start)
         _store_vectors(t, N, n, result, 3 * (total + start))
         _store_vectors(t, F_GIVEN, n, result, 3 * (2 * total + start))

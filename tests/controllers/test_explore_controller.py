@@ -1,0 +1,209 @@
+"""The exploration's phases and velocities, on a made-up plane that pushes back like a spring."""
+
+import math
+
+import numpy as np
+import pytest
+
+from palpate.controllers import ExploreController, ExploreParameters, Raster, force_gain
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import ArmSample, Phase, Sample, WrenchSample
+from palpate.runtime.touch import Finger, Touch
+from palpate.spatial import IDENTITY
+from palpate.surfaces import Sphere
+
+PERIOD, RADIUS, STIFFNESS, FORCE, SPEED = 1e-3, 0.01, 20e3, 2.0, 0.02
+GAIN = force_gain(STIFFNESS, 0.0215)
+WANTED = ExploreParameters(force=FORCE, speed=SPEED, gain=GAIN, lead=0.0215)
+RASTER = Raster(0.006, 0.002, 0.002)
+TILT = 0.3
+
+
+class Plane:
+    """A tip that moves as commanded over a plane through the origin, tilted about y; the plane may vanish."""
+
+    def __init__(self, tilt=0.0, gap=0.002):
+        self.out = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
+        self.there = True
+        start = np.array([*RASTER.corners()[0], 0.0])
+        start[2] = (RADIUS + gap - start[0] * self.out[0]) / self.out[2]
+        self.position = start
+        self.time = 0.0
+
+    @property
+    def force(self):
+        depth = RADIUS - self.position @ self.out
+        return STIFFNESS * max(depth, 0.0) if self.there else 0.0
+
+    def sample(self):
+        f = self.force * self.out
+        # through the contact point, which lies below the centre of the sphere: no moment about the centre
+        wrench = (*f.tolist(), 0.0, 0.0, 0.0)
+        arm = ArmSample(self.time, tuple(self.position.tolist()), IDENTITY, (0.0, 0.0, 0.0))
+        return Sample(self.time, arm, (WrenchSample(self.time, wrench, (0.0, 0.0, 0.0)),))
+
+    def move(self, command):
+        self.position = self.position + PERIOD * np.array(command.velocity_base_tip)
+        self.time += PERIOD
+
+
+def explore(plane, seconds=6.0, vanish=None, back=None, parameters=WANTED):
+    """Rows of (time, phase, velocity, force, touching); the plane vanishes and returns at given times."""
+    touch = Touch(Finger(Sphere(RADIUS)))
+    controller = ExploreController(parameters, RASTER, PERIOD)
+    controller.start(touch.sense(plane.sample()))
+    rows = []
+    while plane.time < seconds:
+        plane.there = vanish is None or plane.time < vanish or (back is not None and plane.time > back)
+        now = touch.sense(plane.sample())
+        command = controller.step(now)
+        velocity = np.array(command.velocity_base_tip)
+        rows.append((plane.time, command.phase, velocity, plane.force, now.fingers[0].touching))
+        if command.phase.is_final:
+            break
+        plane.move(command)
+    return rows
+
+
+def phases(rows):
+    sequence = [row[1] for row in rows]
+    return [p for i, p in enumerate(sequence) if i == 0 or p != sequence[i - 1]]
+
+
+@pytest.mark.parametrize("tilt", [0.0, TILT, -TILT])
+def test_it_lands_settles_sweeps_lifts_and_is_done(tilt):
+    rows = explore(Plane(tilt))
+    assert phases(rows) == [Phase.APPROACH, Phase.SETTLE, Phase.SCAN, Phase.LIFT, Phase.DONE]
+    assert np.all(rows[-1][2] == 0.0)
+    settle = [row[0] for row in rows if row[1] is Phase.SETTLE]
+    assert settle[-1] - settle[0] == pytest.approx(WANTED.settle_time, abs=2 * PERIOD)
+
+
+@pytest.mark.parametrize("tilt", [0.0, TILT])
+def test_the_approach_goes_straight_down_at_landing_speed_and_settling_is_no_faster(tilt):
+    for _, phase, velocity, _, _ in explore(Plane(tilt)):
+        if phase is Phase.APPROACH:
+            assert velocity.tolist() == pytest.approx([0.0, 0.0, -WANTED.landing_speed])
+        elif phase is Phase.SETTLE:
+            assert np.linalg.norm(velocity) <= WANTED.landing_speed * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("tilt", [0.0, TILT, -TILT])
+def test_in_the_sweep_motion_is_tangential_and_force_control_normal(tilt):
+    """v.n = k (F - f), and the rest runs along the plane with the wanted speed."""
+    plane = Plane(tilt)
+    n = -plane.out
+    fastest = 0.0
+    for _, phase, velocity, force, _ in explore(plane):
+        if phase is not Phase.SCAN:
+            continue
+        assert velocity @ n == pytest.approx(GAIN.gain * (FORCE - force), abs=1e-9)
+        tangential = np.linalg.norm(velocity - (velocity @ n) * n)
+        assert tangential <= SPEED * (1 + 0.01)
+        fastest = max(fastest, tangential)
+    assert fastest == pytest.approx(SPEED, rel=0.01)
+
+
+def test_the_force_settles_and_stays():
+    forces = [row[3] for row in explore(Plane(TILT)) if row[1] is Phase.SCAN]
+    assert forces == pytest.approx([FORCE] * len(forces), abs=0.02)
+
+
+def test_it_lifts_off_along_the_normal_by_the_wanted_distance():
+    plane = Plane(TILT)
+    lift = [row for row in explore(plane) if row[1] is Phase.LIFT]
+    for row in lift:
+        assert row[2] == pytest.approx(WANTED.lift_speed * plane.out, abs=1e-9)
+    assert len(lift) * PERIOD * WANTED.lift_speed == pytest.approx(WANTED.lift_distance, rel=0.02)
+
+
+def test_a_lost_surface_is_sought_slowly_and_not_far_then_given_up():
+    rows = explore(Plane(TILT), vanish=1.0)
+    assert phases(rows)[-3:] == [Phase.SCAN, Phase.SEEK, Phase.LOST]
+    seek = [row for row in rows if row[1] is Phase.SEEK]
+    into = -Plane(TILT).out
+    for row in seek:
+        assert row[2] == pytest.approx(WANTED.landing_speed * into, abs=1e-9)
+    assert len(seek) * PERIOD * WANTED.landing_speed == pytest.approx(WANTED.seek_distance, rel=0.02)
+    assert np.all(rows[-1][2] == 0.0)
+
+
+def test_a_surface_found_again_is_swept_on():
+    rows = explore(Plane(), vanish=1.0, back=1.1)
+    assert phases(rows) == [
+        Phase.APPROACH,
+        Phase.SETTLE,
+        Phase.SCAN,
+        Phase.SEEK,
+        Phase.SETTLE,
+        Phase.SCAN,
+        Phase.LIFT,
+        Phase.DONE,
+    ]
+
+
+def test_the_surface_is_sought_once_only():
+    plane = Plane()
+    touch = Touch(Finger(Sphere(RADIUS)))
+    controller = ExploreController(WANTED, RASTER, PERIOD)
+    controller.start(touch.sense(plane.sample()))
+    seen = []
+    while plane.time < 5.0:
+        plane.there = not (0.9 < plane.time < 1.0 or plane.time > 1.5)
+        command = controller.step(touch.sense(plane.sample()))
+        seen.append(command.phase)
+        if command.phase.is_final:
+            break
+        plane.move(command)
+    assert seen[-1] is Phase.LOST
+    gaps = [p for i, p in enumerate(seen) if i and p != seen[i - 1]]
+    assert gaps.count(Phase.SEEK) == 1
+
+
+def test_without_an_object_the_approach_ends():
+    rows = explore(Plane(), seconds=30.0, vanish=0.0)
+    assert phases(rows) == [Phase.APPROACH, Phase.LOST]
+    assert rows[-1][0] * WANTED.landing_speed == pytest.approx(WANTED.approach_distance, rel=0.01)
+
+
+def test_a_single_spike_before_landing_does_not_end_the_approach():
+    """One sample over the touch threshold, from noise or a knock, and nothing there."""
+    plane = Plane(gap=0.005)
+    touch = Touch(Finger(Sphere(RADIUS)))
+    controller = ExploreController(WANTED, RASTER, PERIOD)
+    controller.start(touch.sense(plane.sample()))
+    seen = []
+    for i in range(9000):
+        s = plane.sample()
+        if i in (50, 400):
+            spike = WrenchSample(s.time, (0.3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            s = Sample(s.time, s.arm, (spike,))
+        command = controller.step(touch.sense(s))
+        seen.append(command.phase)
+        if command.phase.is_final:
+            break
+        plane.move(command)
+    assert seen[-1] is Phase.DONE
+
+
+def test_starting_again_forgets_everything():
+    controller = ExploreController(WANTED, RASTER, PERIOD)
+    runs = []
+    for _ in range(2):
+        plane, touch = Plane(TILT), Touch(Finger(Sphere(RADIUS)))
+        controller.start(touch.sense(plane.sample()))
+        commands = []
+        for _ in range(3000):
+            command = controller.step(touch.sense(plane.sample()))
+            commands.append(command)
+            plane.move(command)
+        runs.append(commands)
+    assert runs[0] == runs[1]
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("name", ["force", "speed", "lead", "landing_speed", "approach_distance"])
+def test_parameters_that_cannot_be_are_refused_by_name(name, bad):
+    given = {"force": 2.0, "speed": 0.02, "lead": 0.02} | {name: bad}
+    with pytest.raises(InvalidValueError, match=name):
+        ExploreParameters(gain=GAIN, **given)

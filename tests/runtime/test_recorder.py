@@ -1,0 +1,101 @@
+"""The record is what was fed, contact quantities in base coordinates."""
+
+import math
+
+import numpy as np
+import pytest
+
+from palpate.runtime.data import Command, Phase
+from palpate.runtime.recorder import Recorder
+from palpate.sensing.contact import ContactStatus
+from runtime.puppets import sample, touch
+
+# a rotation with rational entries, neither symmetric nor about an axis of coordinates
+ROTATION = ((0.8, 0.0, 0.6), (0.36, 0.8, -0.48), (-0.48, 0.6, 0.64))
+POSITION = (0.3, -0.2, 0.1)
+
+
+def fed(count=5, wrench=None, rotation=ROTATION):
+    rng = np.random.default_rng(4)
+    recorder, hand, rows = Recorder(), touch(), []
+    for i in range(count):
+        force = rng.normal(size=3) * 2.0
+        given = wrench or (*force.tolist(), *(rng.normal(size=3) * 1e-3).tolist())
+        velocity = tuple(rng.normal(size=3).tolist())
+        s = sample(0.25 * i, given, POSITION, velocity, rotation)
+        command = Command(tuple(rng.normal(size=3).tolist()), tuple(Phase)[i % len(Phase)])
+        rows.append((s, hand.sense(s), command))
+        recorder(*rows[-1])
+    return recorder.record(), rows
+
+
+def test_it_holds_what_was_fed_in_order():
+    record, rows = fed(20)
+    assert len(record) == 20
+    for i, (s, now, command) in enumerate(rows):
+        finger = now.fingers[0]
+        assert record.time[i] == s.time
+        assert record.position[i].tolist() == list(s.arm.position_base_tip)
+        assert record.velocity[i].tolist() == list(s.arm.velocity_base_tip)
+        assert record.wrench[i].tolist() == list(finger.wrench)
+        assert record.command[i].tolist() == list(command.velocity_base_tip)
+        assert record.phase[i] == command.phase
+        assert record.touching[i] == finger.touching
+        assert record.status[i] == finger.contact.status
+        assert record.normal_force[i] == finger.contact.normal_force
+        assert record.spin_torque[i] == finger.contact.spin_torque
+
+
+def test_contacts_are_given_in_base_coordinates():
+    record, rows = fed(20)
+    R = np.array(ROTATION)
+    for i, (_, now, _) in enumerate(rows):
+        contact = now.fingers[0].contact
+        assert record.centroid[i] == pytest.approx(POSITION + R @ contact.centroid, abs=1e-15)
+        assert record.normal[i] == pytest.approx(R @ contact.normal, abs=1e-15)
+        assert record.tangential_force[i] == pytest.approx(R @ contact.tangential_force, abs=1e-14)
+        # the force adds up whatever the frame
+        total = record.tangential_force[i] - record.normal_force[i] * record.normal[i]
+        assert total == pytest.approx(R @ record.wrench[i, :3], abs=1e-13)
+    on_tip = np.linalg.norm(record.centroid - POSITION, axis=1)
+    assert on_tip == pytest.approx(np.full(20, 0.01))
+
+
+@pytest.mark.parametrize(
+    ("wrench", "status"),
+    [
+        ((0.0,) * 6, ContactStatus.NO_FORCE),
+        ((math.nan,) + (0.0,) * 5, ContactStatus.INVALID),
+        ((0.0, 0.0, 2.0, 1.0, 0.0, 0.0), ContactStatus.NO_CONTACT),
+    ],
+)
+def test_without_a_contact_it_holds_nan_and_says_why(wrench, status):
+    record, _ = fed(3, wrench)
+    assert set(record.status) == {status}
+    for name in ("centroid", "normal", "normal_force", "tangential_force", "spin_torque"):
+        assert np.isnan(getattr(record, name)).all()
+    assert not record.touching.any()
+    assert np.isfinite(record.position).all()
+
+
+def test_recording_may_be_read_and_go_on():
+    recorder, hand = Recorder(), touch()
+    for i in range(3):
+        s = sample(float(i))
+        recorder(s, hand.sense(s), Command())
+        assert len(recorder.record()) == i + 1
+    assert recorder.record().time.tolist() == [0.0, 1.0, 2.0]
+
+
+def test_an_empty_record_has_the_right_shapes():
+    record = Recorder().record()
+    assert len(record) == 0
+    assert record.centroid.shape == (0, 3)
+    assert record.wrench.shape == (0, 6)
+
+
+def test_it_records_the_finger_it_was_told_to():
+    recorder, hand = Recorder(finger=1), touch(2)
+    s = sample(wrenches=((0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 3.0, 0.0, 0.0, 0.0, 0.0)))
+    recorder(s, hand.sense(s), Command())
+    assert recorder.record().normal_force[0] == pytest.approx(3.0)

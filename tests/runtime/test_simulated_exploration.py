@@ -1,0 +1,173 @@
+"""Whole explorations in simulation: force, contact, safety at edges and without an object, replay."""
+
+import math
+
+import numpy as np
+import pytest
+
+from palpate.controllers import (
+    ExploreController,
+    ExploreParameters,
+    Raster,
+    force_gain,
+    series_stiffness,
+    tracking_delay,
+)
+from palpate.runtime.data import Phase
+from palpate.runtime.loop import Ending, run
+from palpate.runtime.recorder import Recorder
+from palpate.runtime.supervisor import Limits, Supervisor
+from palpate.runtime.touch import Finger, Touch
+from palpate.sensing.compensation import Payload
+from palpate.sim import (
+    Box,
+    ContactLaw,
+    CylinderObject,
+    MujocoBackend,
+    SphereObject,
+    Stage,
+    Tip,
+    WrenchNoise,
+    build_stage_scene,
+)
+from palpate.surfaces import Sphere
+
+RADIUS, FORCE, PERIOD = 0.008, 2.0, 1e-3
+SMALL = Raster(0.02, 0.008, 0.004)
+
+
+class Exploration:
+    """One run and all that was seen."""
+
+    def __init__(self, target, raster=SMALL, law=None, noise=None, start=None, duration=12.0, force_limit=20.0):
+        law, tip, stage = law or ContactLaw(), Tip(Sphere(RADIUS)), Stage()
+        start = start or (*raster.corners()[0], target.top + RADIUS + 0.001)
+        self.backend = MujocoBackend(build_stage_scene(tip, target, law, start, stage), PERIOD, noise)
+        delay = tracking_delay(PERIOD, stage.lag)
+        gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), delay)
+        self.parameters = ExploreParameters(force=FORCE, speed=0.02, gain=gain, lead=delay)
+        self.finger = Finger(Sphere(RADIUS - FORCE / (2 * law.stiffness)), Payload(tip.mass))
+        self.raster = raster
+        recorder, self.samples, self.commands, truth = Recorder(), [], [], []
+
+        def watch(sample, _, command):
+            self.samples.append(sample)
+            self.commands.append(command)
+            true = self.backend.truth()
+            truth.append((true.touching, *true.force))
+
+        self.result = run(
+            self.backend,
+            Touch(self.finger),
+            self.controller(),
+            Supervisor(Limits(force=force_limit)),
+            duration=duration,
+            observers=(recorder, watch),
+        )
+        self.record = recorder.record()
+        truth = np.array(truth)
+        self.touching, self.force = truth[:, 0] > 0, np.linalg.norm(truth[:, 1:], axis=1)
+        self.scan = self.record.phase == Phase.SCAN.value
+
+    def controller(self):
+        return ExploreController(self.parameters, self.raster, PERIOD)
+
+    @property
+    def normal_force_error_rms(self):
+        error = self.record.normal_force[self.scan] - FORCE
+        return math.sqrt(np.mean(error**2))
+
+
+@pytest.mark.parametrize(
+    "target", [SphereObject(), Box(), CylinderObject()], ids=["sphere", "box", "lying cylinder"]
+)
+def test_a_surface_is_swept_with_a_steady_force_and_felt_where_it_is(target):
+    done = Exploration(target)
+    assert done.result.ending is Ending.DONE
+    assert done.result.stopped
+    assert done.touching[done.scan].all()
+    assert done.normal_force_error_rms < 0.06
+    points = done.record.centroid[done.scan]
+    # the centroid lies half the depth inside: F / 2K is 0.05 mm
+    assert np.abs(target.signed_distance(points)).max() < 0.15e-3
+    reach = np.abs(points[:, :2]).max(axis=0)
+    assert reach == pytest.approx([0.01, 0.004], rel=0.25)
+    landing = done.force[~done.scan].max()
+    assert landing < 3.0
+    assert not done.backend.truth().touching  # it lifted off
+
+
+def test_with_friction_1_contact_is_kept_too():
+    done = Exploration(SphereObject(), law=ContactLaw(friction=1.0))
+    assert done.result.ending is Ending.DONE
+    assert done.touching[done.scan].all()
+    assert done.normal_force_error_rms < 0.1
+    sliding = done.scan & (np.linalg.norm(done.record.velocity, axis=1) > 0.01)
+    ratio = np.linalg.norm(done.record.tangential_force[sliding], axis=1) / done.record.normal_force[sliding]
+    assert np.median(ratio) == pytest.approx(1.0, rel=0.03)
+
+
+def test_without_an_object_the_run_ends_lost_untouched_and_stopped():
+    lost = Exploration(SphereObject(0.02), Raster(0.02, 0.008, 0.004, center=(0.3, 0.0)))
+    assert lost.result.ending is Ending.LOST
+    assert lost.result.stopped
+    assert lost.force.max() == 0.0
+    assert not lost.record.touching.any()
+
+
+@pytest.mark.parametrize(
+    ("target", "raster"),
+    [
+        (Box((0.04, 0.04, 0.02)), Raster(0.04, 0.008, 0.008, center=(0.015, 0.0))),
+        (Box((0.02, 0.02, 0.02)), Raster(0.012, 0.04, 0.04, center=(0.0, 0.012))),
+        (SphereObject(0.02), Raster(0.06, 0.008, 0.008, center=(0.025, 0.0))),
+    ],
+    ids=["off a box along x", "off a box along y", "off a sphere"],
+)
+def test_a_raster_that_leaves_the_object_ends_safely(target, raster):
+    """However it ends, the force stays far below the limit, and no command had to be refused."""
+    left = Exploration(target, raster, start=(*raster.corners()[0], target.top + RADIUS + 0.001))
+    assert left.force.max() < 6.0
+    assert left.result.stopped
+    assert left.result.ending in (Ending.LOST, Ending.DONE), left.result.trip
+
+
+def test_a_start_beside_the_raster_is_no_reason_for_haste():
+    """The way to the first line is taken no faster than the sweep."""
+    late = Exploration(Box((0.3, 0.3, 0.04)), start=(0.05, 0.05, 0.029), duration=3.0)
+    assert late.result.trip is None
+    assert np.linalg.norm(late.record.command, axis=1).max() < 0.03
+
+
+def test_over_the_force_limit_the_stage_stops_and_does_not_push_on():
+    tripped = Exploration(SphereObject(), force_limit=1.5)
+    assert tripped.result.ending is Ending.TRIPPED
+    assert tripped.result.trip.measure == "contact force"
+    assert tripped.result.stopped
+    # what the servo's lag still brings: landing speed x lag x stiffness
+    assert np.linalg.norm(tripped.backend.truth().force) < 1.5 + 0.005 * 0.02 * 20e3
+    assert np.linalg.norm(tripped.record.command[-1]) == 0.0
+
+
+@pytest.mark.parametrize("noise", [None, WrenchNoise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])
+def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
+    original = Exploration(SphereObject(), Raster(0.006, 0.002, 0.002), noise=noise)
+    touch, controller, supervisor = Touch(original.finger), original.controller(), Supervisor()
+    touch.start()
+    controller.start(touch.sense(original.samples[0]))
+    commands = []
+    for sample in original.samples:
+        now = touch.sense(sample)
+        commands.append(supervisor.check(now, controller.step(now)))
+    assert len(commands) > 1000
+    assert commands == original.commands
+
+
+def test_the_same_seed_gives_the_same_run_and_another_seed_another():
+    a, b, c = (
+        Exploration(SphereObject(), Raster(0.004, 0.002, 0.002), noise=WrenchNoise(0.01, 1e-4, seed))
+        for seed in (2, 2, 3)
+    )
+    assert a.samples == b.samples
+    assert a.samples != c.samples
+    assert c.result.ending is Ending.DONE

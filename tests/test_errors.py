@@ -1,0 +1,110 @@
+"""Checks let through exactly what can be right, and say of the rest what it was and what would have been."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import (
+    ORTHONORMAL_TOLERANCE,
+    InvalidValueError,
+    PalpateError,
+    not_negative,
+    positive,
+    rotation_matrix,
+    vector,
+)
+
+any_float = st.floats(allow_nan=True, allow_infinity=True)
+checked = settings(max_examples=200, deadline=None, derandomize=True)
+
+
+def accepted(check, *args, **more):
+    try:
+        check(*args, **more)
+    except InvalidValueError:
+        return False
+    return True
+
+
+def test_an_invalid_value_is_both_ours_and_a_value_error():
+    assert issubclass(InvalidValueError, PalpateError)
+    assert issubclass(InvalidValueError, ValueError)
+
+
+@checked
+@given(any_float)
+def test_numbers_pass_exactly_when_they_are_in_range(value):
+    assert accepted(positive, "x", value, "m") == (0.0 < value < math.inf)
+    assert accepted(positive, "x", value, "m", infinite_allowed=True) == (value > 0.0)
+    assert accepted(not_negative, "x", value, "m") == (0.0 <= value < math.inf)
+
+
+@pytest.mark.parametrize("given_as", [2, 2.0, np.float32(2.0), np.int64(2), np.array(2.0)])
+def test_any_kind_of_number_comes_back_as_a_float(given_as):
+    for check in (positive, not_negative):
+        found = check("x", given_as, "m")
+        assert type(found) is float
+        assert found == 2.0
+
+
+@pytest.mark.parametrize("value", ["two", None, [1.0, 2.0], {}, 1j])
+def test_what_is_no_number_is_refused_not_crashed_on(value):
+    for check in (positive, not_negative):
+        with pytest.raises(InvalidValueError, match="x = "):
+            check("x", value, "m")
+
+
+def test_messages_name_value_unit_and_what_is_wanted():
+    with pytest.raises(InvalidValueError, match=r"^radius = -1.0 m: must be a finite number above 0$"):
+        positive("radius", -1.0, "m")
+    with pytest.raises(InvalidValueError, match=r"^ratio = 0.0: must be a finite number above 0$"):
+        positive("ratio", 0.0, "")
+    with pytest.raises(InvalidValueError, match="infinity allowed"):
+        positive("radius", 0.0, "m", infinite_allowed=True)
+    with pytest.raises(InvalidValueError, match=r"0 or above"):
+        not_negative("mass", -0.1, "kg")
+    with pytest.raises(InvalidValueError, match=r"center has shape \(2,\): must be \(3,\)"):
+        vector("center", [0.0, 1.0], 3, "m")
+    with pytest.raises(InvalidValueError, match=r"every entry must be finite"):
+        vector("center", [0.0, 1.0, math.nan], 3, "m")
+    with pytest.raises(InvalidValueError, match="regular array"):
+        vector("center", [[0.0], [1.0, 2.0]], 3, "m")
+
+
+def test_a_vector_is_a_read_only_copy():
+    mine = np.array([1.0, 2.0, 3.0])
+    checked_vector = vector("v", mine, 3, "m")
+    mine[0] = 9.0
+    assert checked_vector.tolist() == [1.0, 2.0, 3.0]
+    with pytest.raises(ValueError, match="read-only"):
+        checked_vector[0] = 0.0
+    assert vector("v", [1, 2, 3], 3, "m").dtype == np.float64
+
+
+@checked
+@given(st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: sum(c * c for c in q) > 0.1))
+def test_every_rotation_passes_and_every_reflection_of_it_does_not(quaternion):
+    w, x, y, z = np.array(quaternion) / np.linalg.norm(quaternion)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    R = np.eye(3) + 2 * w * K + 2 * K @ K
+    assert np.array_equal(rotation_matrix("R", R), R)
+    assert not rotation_matrix("R", R).flags.writeable
+    with pytest.raises(InvalidValueError, match="reflection"):
+        rotation_matrix("R", -R)
+
+
+def test_a_matrix_that_bends_is_refused_with_the_size_of_its_defect():
+    rounded = np.array([[0.8660, -0.5, 0.0], [0.5, 0.8660, 0.0], [0.0, 0.0, 1.0]])
+    with pytest.raises(InvalidValueError, match=r"not orthonormal.*full precision"):
+        rotation_matrix("R", rounded)
+    assert accepted(rotation_matrix, "R", (1 + 0.4 * ORTHONORMAL_TOLERANCE) * np.eye(3))
+    assert not accepted(rotation_matrix, "R", (1 + 0.6 * ORTHONORMAL_TOLERANCE) * np.eye(3))
+
+
+@pytest.mark.parametrize("value", [np.eye(2), np.eye(4), [1.0] * 9, np.full((3, 3), np.nan), "R", None])
+def test_what_is_no_3x3_matrix_is_refused(value):
+    with pytest.raises(InvalidValueError, match="R"):
+        rotation_matrix("R", value)
