@@ -362,7 +362,8 @@ def against_the_reference(index, wrenches):
         if INF in axes:
             return 8 * U * r.condition
         # what double-double leaves of a grazing contact, (u kappa)^2, is stretched with the surface
-        return 2e-15 + (max(axes) / min(axes) - 1.0) * 16 * (U * r.kappa) ** 2
+        stretch = max(axes) / min(axes) - 1.0
+        return 2e-15 + (16 * stretch * (U * r.kappa) ** 2 if stretch else 0.0)
 
     report(results, lambda r: r.errors["centroid"], limit)
 
