@@ -186,6 +186,27 @@ def test_a_single_spike_before_landing_does_not_end_the_approach():
     assert seen[-1] is Phase.DONE
 
 
+@pytest.mark.parametrize("tilt", [math.radians(80.0), math.radians(90.0), math.radians(100.0)])
+def test_on_a_wall_the_exploration_is_given_up_without_a_crash_or_a_leap(tilt):
+    """A path seen from above makes no way on a wall; at 90 degrees its tangent has no horizontal part at all."""
+    out = (math.sin(tilt), 0.0, math.cos(tilt))
+    wrench = (*(FORCE * c for c in out), 0.0, 0.0, 0.0)
+    touch, controller = Touch(Finger(Sphere(RADIUS))), ExploreController(WANTED, RASTER, PERIOD)
+    position, seen = np.array([*RASTER.corners()[0], 0.0]), []
+    for i in range(2000):
+        arm = ArmSample(i * PERIOD, tuple(position.tolist()), IDENTITY, (0.0, 0.0, 0.0))
+        now = touch.sense(Sample(arm.time, arm, (WrenchSample(arm.time, wrench, (0.0, 0.0, 0.0)),)))
+        if i == 0:
+            controller.start(now)
+        command = controller.step(now)
+        seen.append(command.phase)
+        assert np.linalg.norm(command.velocity_base_tip) < 2 * SPEED
+        if command.phase.is_final:
+            break
+        position = position + PERIOD * np.array(command.velocity_base_tip)
+    assert seen[-1] is Phase.LOST
+
+
 def test_starting_again_forgets_everything():
     controller = ExploreController(WANTED, RASTER, PERIOD)
     runs = []

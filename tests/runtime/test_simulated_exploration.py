@@ -13,7 +13,7 @@ from palpate.controllers import (
     series_stiffness,
     tracking_delay,
 )
-from palpate.runtime.data import Phase
+from palpate.runtime.data import Command, Phase
 from palpate.runtime.loop import Ending, run
 from palpate.runtime.recorder import Recorder
 from palpate.runtime.supervisor import Limits, Supervisor
@@ -147,6 +147,32 @@ def test_over_the_force_limit_the_stage_stops_and_does_not_push_on():
     # what the servo's lag still brings: landing speed x lag x stiffness
     assert np.linalg.norm(tripped.backend.truth().force) < 1.5 + 0.005 * 0.02 * 20e3
     assert np.linalg.norm(tripped.record.command[-1]) == 0.0
+
+
+class Ram:
+    """A controller that drives straight down whatever it feels."""
+
+    def __init__(self, speed):
+        self.command = Command((0.0, 0.0, -speed), Phase.APPROACH)
+
+    def start(self, first):
+        pass
+
+    def step(self, now):
+        return self.command
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.1])
+def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(speed):
+    """The stage has a reference ahead of it when it is stopped: standing still must not mean pushing on."""
+    tip = Tip(Sphere(RADIUS))
+    scene = build_stage_scene(tip, Box(), ContactLaw(stiffness=100e3), (0.0, 0.0, 0.0285))
+    backend = MujocoBackend(scene, PERIOD)
+    touch = Touch(Finger(Sphere(RADIUS), Payload(tip.mass)))
+    result = run(backend, touch, Ram(speed), Supervisor(Limits(force=20.0)), duration=1.0)
+    assert result.ending is Ending.TRIPPED
+    assert result.stopped
+    assert np.linalg.norm(backend.truth().force) < 20.0
 
 
 @pytest.mark.parametrize("noise", [None, WrenchNoise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])

@@ -90,7 +90,7 @@ def test_the_compensated_wrench_is_the_contact_wrench_while_the_stage_accelerate
 @pytest.mark.parametrize("name", TIPS)
 def test_the_truth_of_the_back_end_is_that_of_the_contact_solver(name):
     touched = 0
-    for sample, backend in pressed_and_shaken(TIPS[name], SphereObject(), seconds=0.1):
+    for _, backend in pressed_and_shaken(TIPS[name], SphereObject(), seconds=0.1):
         force, torque, position = force_on_tip(backend)
         truth = backend.truth()
         assert truth.touching == (position is not None)

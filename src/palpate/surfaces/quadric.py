@@ -20,6 +20,10 @@ LARGEST_ASPECT_RATIO = 1e60
 digits: an infinite semi-axis is meant."""
 
 
+SMALLEST, LARGEST = 1e-120, 1e120
+"""Finite semi-axes [m]: keeps the powers of two that scale lengths and wrenches within float64."""
+
+
 class Packed(IntEnum):
     """Where the coefficients of a quadric stand in its packed array.
 
@@ -86,6 +90,10 @@ def _pack(semi_axes: Sequence[float], center: FloatArray, rotation_sensor_surfac
     finite = [length for length in semi_axes if math.isfinite(length)]
     if not finite:
         raise InvalidValueError(f"semi_axes = {tuple(semi_axes)} m: at least one must be finite")
+    if min(finite) < SMALLEST or max(finite) > LARGEST:
+        raise InvalidValueError(
+            f"semi_axes = {tuple(semi_axes)} m: must lie between {SMALLEST:g} m and {LARGEST:g} m, or be infinite"
+        )
     if max(finite) / min(finite) > LARGEST_ASPECT_RATIO:
         raise InvalidValueError(
             f"semi_axes = {tuple(semi_axes)} m: the longest is {max(finite) / min(finite):.0e} times the "

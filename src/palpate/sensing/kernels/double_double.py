@@ -45,9 +45,8 @@ def from_bits(typing_context: Any, pattern: Any) -> Any:
 
 @njit(error_model="numpy")
 def power_of_two(exponent):
-    """Return 2^exponent, for -1022 <= exponent <= 1023; outside, the nearest of these two ends."""
-    exponent = max(min(exponent, 1023), -1022)
-    return from_bits((exponent + 1023) << 52)
+    """Return 2^exponent, for -1022 <= exponent <= 1023; 0 below, and 2^1023 above."""
+    return from_bits(max(min(exponent + 1023, 2046), 0) << 52)
 
 
 @njit(error_model="numpy")

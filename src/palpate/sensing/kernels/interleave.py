@@ -1,8 +1,8 @@
-"""Writing three rows as an array of 3-vectors, eight at a time.
+"""Between arrays of small vectors and arrays of components, eight vectors at a time.
 
-The compiler's own choice for this pattern is 24 single stores; whole vectors take a third of the time and
-leave the store buffer free to drain while the next block is computed. LLVM lowers the shuffle to what the
-processor has, so this is as portable as the rest.
+The compiler's own choice for these patterns is one load and store per number; shuffling whole registers takes a
+third of the time and leaves the store buffer free to drain while the next block is computed. LLVM lowers the
+shuffles to what the processor has, so this is as portable as the rest.
 """
 
 from typing import Any
@@ -12,11 +12,51 @@ from numba import types
 from numba.extending import intrinsic
 
 LANES = 8
-"""Vectors written per call."""
+"""Vectors moved per call."""
+
+_INDEX = ir.IntType(32)
+
+
+def _at(builder: Any, base: Any, index: Any, width: int) -> Any:
+    """Pointer to LANES * width numbers from base[index] on."""
+    block = ir.VectorType(ir.DoubleType(), LANES * width)
+    return builder.bitcast(builder.gep(base, [index]), block.as_pointer())
+
+
+def _shuffle(builder: Any, a: Any, b: Any, order: list[int]) -> Any:
+    mask = ir.Constant(ir.VectorType(_INDEX, len(order)), [ir.Constant(_INDEX, i) for i in order])
+    return builder.shuffle_vector(a, b, mask)
+
+
+def _data(context: Any, builder: Any, signature: Any, arguments: Any, index: int) -> Any:
+    return context.make_array(signature.args[index])(context, builder, arguments[index]).data
 
 
 @intrinsic
-def store_interleaved(
+def load_wrenches(
+    typing_context: Any, wrenches: Any, offset: Any, rows: Any, first_row: Any, row_length: Any
+) -> Any:
+    """Write rows[first_row + c row_length + i] = wrenches[offset + 6 i + c] for i < LANES, c < 6.
+
+    Both arrays are contiguous, of float64, and flat or not; nothing is checked.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        given = _data(context, builder, signature, arguments, 0)
+        to = _data(context, builder, signature, arguments, 2)
+        block = builder.load(_at(builder, given, arguments[1], 6), align=8)
+        row = arguments[3]
+        for component in range(6):
+            order = [6 * i + component for i in range(LANES)]
+            builder.store(_shuffle(builder, block, block, order), _at(builder, to, row, 1), align=8)
+            row = builder.add(row, arguments[4])
+        return context.get_dummy_value()
+
+    return types.void(wrenches, types.intp, rows, types.intp, types.intp), generate
+
+
+@intrinsic
+def store_vectors(
     typing_context: Any, target: Any, offset: Any, rows: Any, first_row: Any, row_length: Any
 ) -> Any:
     """Write target[offset + 3 i + c] = rows[first_row + c row_length + i] for i < LANES, c < 3.
@@ -25,30 +65,20 @@ def store_interleaved(
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        to, frm = (context.make_array(signature.args[i])(context, builder, arguments[i]).data for i in (0, 2))
-        lanes = ir.VectorType(ir.DoubleType(), LANES)
-        index_type = ir.IntType(32)
-
-        def at(base: Any, index: Any) -> Any:
-            return builder.bitcast(builder.gep(base, [index]), lanes.as_pointer())
-
-        def shuffle(a: Any, b: Any, order: list[int]) -> Any:
-            constants = [ir.Constant(index_type, i) for i in order]
-            mask = ir.Constant(ir.VectorType(index_type, len(order)), constants)
-            return builder.shuffle_vector(a, b, mask)
-
-        start, components = arguments[3], []
+        to = _data(context, builder, signature, arguments, 0)
+        given = _data(context, builder, signature, arguments, 2)
+        components, row = [], arguments[3]
         for _ in range(3):
-            components.append(builder.load(at(frm, start), align=8))
-            start = builder.add(start, arguments[4])
+            components.append(builder.load(_at(builder, given, row, 1), align=8))
+            row = builder.add(row, arguments[4])
         x, y, z = components
-        xy = shuffle(x, y, list(range(2 * LANES)))
-        zz = shuffle(z, z, list(range(LANES)) * 2)
+        xy = _shuffle(builder, x, y, list(range(2 * LANES)))
+        zz = _shuffle(builder, z, z, list(range(LANES)) * 2)
         for part in range(3):
             # element e of the target is component e % 3 of vector e // 3; z stands behind x and y
             order = [(e % 3) * LANES + e // 3 for e in range(part * LANES, (part + 1) * LANES)]
             position = builder.add(arguments[1], ir.Constant(ir.IntType(64), part * LANES))
-            builder.store(shuffle(xy, zz, order), at(to, position), align=8)
+            builder.store(_shuffle(builder, xy, zz, order), _at(builder, to, position, 1), align=8)
         return context.get_dummy_value()
 
     return types.void(target, types.intp, rows, types.intp, types.intp), generate

@@ -31,7 +31,7 @@ from palpate.sensing.kernels.double_double import (
     two_product,
     two_sum,
 )
-from palpate.sensing.kernels.interleave import LANES, store_interleaved
+from palpate.sensing.kernels.interleave import LANES, load_wrenches, store_vectors
 from palpate.surfaces.quadric import Packed
 
 BLOCK = 32
@@ -67,8 +67,8 @@ K = 40 * BLOCK
 K_LOW = 41 * BLOCK
 LARGER_INVERSE = 42 * BLOCK
 MODULUS_INVERSE = 43 * BLOCK
-F_GIVEN = 44 * BLOCK
-SCRATCH_SIZE = 47 * BLOCK
+WRENCH = 44 * BLOCK
+SCRATCH_SIZE = 50 * BLOCK
 
 _OK = float(ContactStatus.OK)
 _NO_CONTACT = float(ContactStatus.NO_CONTACT)
@@ -112,13 +112,12 @@ _SMALLEST_NORMAL = 2.0**-1022
 @njit(error_model="numpy")
 def _load(wrenches, start, n, t):
     """Copy a block of wrenches, component by component."""
-    for i in range(n):
-        t[F + i] = wrenches[start + i, 0]
-        t[F + BLOCK + i] = wrenches[start + i, 1]
-        t[F + 2 * BLOCK + i] = wrenches[start + i, 2]
-        t[M + i] = wrenches[start + i, 3]
-        t[M + BLOCK + i] = wrenches[start + i, 4]
-        t[M + 2 * BLOCK + i] = wrenches[start + i, 5]
+    whole = n - n % LANES
+    for i in range(0, whole, LANES):
+        load_wrenches(wrenches, 6 * (start + i), t, WRENCH + i, BLOCK)
+    for i in range(whole, n):
+        for component in range(6):
+            t[WRENCH + component * BLOCK + i] = wrenches[start + i, component]
 
 
 @njit(error_model="numpy")
@@ -129,8 +128,8 @@ def _scale(n, length_exponent, t):
     """
     doubtful = 0
     for i in range(n):
-        f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
-        m0, m1, m2 = t[M + i], t[M + BLOCK + i], t[M + 2 * BLOCK + i]
+        f0, f1, f2 = t[WRENCH + i], t[WRENCH + BLOCK + i], t[WRENCH + 2 * BLOCK + i]
+        m0, m1, m2 = t[WRENCH + 3 * BLOCK + i], t[WRENCH + 4 * BLOCK + i], t[WRENCH + 5 * BLOCK + i]
         # x - x is 0 for finite numbers only
         finite = (f0 - f0) + (f1 - f1) + (f2 - f2) + (m0 - m0) + (m1 - m1) + (m2 - m2)
         f_max = max(max(abs(f0), abs(f1)), abs(f2))
@@ -138,24 +137,13 @@ def _scale(n, length_exponent, t):
         f_exponent = (bits(f_max) >> 52) - 1023
         m_exponent = (bits(m_max) >> 52) - 1023 - length_exponent
         m_exponent = m_exponent if m_max > 0.0 else _NEVER
+        # the powers themselves must be normal numbers
         exponent = max(f_exponent, m_exponent) - _SCALED_EXPONENT
-        # in two steps: 2^-exponent itself may leave float64
-        half = (-exponent) >> 1
-        f_scale = power_of_two(half)
-        f_scale_2 = power_of_two(-exponent - half)
-        moment = -(exponent + length_exponent)
-        half = moment >> 1
-        m_scale = power_of_two(half)
-        m_scale_2 = power_of_two(moment - half)
-        t[F_GIVEN + i] = f0
-        t[F_GIVEN + BLOCK + i] = f1
-        t[F_GIVEN + 2 * BLOCK + i] = f2
-        f0 = f0 * f_scale * f_scale_2
-        f1 = f1 * f_scale * f_scale_2
-        f2 = f2 * f_scale * f_scale_2
-        m0 = m0 * m_scale * m_scale_2
-        m1 = m1 * m_scale * m_scale_2
-        m2 = m2 * m_scale * m_scale_2
+        exponent = max(exponent, max(-1022, -1022 - length_exponent))
+        f_scale = power_of_two(-exponent)
+        m_scale = power_of_two(-exponent - length_exponent)
+        f0, f1, f2 = f0 * f_scale, f1 * f_scale, f2 * f_scale
+        m0, m1, m2 = m0 * m_scale, m1 * m_scale, m2 * m_scale
         t[F + i] = f0
         t[F + BLOCK + i] = f1
         t[F + 2 * BLOCK + i] = f2
@@ -165,7 +153,8 @@ def _scale(n, length_exponent, t):
         t[EXPONENT + i] = float(exponent)
         # so much moment per force that the force is lost beside it counts as not finite too
         scaled_max = max(max(abs(f0), abs(f1)), abs(f2))
-        t[FINITE + i] = 1.0 if (f_max > 0.0 and scaled_max < _SMALLEST_FORCE) else finite
+        beyond = max(exponent, exponent + length_exponent) > 1023
+        t[FINITE + i] = 1.0 if (f_max > 0.0 and scaled_max < _SMALLEST_FORCE) or beyond else finite
         h, low = _dot3(f0, 0.0, f1, 0.0, f2, 0.0, m0, 0.0, m1, 0.0, m2, 0.0)
         t[S + i] = h
         t[S_LOW + i] = low
@@ -492,22 +481,16 @@ def _to_sensor_axes(q, n, t):
 @njit(error_model="numpy")
 def _finish(n, length_exponent, t):
     """Undo the scaling, take the tangential force, and let nothing pass as a contact that is not finite."""
-    length = power_of_two(length_exponent >> 1)
-    length_2 = power_of_two(length_exponent - (length_exponent >> 1))
+    length = power_of_two(length_exponent)
     for i in range(n):
         exponent = int(t[EXPONENT + i])
-        half = exponent >> 1
-        push = t[PUSH + i] * power_of_two(half) * power_of_two(exponent - half)
-        exponent += length_exponent
-        half = exponent >> 1
-        spin = t[SPIN + i] * power_of_two(half) * power_of_two(exponent - half)
-        c0 = t[C + i] * length * length_2
-        c1 = t[C + BLOCK + i] * length * length_2
-        c2 = t[C + 2 * BLOCK + i] * length * length_2
+        push = t[PUSH + i] * power_of_two(exponent)
+        spin = t[SPIN + i] * power_of_two(exponent + length_exponent)
+        c0, c1, c2 = t[C + i] * length, t[C + BLOCK + i] * length, t[C + 2 * BLOCK + i] * length
         n0, n1, n2 = t[N + i], t[N + BLOCK + i], t[N + 2 * BLOCK + i]
-        t0 = fma(push, n0, t[F_GIVEN + i])
-        t1 = fma(push, n1, t[F_GIVEN + BLOCK + i])
-        t2 = fma(push, n2, t[F_GIVEN + 2 * BLOCK + i])
+        t0 = fma(push, n0, t[WRENCH + i])
+        t1 = fma(push, n1, t[WRENCH + BLOCK + i])
+        t2 = fma(push, n2, t[WRENCH + 2 * BLOCK + i])
         condition = t[KAPPA + i]
         code = t[STATUS + i]
         defect = (c0 - c0) + (c1 - c1) + (c2 - c2) + (n0 - n0) + (n1 - n1) + (n2 - n2)
@@ -533,7 +516,7 @@ def _finish(n, length_exponent, t):
 def _store_vectors(t, row, n, result, offset):
     whole = n - n % LANES
     for i in range(0, whole, LANES):
-        store_interleaved(result, offset + 3 * i, t, row + i, BLOCK)
+        store_vectors(result, offset + 3 * i, t, row + i, BLOCK)
     for i in range(whole, n):
         result[offset + 3 * i] = t[row + i]
         result[offset + 3 * i + 1] = t[row + BLOCK + i]
@@ -584,7 +567,7 @@ def solve_quadric(q, wrenches, hard, result, status):
         _finish(n, length_exponent, t)
         _store_vectors(t, C, n, result, 3 * start)
         _store_vectors(t, N, n, result, 3 * (total + start))
-        _store_vectors(t, F_GIVEN, n, result, 3 * (2 * total + start))
+        _store_vectors(t, WRENCH, n, result, 3 * (2 * total + start))
         _store_vectors(t, TANGENTIAL, n, result, 3 * (3 * total + start))
         _store_scalars(t, PUSH, n, result, 12 * total + start)
         _store_scalars(t, SPIN, n, result, 13 * total + start)
