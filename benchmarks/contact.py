@@ -88,12 +88,11 @@ def batch(n: int, rounds: int) -> tuple[Table, float]:
     found = contacts_from_wrenches(surface, wrenches)
     error = float(np.max(np.linalg.norm(found.centroid - centroid, axis=1) / np.linalg.norm(centroid, axis=1)))
     fields = [getattr(found, name) for name in found.__slots__]
-    solve, copy, plain = [], [], []
+    solve, copy = [], []
     for _ in range(rounds):
         solve.append(seconds(lambda: contacts_from_wrenches(surface, wrenches)))
         copy.append(seconds(lambda: [np.array(field, copy=True) for field in fields]))
-    for _ in range(3):
-        plain.append(seconds(lambda: numpy_rows(wrenches)))
+    plain = [seconds(lambda: numpy_rows(wrenches)) for _ in range(3)]
     ratios = [a / b for a, b in zip(solve, copy, strict=True)]
     table = Table(
         title=f"{n:.0e} contacts, all fields, {sum(f.nbytes for f in fields) / n:.0f} bytes each, one thread"

@@ -5,6 +5,7 @@ under motion control (Raibert & Craig 1981). The tip lands slowly, lets the forc
 lifts off; if it loses the surface it seeks it once, slowly and not far, and otherwise gives up.
 """
 
+import math
 from dataclasses import dataclass
 
 from palpate.controllers.gains import ForceGain
@@ -15,6 +16,10 @@ from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Vector, add_scaled, norm, rotate, scale, subtract
 
 DOWN: Vector = (0.0, 0.0, -1.0)
+
+STEEPEST = math.radians(70.0)
+"""Steepest slope that is swept [rad]: beyond it the path, given from above, makes no progress, and a tip that
+came over an edge would slide down the side for ever."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +89,9 @@ class ExploreController:
         self._since = 0.0
         self._from: Vector = ZERO
         self._sought = False
+        self._landed = False
+        self._outcome = Phase.DONE
+        self._start: Vector = ZERO
 
     def start(self, first: Observation) -> None:
         """Begin the approach from where the tip is."""
@@ -92,6 +100,9 @@ class ExploreController:
             self._raster.corners(), self._parameters.speed, self._parameters.acceleration
         )
         self._sought = False
+        self._landed = False
+        self._outcome = Phase.DONE
+        self._start = first.arm.position_base_tip
         self._enter(Phase.APPROACH, first)
 
     def step(self, now: Observation) -> Command:
@@ -118,16 +129,30 @@ class ExploreController:
             if not touching:
                 self._lose(now)
             elif now.time - self._since > wanted.settle_time:
+                self._landed = True
                 self._enter(Phase.SCAN, now)
+                self._leave_if_steep(now)
         elif phase is Phase.SCAN:
             if not touching:
                 self._lose(now)
             elif self._follower.finished:
                 self._enter(Phase.LIFT, now)
+            else:
+                self._leave_if_steep(now)
         elif phase is Phase.LIFT and gone > wanted.lift_distance:
-            self._enter(Phase.DONE, now)
+            self._enter(self._outcome, now)
+
+    def _leave_if_steep(self, now: Observation) -> None:
+        if -self._tracker.predicted[2] < math.cos(STEEPEST):  # beside the object, or over its edge
+            self._outcome = Phase.LOST
+            self._enter(Phase.LIFT, now)
 
     def _lose(self, now: Observation) -> None:
+        if not self._landed:  # a knock, noise or a bounce: the approach goes on, from where it began
+            self._tracker.reset()
+            self._enter(Phase.APPROACH, now)
+            self._from = self._start
+            return
         self._enter(Phase.LOST if self._sought else Phase.SEEK, now)
         self._sought = True
 

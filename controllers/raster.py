@@ -77,6 +77,11 @@ class PathFollower:
         """Take a path of at least two corners, a speed [m/s] and a bound on acceleration [m/s^2]."""
         if len(corners) < 2:
             raise InvalidValueError(f"the path has {len(corners)} corners: it needs at least 2")
+        for a, b in pairwise(corners):
+            if math.dist(a, b) <= self.ARRIVED:
+                raise InvalidValueError(
+                    f"corners {a} and {b} m: must be more than {self.ARRIVED:g} m apart to give a direction"
+                )
         self._corners = corners
         self._speed = positive("speed", speed, "m/s")
         self._acceleration = positive("acceleration", acceleration, "m/s^2")
@@ -117,6 +122,9 @@ class PathFollower:
             return (0.0, 0.0)
         allowed = math.sqrt(2.0 * self._acceleration * remaining)
         self._current = min(self._current + self._acceleration * period, self._speed, max(allowed, self.SLOWEST))
-        forward = self._current * slope
         offset = self.STEERING * (dy * ux - dx * uy)
+        # both together keep to the speed: far from its line the tip first goes back to it
+        fastest = self._speed * slope
+        offset = min(max(offset, -fastest), fastest)
+        forward = min(self._current * slope, math.sqrt(fastest**2 - offset**2))
         return (forward * ux - offset * uy, forward * uy + offset * ux)

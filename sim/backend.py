@@ -7,11 +7,18 @@ from typing import Self
 
 import mujoco
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, positive
 from palpate.runtime.data import ArmSample, Command, Sample, WrenchSample
 from palpate.sim.noise import NoiseSource, WrenchNoise
 from palpate.sim.scene import StageScene
 from palpate.spatial import IDENTITY, Vector, add_scaled, norm, subtract
+
+_DIVERGED = [
+    int(mujoco.mjtWarning.mjWARN_BADQPOS),
+    int(mujoco.mjtWarning.mjWARN_BADQVEL),
+    int(mujoco.mjtWarning.mjWARN_BADQACC),
+    int(mujoco.mjtWarning.mjWARN_BADCTRL),
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +56,7 @@ class MujocoBackend:
         Raises:
             InvalidValueError: The period is not a whole number of time steps.
         """
-        steps = round(period / scene.time_step)
+        steps = round(positive("period", period, "s") / scene.time_step)
         if steps < 1 or abs(steps * scene.time_step - period) > 1e-9 * period:
             raise InvalidValueError(
                 f"period = {period:g} s: must be a whole number of time steps of {scene.time_step:g} s"
@@ -57,7 +64,8 @@ class MujocoBackend:
         self.scene = scene
         self._period = period
         self._steps = steps
-        self._noise = NoiseSource(noise or WrenchNoise())
+        self._given_noise = noise or WrenchNoise()
+        self._noise = NoiseSource(self._given_noise)
         self._data = mujoco.MjData(scene.model)
         self._start: Vector = tuple(scene.model.body("stage").pos.tolist())
         self._reference: Vector = (0.0, 0.0, 0.0)
@@ -71,6 +79,7 @@ class MujocoBackend:
     def start(self) -> Sample:
         """Put the stage at its start, standing still, and return the first sample."""
         mujoco.mj_resetData(self.scene.model, self._data)
+        self._noise = NoiseSource(self._given_noise)  # the same run again
         self._reference = (0.0, 0.0, 0.0)
         mujoco.mj_forward(self.scene.model, self._data)
         return self._sample(self._data.time)
@@ -94,7 +103,7 @@ class MujocoBackend:
             data.ctrl[:] = reference
             mujoco.mj_step(model, data)
         sample = self._sample(data.time - dt)
-        if not math.isfinite(sum(self._sensors)):
+        if not math.isfinite(sum(self._sensors)) or any(data.warning.number[_DIVERGED]):
             raise FloatingPointError(f"the simulation diverged at t = {data.time:.4f} s")
         return sample
 

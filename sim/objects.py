@@ -102,8 +102,17 @@ class EllipsoidObject:
             low = np.where(outside, middle, low)
             high = np.where(outside, high, middle)
         t = (0.5 * (low + high))[:, None]
-        gap = np.linalg.norm(p * t / (squared + t), axis=1)
-        return np.asarray(np.copysign(gap, t[:, 0]))
+        shift = p * t / (squared + t)
+        # deep inside, the multiplier reaches -min(squared) and says nothing of the nearest point's coordinate
+        # along the shortest axis: there it follows from the surface itself
+        least = int(np.argmin(squared))
+        nearest = squared * p / (squared + t)
+        others = np.delete(np.arange(3), least)
+        room = 1.0 - np.sum(np.square(nearest[:, others]) / squared[others], axis=1)
+        along = np.sqrt(squared[least] * np.maximum(room, 0.0)) - p[:, least]
+        deep = t[:, 0] < -0.5 * squared.min()
+        shift[:, least] = np.where(deep, along, shift[:, least])
+        return np.asarray(np.copysign(np.linalg.norm(shift, axis=1), t[:, 0]))
 
     def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """See `SceneObject`."""

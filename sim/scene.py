@@ -77,6 +77,8 @@ def build_stage_scene(
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     # RK4 would break the agreement of the sensors with the state they belong to
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # a diverged simulation shall be seen, not silently put back to its start
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
     tip.add_to(stage.add_to(spec, start, tip.mass))
     body = spec.worldbody.add_body(name="object")

@@ -20,7 +20,7 @@ class Stage:
         mass: Moving mass without the tip [kg].
         bandwidth: Natural frequency of the servos [rad/s].
         leash: Largest distance of the reference from the actual position [m]: bounds the force with which the
-            stage pushes against an obstacle (anti-windup).
+            stage pushes against an obstacle (anti-windup), and its speed to leash * bandwidth / 2.
     """
 
     mass: float = 5.0

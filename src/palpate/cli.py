@@ -24,6 +24,8 @@ UNFINISHED = 1
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code: 0 done, 1 not finished, 2 wrong input."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if not arguments:
+        arguments = ["--help"]
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
@@ -51,12 +53,13 @@ def _explore(config: ExploreConfig) -> int:
     # imported here: simulation, compiled kernels and drawing take a second that --help need not wait for
     from rich.console import Console
 
-    from palpate.experiments.explore import explore, write_exploration
+    from palpate.experiments.explore import explore, refuse_unwritable, write_exploration
     from palpate.experiments.explore_report import exploration_report
     from palpate.experiments.progress import run_progress
     from palpate.reporting import summary_table
     from palpate.runtime import Ending
 
+    refuse_unwritable(config.out)
     console = Console()
     with run_progress(console, config) as observer:
         exploration = explore(config, (observer,))

@@ -1,5 +1,7 @@
 """Explore a simulated object by touch: configuration in, map, files and report out."""
 
+import errno
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -182,7 +184,8 @@ def explore(config: ExploreConfig, observers: tuple[Observer, ...] = ()) -> Expl
     parameters = ExploreParameters(
         force=config.force, speed=config.speed, gain=gain, lead=delay, approach_distance=descent
     )
-    finger = Finger(sensed, Payload(tip.mass, tip.center_of_mass))
+    payload = Payload(tip.mass, tip.center_of_mass)
+    finger = Finger(sensed, payload, config.touch_force, config.touch_force / 2.0)
     recorder, truth_recorder = Recorder(), TruthRecorder(backend)
     result = run(
         backend,
@@ -232,6 +235,20 @@ def touch_cloud(record: Record, half_compliance: float) -> TouchCloud:
         tangential_force=record.tangential_force[kept],
         spin_torque=record.spin_torque[kept],
     )
+
+
+def refuse_unwritable(folder: Path) -> None:
+    """Find out before a run, not after it, whether its folder can be made and written; makes nothing.
+
+    Raises:
+        NotADirectoryError: A file is in the way.
+        PermissionError: The folder may not be written.
+    """
+    existing = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, "a file is in the way; choose another --out", str(existing))
+    if not os.access(existing, os.W_OK):
+        raise PermissionError(errno.EACCES, "no permission to write here; choose another --out", str(existing))
 
 
 def write_exploration(exploration: Exploration, folder: Path) -> tuple[Path, ...]:

@@ -16,14 +16,21 @@ OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
 }
 """What sizes each object takes, and its defaults [m]."""
 
-LEAST_FORCE = 0.3
-"""Below this [N] the set force comes too near to the force that counts as a touch, 0.2 N."""
+TOUCH_FORCE = 0.2
+"""A force above this counts as a touch [N], unless noise asks for more."""
+
+TOUCH_DEVIATIONS = 7.0
+"""A touch is at least this many standard deviations of the force noise of one axis: the length of the noise's
+three components passes that once in 1e10 samples."""
+
+LEAST_FORCE = 1.5
+"""The set force is at least this many times the force that counts as a touch."""
 
 MOST_FORCE = 15.0
 """Above this [N] landing could reach the supervisor's limit of 20 N."""
 
-FASTEST = 0.2
-"""Fastest exploration [m/s]: leaves the supervisor's 0.25 m/s room for the force controller."""
+FASTEST = 0.1
+"""Fastest exploration [m/s]: the stage's leash lets it follow up to 0.125 m/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +88,16 @@ class ExploreConfig:
             )
         for length in self.tip:
             positive("tip", length, "m")
-        if not LEAST_FORCE <= self.force <= MOST_FORCE:
+        not_negative("force_noise", self.force_noise, "N")
+        not_negative("moment_noise", self.moment_noise, "N m")
+        least = LEAST_FORCE * self.touch_force
+        if not least <= self.force <= MOST_FORCE:
+            noise = f" with a force noise of {self.force_noise:g} N" if self.force_noise else ""
             raise InvalidValueError(
-                f"force = {self.force:g} N: must lie between {LEAST_FORCE:g} and {MOST_FORCE:g} N"
+                f"force = {self.force:g} N: must lie between {least:g} and {MOST_FORCE:g} N{noise}"
             )
         if not 0.0 < self.speed <= FASTEST:
-            hint = f"; for {self.speed:g} mm/s give {self.speed / 1e3:g}" if 1.0 <= self.speed <= 200.0 else ""
+            hint = f"; for {self.speed:g} mm/s give {self.speed / 1e3:g}" if 1.0 <= self.speed <= 100.0 else ""
             raise InvalidValueError(
                 f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
             )
@@ -94,8 +105,11 @@ class ExploreConfig:
             positive(name, getattr(self, name), unit)
         for name, unit in (("friction", ""), ("spin_length", "m"), ("stiffness", "N/m")):
             positive(name, getattr(self, name), unit)
-        not_negative("force_noise", self.force_noise, "N")
-        not_negative("moment_noise", self.moment_noise, "N m")
+
+    @property
+    def touch_force(self) -> float:
+        """Force that counts as a touch [N]."""
+        return max(TOUCH_FORCE, TOUCH_DEVIATIONS * self.force_noise)
 
     def _checked_size(self) -> tuple[float, ...]:
         if self.object not in OBJECT_SIZES:

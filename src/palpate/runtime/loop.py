@@ -3,7 +3,7 @@
 import gc
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -14,13 +14,16 @@ from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.protocols import Backend, Controller
 from palpate.runtime.supervisor import Supervisor, Trip
 from palpate.runtime.touch import Touch
-from palpate.spatial import norm
+from palpate.spatial import ZERO, norm
 
 Observer = Callable[[Sample, Observation, Command], None]
 """Sees every period after the supervisor: recorders, progress bars."""
 
 REST_SPEED = 1e-3
 """A tip slower than this [m/s] counts as stopped."""
+
+REST_TIME = 0.02
+"""for this long [s]: a turning point is not rest."""
 
 LONGEST_STOP = 0.5
 """How long the robot is given to come to rest [s]."""
@@ -117,10 +120,16 @@ def run(
                     ending = Ending.DONE if command.phase is Phase.DONE else Ending.LOST
                     break
                 sample = backend.step(command)
-        finally:
             wall_time = clock() - started
             end_time = sample.time
+            if supervisor.trip is not None:
+                _give_way(backend, touch, supervisor, sample)
             stopped = _bring_to_rest(backend)
+        except BaseException:
+            # close() stops the robot in any case; a failure to brake must not hide why the run ended
+            with suppress(Exception):
+                _bring_to_rest(backend)
+            raise
     return RunResult(
         ending,
         supervisor.trip,
@@ -132,9 +141,22 @@ def run(
     )
 
 
-def _bring_to_rest(backend: Backend) -> bool:
+def _give_way(backend: Backend, touch: Touch, supervisor: Supervisor, sample: Sample) -> None:
+    """Standing still is not enough where the robot presses too hard: its servos would press on."""
     for _ in range(round(LONGEST_STOP / backend.period)):
-        if norm(backend.step(Command()).arm.velocity_base_tip) < REST_SPEED:
+        command = supervisor.give_way(touch.sense(sample))
+        if command.velocity_base_tip == ZERO:
+            return
+        sample = backend.step(command)
+
+
+def _bring_to_rest(backend: Backend) -> bool:
+    slow = 0
+    wanted = max(1, round(REST_TIME / backend.period))
+    for _ in range(max(wanted, round(LONGEST_STOP / backend.period))):
+        sample = backend.step(Command())
+        slow = slow + 1 if norm(sample.arm.velocity_base_tip) < REST_SPEED else 0
+        if slow >= wanted:
             return True
     return False
 

@@ -5,10 +5,13 @@ from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, positive
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, norm
+from palpate.spatial import ZERO, Vector, norm, rotate, scale
 
 FASTEST = 0.25
 """Default speed limit [m/s]: the reduced speed of ISO 10218-1:2011, section 5.6.2."""
+
+RETREAT_SPEED = 0.02
+"""With which the tip gives way to a force over its limit [m/s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +76,16 @@ class Supervisor:
         if self.trip is None:
             self.trip = self._find(now, command)
         return command if self.trip is None else Command(ZERO, Phase.HOLD)
+
+    def give_way(self, now: Observation) -> Command:
+        """Return how to get out of a force over its limit: slowly along it, which is away from the object."""
+        for finger in now.fingers:
+            force = finger.wrench[:3]
+            size = norm(force)
+            if self.limits.force < size < math.inf:
+                away = rotate(now.arm.rotation_base_tip, scale(RETREAT_SPEED / size, force))
+                return Command(away, Phase.HOLD)
+        return Command(ZERO, Phase.HOLD)
 
     def _find(self, now: Observation, command: Command) -> Trip | None:
         limits, time = self.limits, now.time
