@@ -1,1 +1,1 @@
-"""."""
+"""Real devices: nothing yet."""
