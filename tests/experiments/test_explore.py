@@ -62,5 +62,5 @@ def test_friction_need_not_be_known():
 
 
 def test_a_raster_beyond_the_object_is_refused():
-    with pytest.raises(InvalidValueError, match=r"at most .* --size"):
+    with pytest.raises(InvalidValueError, match=r"(?s)at most .*--size"):
         explore(replace(ROWS, width=0.5))

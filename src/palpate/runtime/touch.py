@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from palpate.errors import InvalidValueError, positive
 from palpate.runtime.data import FingerObservation, Observation, Sample
 from palpate.sensing.compensation import Payload, contact_wrench
@@ -67,7 +69,7 @@ class Touch:
         for i, finger in enumerate(self.fingers):
             given = sample.wrenches[i]
             wrench = contact_wrench(given.wrench, given.acceleration, finger.payload)
-            contact = contact_from_wrench(finger.surface, wrench)
+            contact = contact_from_wrench(finger.surface, np.array(wrench))
             self._touching[i] = _touches(wrench, contact, finger, self._touching[i])
             observed.append(FingerObservation(wrench, contact, self._touching[i]))
         return Observation(sample.time, sample.arm, tuple(observed))

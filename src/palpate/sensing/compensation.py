@@ -33,13 +33,7 @@ def contact_wrench(load: Wrench, acceleration: Vector, payload: Payload) -> Wren
         acceleration: Specific force at the sensor, sensor frame [m/s^2].
         payload: What hangs on the sensor.
     """
-    force = scale(payload.mass, acceleration)
-    moment = cross(payload.center_of_mass, force)
-    return (
-        load[0] + force[0],
-        load[1] + force[1],
-        load[2] + force[2],
-        load[3] + moment[0],
-        load[4] + moment[1],
-        load[5] + moment[2],
-    )
+    x, y, z = scale(payload.mass, acceleration)
+    u, v, w = cross(payload.center_of_mass, (x, y, z))
+    f0, f1, f2, m0, m1, m2 = load
+    return (f0 + x, f1 + y, f2 + z, m0 + u, m1 + v, m2 + w)
