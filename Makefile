@@ -6,7 +6,7 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --con
 OUT    ?= runs/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format build bench clean
+.PHONY: help demo test test-all check format build bench picture clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -18,10 +18,10 @@ help:  ## Show this list
 demo: $(VENV)/.run  ## Explore a simulated sphere by touch and write a report to runs/demo
 	$(BIN)/palpate explore --object sphere --force 2 --speed 0.05 --out $(OUT)
 
-test: $(VENV)/.test  ## Run the tests (fast ones; a few minutes the first time)
+test: $(VENV)/.test  ## Run the tests
 	$(BIN)/python -m pytest -m "not slow" -n auto
 
-test-all: $(VENV)/.test  ## Run every test, the long ones too
+test-all: $(VENV)/.test  ## Run every test, the long ones too (fuzzing at full length)
 	$(BIN)/python -m pytest -n auto
 
 check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imports
@@ -42,8 +42,12 @@ build: $(VENV)/.build  ## Build the wheel, install it into a fresh environment, 
 	cd build/smoke && bin/python $(CURDIR)/tests/smoke.py
 
 bench: $(VENV)/.test  ## Measure speed against error of contact sensing, and the cost of a control period
+	$(BIN)/python tests/reference/worst.py
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/exploration.py
+
+picture: $(VENV)/.run  ## Make the README's picture anew
+	$(BIN)/python docs/make_picture.py
 
 clean:  ## Remove environments, builds, caches and runs
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

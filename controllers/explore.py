@@ -153,6 +153,7 @@ class ExploreController:
             self._enter(Phase.APPROACH, now)
             self._from = self._start
             return
+        self._follower.stop()
         self._enter(Phase.LOST if self._sought else Phase.SEEK, now)
         self._sought = True
 

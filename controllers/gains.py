@@ -41,7 +41,7 @@ class ForceGain:
 
     @property
     def loop_gain(self) -> float:
-        """K K T, to be compared with pi/2."""
+        """Loop gain k K T, to be compared with pi/2."""
         return self.gain * self.stiffness * self.delay
 
     @property

@@ -11,7 +11,7 @@ class NormalTracker:
 
     It follows a normal that turns at a constant rate without lag, and predicts it `lead` seconds ahead: that is
     the normal that the commanded motion will meet. Both poles lie at r = exp(-period/time_constant), so
-    alpha = 1 - r^2, beta = (1 - r)^2 (Benedict & Bordner 1962).
+    alpha = 1 - r^2, beta = (1 - r)^2: the fading-memory filter (Brookner 1998, section 1.3).
     """
 
     def __init__(self, period: float, time_constant: float, lead: float) -> None:

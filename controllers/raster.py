@@ -61,7 +61,7 @@ class PathFollower:
     """Follows a polygon in the x-y plane with bounded acceleration, stopping briefly at every corner.
 
     On each leg the tip is steered back to the line with a rate of `STEERING`. The speed towards a corner is
-    bounded by sqrt(2 a d), from which a can still stop it.
+    bounded by sqrt(2 a d), from which a can still stop it where it counts as arrived.
     """
 
     STEERING = 5.0
@@ -77,15 +77,23 @@ class PathFollower:
         """Take a path of at least two corners, a speed [m/s] and a bound on acceleration [m/s^2]."""
         if len(corners) < 2:
             raise InvalidValueError(f"the path has {len(corners)} corners: it needs at least 2")
+        headings = []
         for a, b in pairwise(corners):
-            if math.dist(a, b) <= self.ARRIVED:
+            length = math.dist(a, b)
+            if length <= self.ARRIVED:
                 raise InvalidValueError(
                     f"corners {a} and {b} m: must be more than {self.ARRIVED:g} m apart to give a direction"
                 )
+            headings.append(((b[0] - a[0]) / length, (b[1] - a[1]) / length))
+        self._headings = tuple(headings)
         self._corners = corners
         self._speed = positive("speed", speed, "m/s")
         self._acceleration = positive("acceleration", acceleration, "m/s^2")
         self._target = 1
+        self._current = 0.0
+
+    def stop(self) -> None:
+        """Begin again from rest: something else has moved the tip."""
         self._current = 0.0
 
     @property
@@ -96,11 +104,7 @@ class PathFollower:
     @property
     def heading(self) -> Point:
         """Unit direction of the present leg; zero when finished."""
-        if self.finished:
-            return (0.0, 0.0)
-        a, b = self._corners[self._target - 1], self._corners[self._target]
-        length = math.dist(a, b)
-        return ((b[0] - a[0]) / length, (b[1] - a[1]) / length)
+        return (0.0, 0.0) if self.finished else self._headings[self._target - 1]
 
     def velocity(self, position: Point, slope: float, period: float) -> Point:
         """Return the horizontal velocity from here [m/s].
@@ -120,7 +124,9 @@ class PathFollower:
             self._target += 1
             self._current = 0.0
             return (0.0, 0.0)
-        allowed = math.sqrt(2.0 * self._acceleration * remaining)
+        # from v, braking by a T in every period T, the tip stops within v^2 / 2a + v T / 2
+        step = 0.5 * self._acceleration * period
+        allowed = math.sqrt(step * step + 2.0 * self._acceleration * (remaining - self.ARRIVED)) - step
         self._current = min(self._current + self._acceleration * period, self._speed, max(allowed, self.SLOWEST))
         offset = self.STEERING * (dy * ux - dx * uy)
         # both together keep to the speed: far from its line the tip first goes back to it

@@ -1,7 +1,7 @@
 """MuJoCo scenes made of pieces that name physical quantities, and the back end that runs them."""
 
 from palpate.sim.backend import MujocoBackend, Truth
-from palpate.sim.contact_law import ContactLaw
+from palpate.sim.contact_law import ContactLaw, PairParameters
 from palpate.sim.noise import WrenchNoise
 from palpate.sim.objects import Box, CylinderObject, EllipsoidObject, SceneObject, SphereObject
 from palpate.sim.scene import StageScene, build_stage_scene
@@ -14,6 +14,7 @@ __all__ = [
     "CylinderObject",
     "EllipsoidObject",
     "MujocoBackend",
+    "PairParameters",
     "SceneObject",
     "SphereObject",
     "Stage",

@@ -6,7 +6,7 @@ from typing import Self
 
 import mujoco
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, SimulationDivergedError, positive
 from palpate.runtime.data import ArmSample, Command, Sample, WrenchSample
 from palpate.sim.noise import NoiseSource, WrenchNoise
 from palpate.sim.scene import StageScene
@@ -85,7 +85,7 @@ class MujocoBackend:
         """Simulate one period with the commanded velocity.
 
         Raises:
-            FloatingPointError: The simulation diverged.
+            SimulationDivergedError: The simulation diverged.
         """
         model, data, dt, control = self.scene.model, self._data, self.scene.time_step, self._control
         velocity, (x, y, z) = command.velocity_base_tip, self._leashed()
@@ -98,7 +98,9 @@ class MujocoBackend:
         self._reference = (x, y, z)
         sample = self._sample(data.time - self.scene.time_step)
         if not abs(sum(self._sensors)) < _DIVERGED:
-            raise FloatingPointError(f"the simulation diverged at t = {data.time:.4f} s")
+            raise SimulationDivergedError(
+                f"the simulation diverged at t = {data.time:.4f} s: take a softer contact or a smaller time step"
+            )
         return sample
 
     def close(self) -> None:

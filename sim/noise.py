@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.errors import not_negative
+from palpate.errors import InvalidValueError, not_negative
 from palpate.spatial import Wrench
 
 
@@ -25,6 +25,8 @@ class WrenchNoise:
     def __post_init__(self) -> None:
         not_negative("force noise", self.force, "N")
         not_negative("moment noise", self.moment, "N m")
+        if self.seed < 0:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number, 0 or above")
 
 
 class NoiseSource:

@@ -45,6 +45,7 @@ class Tip:
         body.explicitinertial = True
         body.mass = self.mass
         body.ipos = center
+        body.iquat = _quat_wxyz(self.surface)
         # an ellipsoid's: m (b^2 + c^2) / 5
         squares = [length**2 for length in half_lengths]
         body.inertia = [self.mass * (sum(squares) - square) / 5 for square in squares]

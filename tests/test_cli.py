@@ -77,7 +77,12 @@ def test_help_does_not_load_the_simulator():
         (["--width", "0.2"], ["0.2 x 0.04 m", "at most", "--size"]),
         (["--spacing", "0.1"], ["raster spacing = 0.1 m", "depth = 0.04 m"]),
         (["--friction", "0"], ["friction = 0"]),
-        (["--stiffness", "1e6"], ["stiffness = 1e+06 N/m", "time step"]),
+        (["--stiffness", "1e6"], ["stiffness = 1e+06 N/m", "at most 120000 N/m", "time step"]),
+        (["--friction", "0.005"], ["friction = 0.005", "at least 0.01"]),
+        (["--seed", "-1"], ["seed = -1"]),
+        (["--period", "0.5"], ["period = 0.5 s", "0.008 s"]),
+        (["--spacing", "1e-5"], ["spacing = 1e-05 m", "rows at least"]),
+        (["--speed", "1e-4"], ["speed = 0.0001 m/s", "creeps"]),
         (["--period", "0.0003"], ["period = 0.0003 s", "whole number of time steps"]),
     ],
 )
@@ -112,6 +117,6 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, capsys):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     started = time.monotonic()
-    assert main(["explore", "--out", str(blocked)]) != 0
+    assert main(["explore", "--out", str(blocked)]) == MISTAKE
     assert str(blocked) in capsys.readouterr().err
     assert time.monotonic() - started < 5.0, "found out only after the exploration"

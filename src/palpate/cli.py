@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import tyro
 
 from palpate import __version__
-from palpate.errors import PalpateError
+from palpate.errors import InvalidValueError, PalpateError
 from palpate.experiments.explore_config import ExploreConfig
 
 DESCRIPTION = (
@@ -32,9 +32,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         config = _parse(arguments)
         return _explore(config)
-    except PalpateError as error:
+    except InvalidValueError as error:
         sys.stderr.write(f"palpate: {error}\n")
         return MISTAKE
+    except PalpateError as error:
+        sys.stderr.write(f"palpate: {error}; the robot was stopped\n")
+        return UNFINISHED
     except OSError as error:
         sys.stderr.write(f"palpate: cannot write: {error}\n")
         return UNFINISHED
@@ -53,16 +56,18 @@ def _explore(config: ExploreConfig) -> int:
     # imported here: simulation, compiled kernels and drawing take a second that --help need not wait for
     from rich.console import Console
 
-    from palpate.experiments.explore import explore, refuse_unwritable, write_exploration
+    from palpate.experiments.explore import carry_out, make_folder, write_exploration
+    from palpate.experiments.explore_plan import plan
     from palpate.experiments.explore_report import exploration_report
     from palpate.experiments.progress import run_progress
     from palpate.reporting import summary_table
     from palpate.runtime import Ending
 
-    refuse_unwritable(config.out)
     console = Console()
-    with run_progress(console, config) as observer:
-        exploration = explore(config, (observer,))
+    planned = plan(config)
+    make_folder(config.out)
+    with run_progress(console, planned.expected_duration) as observer:
+        exploration = carry_out(planned, (observer,))
     with console.status("drawing the report"):
         files = write_exploration(exploration, config.out)
     console.print(summary_table(exploration_report(exploration)))

@@ -21,6 +21,10 @@ class InvalidValueError(PalpateError, ValueError):
     """A value that can never be right: the message says which would be."""
 
 
+class SimulationDivergedError(PalpateError, FloatingPointError):
+    """A simulation left the range of anything physical."""
+
+
 def positive(name: str, value: float, unit: str, *, infinite_allowed: bool = False) -> float:
     """Return `value` as a float if it is a number above zero.
 

@@ -93,15 +93,14 @@ def test_the_path_stays_close_to_the_polygon(lag, bound):
     assert distance.max() < bound
 
 
-def test_speed_and_acceleration_are_bounded_but_for_the_last_bit_before_a_corner():
-    """A corner counts as reached 0.1 mm before it, at sqrt(2 a d) = 10 mm/s: from there the tip stops at once."""
+def test_speed_and_acceleration_are_bounded_but_for_the_last_millimetre_per_second():
+    """Only from the slowest speed, 1 mm/s, does the tip stop at once."""
     _, commands, _ = follow(L_SHAPE)
     speeds = np.linalg.norm(commands, axis=1)
     assert speeds.max() <= SPEED * (1 + 1e-3)
-    arrival = math.sqrt(2 * ACCELERATION * PathFollower.ARRIVED)
     jumps = np.linalg.norm(np.diff(commands, axis=0), axis=1)
     stops = speeds[1:] == 0.0
-    assert np.all(jumps[stops] <= 1.1 * arrival)
+    assert np.all(jumps[stops] <= 1.1 * PathFollower.SLOWEST)
     steady = ~stops & (speeds[:-1] > 0.0)
     assert jumps[steady].max() / PERIOD <= 1.1 * ACCELERATION
 
@@ -137,3 +136,12 @@ def test_followers_that_cannot_be_are_refused(bad):
 def test_two_equal_corners_in_a_row_are_refused():
     with pytest.raises(InvalidValueError, match="corner"):
         PathFollower(((0.0, 0.0), (0.0, 0.0), (0.1, 0.0)), SPEED, ACCELERATION)
+
+
+def test_after_a_stop_the_tip_starts_again_from_rest():
+    follower = PathFollower(((0.0, 0.0), (1.0, 0.0)), SPEED, ACCELERATION)
+    for _ in range(1000):
+        follower.velocity((0.5, 0.0), 1.0, PERIOD)
+    follower.stop()
+    speed = math.hypot(*follower.velocity((0.5, 0.0), 1.0, PERIOD))
+    assert speed == pytest.approx(ACCELERATION * PERIOD)

@@ -111,7 +111,7 @@ def test_a_stiffness_too_high_for_the_time_step_is_refused_with_one_that_would_d
 
 
 def test_friction_too_stiff_for_the_time_step_is_refused():
-    law = ContactLaw(stiffness=100.0, smallest_force=20.0, friction=0.05)
+    law = ContactLaw(stiffness=100.0, smallest_force=20.0, friction=0.05, impedance=0.2)
     with pytest.raises(InvalidValueError, match="friction damping"):
         pair_parameters(law, 2.0, 1e-3)
     pair_parameters(law, 2.0, 5e-5)

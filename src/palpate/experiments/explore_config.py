@@ -29,6 +29,12 @@ LEAST_FORCE = 1.5
 MOST_FORCE = 15.0
 """Above this [N] landing could reach the supervisor's limit of 20 N."""
 
+LONGEST_PERIOD = 8e-3
+"""Slowest control [s]: from 125 Hz on a stage explores as well as at 1 kHz; slower, it lands hard."""
+
+MOST_GRID_POINTS = 1_000_000
+"""Largest map that is asked for: a finer one takes minutes and shows nothing more."""
+
 FASTEST = 0.1
 """Fastest exploration [m/s]: the stage's leash lets it follow up to 0.125 m/s."""
 
@@ -58,9 +64,10 @@ class ExploreConfig:
     speed: float = 0.02
     """Speed along the surface [m/s]."""
     width: float = 0.04
-    """Extent of the rows, along x [m]."""
+    """Extent of the rows, along x [m]: the path of the fingertip's centre. On a rounded object the contacts span
+    less."""
     depth: float = 0.04
-    """Extent across the rows, along y [m]."""
+    """Extent across the rows, along y [m], likewise."""
     spacing: float = 0.002
     """Distance between rows [m]."""
     friction: float = 0.3
@@ -88,10 +95,12 @@ class ExploreConfig:
             )
         for length in self.tip:
             positive("tip", length, "m")
+        if self.seed < 0:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number, 0 or above")
         not_negative("force_noise", self.force_noise, "N")
         not_negative("moment_noise", self.moment_noise, "N m")
         least = LEAST_FORCE * self.touch_force
-        if not least <= self.force <= MOST_FORCE:
+        if not least * (1.0 - 1e-12) <= self.force <= MOST_FORCE:
             noise = f" with a force noise of {self.force_noise:g} N" if self.force_noise else ""
             raise InvalidValueError(
                 f"force = {self.force:g} N: must lie between {least:g} and {MOST_FORCE:g} N{noise}"
@@ -103,8 +112,27 @@ class ExploreConfig:
             )
         for name, unit in (("width", "m"), ("depth", "m"), ("spacing", "m"), ("period", "s")):
             positive(name, getattr(self, name), unit)
+        if self.period > LONGEST_PERIOD:
+            raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
+        points = (self.width / self.map_spacing + 1.0) * (self.depth / self.map_spacing + 1.0)
+        if points > MOST_GRID_POINTS:
+            raise InvalidValueError(
+                f"spacing = {self.spacing:g} m: makes a map of {points:.2g} points over {self.width:g} x "
+                f"{self.depth:g} m, the limit is {MOST_GRID_POINTS:.0e}; take rows at least "
+                f"{self.spacing * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
+            )
         for name, unit in (("friction", ""), ("spin_length", "m"), ("stiffness", "N/m")):
             positive(name, getattr(self, name), unit)
+
+    @property
+    def article(self) -> str:
+        """The article before the object's name."""
+        return "an" if self.object[0] in "aeiou" else "a"
+
+    @property
+    def map_spacing(self) -> float:
+        """Distance of the height map's grid lines: a quarter of the rows' [m]."""
+        return self.spacing / 4.0
 
     @property
     def touch_force(self) -> float:
@@ -118,7 +146,7 @@ class ExploreConfig:
         size = self.size or default
         if len(size) != len(default):
             raise InvalidValueError(
-                f"size = {_spaced(size)}: a {self.object} takes {len(default)} number"
+                f"size = {_spaced(size)}: {self.article} {self.object} takes {len(default)} number"
                 f"{'s' if len(default) > 1 else ''}, its {meaning} [m]; for example {_spaced(default)}"
             )
         for length in size:

@@ -7,6 +7,13 @@ from palpate.mapping import HeightMap, height_map_triangles
 from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TimingSummary, TrueSurface
 from palpate.runtime import Ending
 
+CONTACT_NOTE = (
+    "Where the finger accelerates, as at corners, points come out some micrometres outside: MuJoCo's friction "
+    "adds to the normal force, an artefact of the simulated contact, not of touch."
+)
+"""It adds mu Dn (b_f v + |a_t|), with Dn and the friction damping rate b_f as in MuJoCo's soft contacts; touch
+takes the whole normal force for compression."""
+
 GRID = 81
 """Grid lines of the true surface's picture along each side."""
 
@@ -17,7 +24,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
     true_force = np.where(exploration.truth.touching, exploration.true_normal_force, np.nan)
     true_spin = np.where(exploration.truth.touching, exploration.true_spin_torque, np.nan)
     return ExplorationReport(
-        title=f"Exploration of a {config.object} by touch",
+        title=f"Exploration of {config.article} {config.object} by touch",
         outcome=outcome(exploration),
         summary=key_figures(exploration),
         settings=settings(exploration),
@@ -37,6 +44,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
         sphere=exploration.sphere,
         true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
         point_error=exploration.point_error,
+        error_note=CONTACT_NOTE,
     )
 
 
@@ -63,13 +71,16 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
         else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
         KeyFigure("true normal force, RMS error", exploration.force_rms, "N", f"set {config.force:g} N"),
     ]
-    if exploration.sphere is not None:
-        known = f"true {1e3 * config.size[0]:g} mm" if config.object == "sphere" else "the object is no sphere"
-        figures.append(KeyFigure("fitted sphere, radius", 1e3 * exploration.sphere.radius, "mm", known))
+    sphere = exploration.sphere
+    if sphere is not None and sphere.is_evident:
+        note = f"sd {1e3 * sphere.radius_sd:.2g} mm"
+        if config.object == "sphere":
+            note += f", true {1e3 * config.size[0]:g} mm"
+        figures.append(KeyFigure("fitted sphere, radius", 1e3 * sphere.radius, "mm", note, digits=5))
     figures += [
         KeyFigure("simulated time", result.duration, "s"),
         KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.period:g} Hz"),
-        KeyFigure("sensing and control, median", 1e6 * float(np.median(result.compute_time)), "us per period"),
+        KeyFigure("sensing and control, median", 1e6 * float(np.median(result.compute_time)), "µs", "per period"),
     ]
     return tuple(figures)
 
@@ -87,7 +98,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
         (
             "sensor noise",
-            f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mNm, seed {config.seed}",
+            f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mN m, seed {config.seed}",
         ),
         ("control period", f"{1e3 * config.period:g} ms"),
         (

@@ -7,8 +7,6 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from palpate.experiments.explore import expected_duration, raster_over, scene_object
-from palpate.experiments.explore_config import ExploreConfig
 from palpate.runtime import Command, Observation, Observer, Sample
 
 REFRESH = 0.1
@@ -16,10 +14,8 @@ REFRESH = 0.1
 
 
 @contextmanager
-def run_progress(console: Console, config: ExploreConfig) -> Iterator[Observer]:
-    """Show how far an exploration is, while the context lasts; yields the observer that feeds the bar."""
-    target = scene_object(config)
-    total = expected_duration(config, raster_over(target, config), 0.01)
+def run_progress(console: Console, expected_duration: float) -> Iterator[Observer]:
+    """Show how far a run of about `expected_duration` [s] is; yields the observer that feeds the bar."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -27,7 +23,7 @@ def run_progress(console: Console, config: ExploreConfig) -> Iterator[Observer]:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("exploring", total=total)
+        task = progress.add_task("starting", total=expected_duration)
         shown = 0.0
 
         def observe(sample: Sample, now: Observation, command: Command) -> None:
@@ -35,6 +31,7 @@ def run_progress(console: Console, config: ExploreConfig) -> Iterator[Observer]:
             wall = time.perf_counter()
             if wall - shown > REFRESH:
                 shown = wall
-                progress.update(task, completed=min(now.time, total), description=command.phase.value)
+                done = min(now.time, expected_duration)
+                progress.update(task, completed=done, description=command.phase.value)
 
         yield observe

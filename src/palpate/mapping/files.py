@@ -1,7 +1,7 @@
 """Touch clouds and height maps as files that other programs read: PLY and CSV.
 
 Coordinates are those of the robot's base frame in metres, forces in newtons. Files appear whole or not at all
-(`palpate.mapping.atomic_file`). PLY: Greg Turk, "The PLY Polygon File Format", 1994, binary little endian.
+(`palpate.atomic_file`). PLY: Greg Turk, "The PLY Polygon File Format", 1994, binary little endian.
 """
 
 import csv
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from palpate.mapping.atomic_file import replacing
+from palpate.atomic_file import replacing
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.height_map import HeightMap
 from palpate.mapping.triangulation import height_map_triangles

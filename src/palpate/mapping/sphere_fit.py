@@ -17,6 +17,11 @@ FEWEST_POINTS = 4
 FLAT_FACTOR = 16.0
 """Points count as coplanar when their thickness is within this many roundings of their coordinates."""
 
+FLATTEST = 5.0
+"""Radius over extent of the points above which they show no sphere. There the points rise by 1/40 of their
+extent above their rim: a fit to anything flat gives some such radius, from errors that its covariance does not
+know."""
+
 WEAK_RELATIVE_SD = 0.1
 """Above this standard deviation of the radius, relative to it, the points say little about the radius."""
 
@@ -54,6 +59,7 @@ class SphereFit:
             deviation. Near 1 for a whole sphere; a cap of half-angle 25 degrees has about 70.
         status: See `SphereFitStatus`.
         point_count: Number of points used.
+        extent: Twice the largest distance of a point from their mean [m].
     """
 
     center: FloatArray
@@ -63,6 +69,12 @@ class SphereFit:
     condition: float
     status: SphereFitStatus
     point_count: int
+    extent: float
+
+    @property
+    def is_evident(self) -> bool:
+        """Whether the points show a sphere: status OK, and curved enough to be told from a plane."""
+        return self.status is SphereFitStatus.OK and self.radius < FLATTEST * self.extent
 
     @property
     def center_sd(self) -> FloatArray:
@@ -85,7 +97,8 @@ def fit_sphere(points: npt.ArrayLike, *, correlation_points: float = 1.0) -> Sph
         points: Shape (n, 3) [m], any frame, n at least 4 and not in one plane.
         correlation_points: Over how many neighbouring points errors are alike: n points then count as
             n / correlation_points independent ones (long-run variance; 2 L / b for errors with correlation
-            length L in bins of length b). Rather too large than too small.
+            length L in bins of length b). Rather too large than too small: for a raster, the points of a row,
+            since speed and friction push a whole row the same way.
 
     Raises:
         InvalidValueError: Fewer than 4 points, not of shape (n, 3), not finite, in one plane to within
@@ -140,6 +153,7 @@ def fit_sphere(points: npt.ArrayLike, *, correlation_points: float = 1.0) -> Sph
         condition=condition,
         status=status,
         point_count=len(points),
+        extent=2.0 * scale * float(np.linalg.norm(scaled, axis=1).max()),
     )
 
 

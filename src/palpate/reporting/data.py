@@ -20,15 +20,17 @@ class KeyFigure:
 
     Attributes:
         name: What it is.
-        value: A number, shown with four significant digits, or words.
+        value: A number, or words.
         unit: Its unit, "" for a ratio, a count or words.
         note: What to compare it with, or "".
+        digits: Significant digits shown of a number that is not whole.
     """
 
     name: str
     value: float | str
     unit: str = ""
     note: str = ""
+    digits: int = 4
 
     @property
     def text(self) -> str:
@@ -37,9 +39,9 @@ class KeyFigure:
             return self.value
         if math.isfinite(self.value) and self.value == round(self.value) and abs(self.value) < 1e6:
             return f"{self.value:.0f}"
-        if 1e4 <= abs(self.value) < 1e6:
+        if 10.0**self.digits <= abs(self.value) < 1e6:
             return f"{self.value:.0f}"
-        return f"{self.value:#.4g}".rstrip(".")
+        return f"{self.value:#.{self.digits}g}".rstrip(".")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,10 +149,11 @@ class ExplorationReport:
         series: What happened over time.
         timing: How long the periods took.
         height_map: The touched surface, if it is one.
-        sphere: The sphere through the points, if one was fitted.
+        sphere: The sphere through the points, if one was fitted; shown if it is evident.
         true_surface: What was explored, if known; for pictures only.
         point_error: Signed distance of each point of `cloud` from the true surface, positive outside, shape
             (n,) [m], if known.
+        error_note: A sentence on where those errors come from, or "".
 
     Raises:
         InvalidValueError: `point_error` has another length than `cloud`, or is not finite.
@@ -167,6 +170,7 @@ class ExplorationReport:
     sphere: SphereFit | None = None
     true_surface: TrueSurface | None = None
     point_error: FloatArray | None = None
+    error_note: str = ""
 
     def __post_init__(self) -> None:
         if self.point_error is None:

@@ -24,8 +24,11 @@ GROUND = "#d9dce1"
 """Behind the map: darker than the white of a point without error."""
 
 
-def error_map(cloud: TouchCloud, point_error: FloatArray) -> Picture:
-    """Return the map of signed errors seen from above; `point_error` (n,) [m], n at least 1."""
+def error_map(cloud: TouchCloud, point_error: FloatArray, note: str = "") -> Picture:
+    """Return the map of signed errors seen from above; `point_error` (n,) [m], n at least 1.
+
+    `note` goes to the end of the caption.
+    """
     figure = new_figure(Width.HALF, 4.4)
     axes = figure.subplots()
     # Large errors last, so that none is hidden.
@@ -46,8 +49,8 @@ def error_map(cloud: TouchCloud, point_error: FloatArray) -> Picture:
         title="Where the errors are",
         caption=(
             f"Signed distance of the touched points from the true surface, seen from above; the colours span "
-            f"{SHOWN_PERCENT:.0f} % of the points, the largest error is {np.abs(error).max():.3g} µm."
-        ),
+            f"{SHOWN_PERCENT:.0f} % of the points, the largest error is {np.abs(error).max():.3g} µm. {note}"
+        ).rstrip(),
         full=figure,
         dense=True,
     )

@@ -7,12 +7,11 @@ from matplotlib.figure import Figure
 
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope
+from palpate.reporting.lines import draw_true_and_measured
 from palpate.reporting.phases import scan_window, shade, within
 from palpate.reporting.style import (
-    MEASURED,
     MILLI,
     QUIET,
-    TRUE,
     WANTED,
     Picture,
     Width,
@@ -66,9 +65,9 @@ def _overview(series: TimeSeries, width: Width) -> Figure:
 def _zoom(series: TimeSeries, width: Width) -> Figure:
     figure = new_figure(width, 3.0)
     axes = figure.subplots()
-    shade(axes, series)
     window = scan_window(series)
     begin, end = window if window is not None else (series.time[0], series.time[-1])
+    shade(axes, series, begin, end)
     _draw_forces(axes, series, (series.time >= begin) & (series.time <= end))
     axes.set_xlim(begin, end)
     shown = [within(series, series.measured_force), np.array([series.set_force])]
@@ -84,8 +83,6 @@ def _zoom(series: TimeSeries, width: Width) -> Figure:
 
 def _draw_forces(axes: Axes, series: TimeSeries, shown: npt.NDArray[np.bool_]) -> None:
     time = series.time[shown]
-    measured = envelope(time, series.measured_force[shown])
-    axes.plot(*measured, color=MEASURED, linewidth=0.8, label="measured")
-    if series.true_force is not None:
-        axes.plot(*envelope(time, series.true_force[shown]), color=TRUE, linewidth=0.8, label="true")
+    true = None if series.true_force is None else series.true_force[shown]
+    draw_true_and_measured(axes, time, true, series.measured_force[shown])
     axes.axhline(series.set_force, color=WANTED, linewidth=1.2, linestyle=(0, (5, 3)), label="set")

@@ -45,6 +45,7 @@ td.note { color: var(--quiet); font-size: 0.9rem; }
   td { border: 0; padding: 0 6px 0 0; }
   td.name { flex: 1 1 50%; }
   td.note { flex: 1 1 100%; }
+  td.value { margin-left: auto; text-align: left; }
 }
 footer { color: var(--quiet); font-size: 0.85rem; margin-top: 2.5em; }
 """

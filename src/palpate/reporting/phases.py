@@ -1,5 +1,6 @@
 """Phases of a run as a pale ground behind a plot over time."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -7,9 +8,7 @@ from matplotlib.axes import Axes
 
 from palpate.reporting.data import FloatArray, TimeSeries
 from palpate.reporting.style import OTHER_PHASE, PHASE_COLOURS
-
-SCAN = "scan"
-"""The phase that a zoom shows: `palpate.runtime.data.Phase.SCAN`."""
+from palpate.runtime.data import Phase
 
 
 def stretches(series: TimeSeries) -> list[tuple[str, float, float]]:
@@ -22,10 +21,16 @@ def stretches(series: TimeSeries) -> list[tuple[str, float, float]]:
     return [(str(names[i]), float(series.time[i]), float(series.time[min(j, last)])) for i, j in pairwise(begins)]
 
 
-def shade(axes: Axes, series: TimeSeries) -> None:
-    """Shade the phases over the whole height of `axes`; each name goes into the legend once."""
+def shade(axes: Axes, series: TimeSeries, after: float = -math.inf, before: float = math.inf) -> None:
+    """Shade the phases over the whole height of `axes`, as far as they last between two times [s].
+
+    Each name goes into the legend once.
+    """
     named = set()
-    for name, begin, end in stretches(series):
+    for name, began, ended in stretches(series):
+        begin, end = max(began, after), min(ended, before)
+        if begin >= end:
+            continue
         label = None if name in named else name
         axes.axvspan(begin, end, color=PHASE_COLOURS.get(name, OTHER_PHASE), linewidth=0, label=label, zorder=0)
         named.add(name)
@@ -33,12 +38,12 @@ def shade(axes: Axes, series: TimeSeries) -> None:
 
 def scan_window(series: TimeSeries) -> tuple[float, float] | None:
     """Return when the first scan begins and the last one ends [s], or None if nothing was scanned."""
-    scans = [(begin, end) for name, begin, end in stretches(series) if name == SCAN]
+    scans = [(begin, end) for name, begin, end in stretches(series) if name == Phase.SCAN]
     return (scans[0][0], scans[-1][1]) if scans and scans[-1][1] > scans[0][0] else None
 
 
 def within(series: TimeSeries, values: FloatArray) -> FloatArray:
     """Return the finite `values` (k,) of scanning periods."""
-    scanning = np.array([name == SCAN for name in series.phase], dtype=np.bool_)
+    scanning = np.array([name == Phase.SCAN for name in series.phase], dtype=np.bool_)
     chosen = values[scanning]
     return np.asarray(chosen[np.isfinite(chosen)], dtype=np.float64)

@@ -3,17 +3,11 @@
 import os
 from html import escape
 
-from palpate.mapping import SphereFit, SphereFitStatus
-from palpate.mapping.atomic_file import replacing
+from palpate.atomic_file import replacing
+from palpate.mapping import SphereFit
 from palpate.reporting.data import ExplorationReport
 
 _MILLI = 1e3
-
-_FIT_REMARK = {
-    SphereFitStatus.OK: "",
-    SphereFitStatus.WEAK: "; the touched part says little about the radius",
-    SphereFitStatus.NOT_CONVERGED: "; the fit did not converge, the points are as good as flat",
-}
 
 
 def write_report(report: ExplorationReport, path: str | os.PathLike[str]) -> None:
@@ -47,11 +41,13 @@ def report_html(report: ExplorationReport) -> str:
         if report.true_surface is not None:
             shape.append(true_surface(cloud, report.true_surface))
         if report.point_error is not None:
-            errors = [error_map(cloud, report.point_error), error_histogram(report.point_error)]
+            errors = [error_map(cloud, report.point_error, report.error_note), error_histogram(report.point_error)]
     over_time = [force_overview(series), force_zoom(series), spin_picture(series, cloud)] if series.phase else []
     figures = [(k.name, k.text, k.unit, k.note) for k in report.summary]
     nothing = "" if len(cloud) else "<p>The finger felt nothing, so there is no surface to show.</p>"
-    sphere = "" if report.sphere is None else f"<p>{escape(sphere_sentence(report.sphere))}</p>"
+    sphere = ""
+    if report.sphere is not None and report.sphere.is_evident:
+        sphere = f"<p>{escape(sphere_sentence(report.sphere))}</p>"
     return page(
         report.title,
         [
@@ -71,8 +67,8 @@ def sphere_sentence(sphere: SphereFit) -> str:
     """Return one sentence on the sphere through the points."""
     x, y, z = (_MILLI * float(c) for c in sphere.center)
     return (
-        f"The sphere through {sphere.point_count} points has radius {_MILLI * sphere.radius:.3f} mm "
+        f"The sphere through {sphere.point_count} points has radius {_MILLI * sphere.radius:#.5g} mm "
         f"(standard deviation {_MILLI * sphere.radius_sd:.2g} mm, errors common to all points apart) "
-        f"and center ({x:.3f}, {y:.3f}, {z:.3f}) mm; the points miss it by "
-        f"{_MILLI * sphere.rms_residual:.2g} mm root mean square{_FIT_REMARK[sphere.status]}."
+        f"and center ({x:z.3f}, {y:z.3f}, {z:z.3f}) mm; the points miss it by "
+        f"{_MILLI * sphere.rms_residual:.2g} mm root mean square."
     )

@@ -6,11 +6,11 @@ from matplotlib.figure import Figure
 from palpate.mapping import TouchCloud
 from palpate.reporting.data import FloatArray, TimeSeries
 from palpate.reporting.envelope import envelope
+from palpate.reporting.lines import draw_true_and_measured
 from palpate.reporting.phases import shade
 from palpate.reporting.style import (
     MEASURED,
     MILLI,
-    TRUE,
     Picture,
     Width,
     dress,
@@ -26,13 +26,19 @@ LIGHTEST = 0.1
 noise, and would set the scale."""
 
 
+LEAST_SPIN = 0.01
+"""The scale of torque spans at least plus and minus this [mN m]; fine sensors resolve no less (ATI Nano17
+SI-12-0.12: 1/64 mN m)."""
+
+
 def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
     """Return the picture of spin torque and force ratio over the whole run."""
     return Picture(
         title="Spin torque and friction",
         caption=(
             "Torque about the contact normal, and tangential over normal force, which while sliding is the "
-            "coefficient of friction; contacts much lighter than usual are left out of the ratio."
+            "coefficient of friction; contacts much lighter than usual are left out of the ratio. Torques far "
+            f"below {LEAST_SPIN:g} mN m are rounding."
         ),
         full=_draw(series, cloud, Width.FULL),
         narrow=_draw(series, cloud, Width.HALF),
@@ -44,10 +50,10 @@ def _draw(series: TimeSeries, cloud: TouchCloud, width: Width) -> Figure:
     spin, ratio = figure.subplots(2, 1, sharex=True)
     for axes in (spin, ratio):
         shade(axes, series)
-    spin.plot(*envelope(series.time, MILLI * series.spin_torque), color=MEASURED, linewidth=0.8, label="measured")
-    if series.true_spin_torque is not None:
-        true = envelope(series.time, MILLI * series.true_spin_torque)
-        spin.plot(*true, color=TRUE, linewidth=0.8, label="true")
+    true = None if series.true_spin_torque is None else MILLI * series.true_spin_torque
+    draw_true_and_measured(spin, series.time, true, MILLI * series.spin_torque)
+    low, high = spin.get_ylim()
+    spin.set_ylim(min(low, -LEAST_SPIN), max(high, LEAST_SPIN))
     ratio.plot(*envelope(*_force_ratio(cloud)), color=MEASURED, linewidth=0.8, label="measured")
     ratio.set_ylim(bottom=0.0)
     dress(spin, x="", y="spin torque [mN m]")

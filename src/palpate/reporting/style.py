@@ -16,6 +16,8 @@ from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from palpate.runtime.data import Phase
+
 INK = "#22272e"
 QUIET = "#6b7280"
 GRID = "#e3e6ea"
@@ -27,17 +29,17 @@ PATH = "#111111"
 HEIGHT_COLOURS: Colormap = mpl.colormaps["viridis"]
 ERROR_COLOURS: Colormap = mpl.colormaps["RdBu_r"]
 
-PHASE_COLOURS = {
-    "approach": "#dbe9f6",
-    "settle": "#fdebd0",
-    "scan": "#e2f2e5",
-    "seek": "#f9d9d6",
-    "lift": "#e9e2f3",
-    "hold": "#eeeeee",
-    "done": "#d5d8dc",
-    "lost": "#f1948a",
+PHASE_COLOURS: dict[str, str] = {
+    Phase.APPROACH: "#dbe9f6",
+    Phase.SETTLE: "#fdebd0",
+    Phase.SCAN: "#e2f2e5",
+    Phase.SEEK: "#f9d9d6",
+    Phase.LIFT: "#e9e2f3",
+    Phase.HOLD: "#eeeeee",
+    Phase.DONE: "#d5d8dc",
+    Phase.LOST: "#f1948a",
 }
-"""Pale grounds for the phases of `palpate.runtime.data.Phase`; others take `OTHER_PHASE`."""
+"""Pale grounds for the phases; names of other phases take `OTHER_PHASE`."""
 
 OTHER_PHASE = "#f4f4f4"
 

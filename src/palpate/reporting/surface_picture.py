@@ -1,5 +1,6 @@
 """The touched surface and the true one, in space."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +38,8 @@ BROKEN_PATH = 4.0
 """The drawn path is broken where neighbours are further apart than this many stretches."""
 MARGIN = 0.08
 """Room around the touched points, relative to their extent."""
+LEAST_RELIEF = 0.05
+"""Colours span at least this share of the horizontal extent, so that a flat surface looks flat."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,12 +63,13 @@ class View:
         """Return the view of the touched part; `cloud` holds at least one contact."""
         low, high = cloud.position.min(axis=0), cloud.position.max(axis=0)
         room = MARGIN * max(float((high - low).max()), 1e-6)
-        z = MILLI * cloud.position[:, 2]
+        width, depth, height = (high - low).tolist()
+        middle, half = 0.5 * (low[2] + high[2]), 0.5 * max(height, LEAST_RELIEF * max(width, depth), 1e-6)
         return cls(
             low=low - room,
             high=high + room,
             touched=np.stack([low[:2], high[:2]]),
-            norm=Normalize(float(z.min()) - 1e-3, float(z.max()) + 1e-3),
+            norm=Normalize(MILLI * (middle - half), MILLI * (middle + half)),
         )
 
 
@@ -119,21 +123,25 @@ def _empty_view(view: View) -> tuple[Figure, Axes3D]:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(tuple(high - low), zoom=1.08)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
-    for axis, name in ((axes.xaxis, "x [mm]"), (axes.yaxis, "y [mm]"), (axes.zaxis, "z [mm]")):
-        axis.set_label_text(name, fontsize=FONT_SIZE, color=INK)
+    shares = (high - low) / (high - low).max()
+    for axis, name, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", shares.tolist(), strict=True):
+        axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
         axis.set_pane_color((0.97, 0.975, 0.98, 1.0))
         axis.set_tick_params(labelsize=FONT_SIZE - 1.5, colors=QUIET)
-        axis.set_major_locator(_few_ticks())
+        axis.set_major_locator(_few_ticks(share))
+        axis.get_major_formatter().set_useOffset(False)
     axes.zaxis.labelpad = -2.0  # else it is cut off at the rim
     colours = ScalarMappable(view.norm, HEIGHT_COLOURS)
     bar = figure.colorbar(colours, ax=axes, location="bottom", shrink=0.7, aspect=28, pad=0.02)
     bar.set_label("height z [mm]", fontsize=FONT_SIZE, color=INK)
     bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    bar.ax.ticklabel_format(axis="x", useOffset=False)
     return figure, axes
 
 
-def _few_ticks() -> MaxNLocator:
-    return MaxNLocator(nbins=5, steps=[1, 2, 5, 10])
+def _few_ticks(share: float) -> MaxNLocator:
+    """Ticks of an axis that is `share` of the longest."""
+    return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
 
 
 def _draw_triangles(axes: Axes3D, view: View, vertices: FloatArray, triangles: IndexArray) -> None:

@@ -1,7 +1,7 @@
 """What passes through the loop once per period.
 
-All of it is immutable and made of plain tuples, so that a recorded run can be replayed bit for bit. Times are
-when a quantity was sampled, never when it was logged.
+All of it is immutable, and but for `Contact` made of plain tuples, so that a recorded run can be replayed bit for
+bit. Times are when a quantity was sampled, never when it was logged.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,7 @@ class Observation:
 
 
 class Phase(StrEnum):
-    """What a controller is doing, for reports; no other code acts on it, except that DONE and LOST end a run."""
+    """What a controller is doing: for reports, and to tell the periods of a scan; DONE and LOST end a run."""
 
     APPROACH = "approach"
     SETTLE = "settle"

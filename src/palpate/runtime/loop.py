@@ -103,6 +103,7 @@ def run(
         sample = backend.start()
         first_time = sample.time
         touch.start()
+        supervisor.start()
         controller.start(touch.sense(sample))
         started = clock()
         try:

@@ -67,9 +67,13 @@ class Supervisor:
     """
 
     def __init__(self, limits: Limits | None = None) -> None:
-        """Take the limits; the defaults are safe for a person nearby."""
+        """Take the limits, or the defaults of `Limits`."""
         self.limits = limits or Limits()
         self.trip: Trip | None = None
+
+    def start(self) -> None:
+        """Forget an earlier trip: a new run begins."""
+        self.trip = None
 
     def check(self, now: Observation, command: Command) -> Command:
         """Return the command, or a stop."""

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
-from palpate.sensing.kernels.quadric import solve_quadric
+from palpate.sensing.solve import solve
 
 _IS_HARD = {"soft": False, "hard": True}
 _STATUS = tuple(ContactStatus)
@@ -55,7 +55,7 @@ def contact_from_wrench(surface: Surface, wrench: npt.ArrayLike, model: ContactM
         raise InvalidValueError(f"wrench has shape {row.shape}: must be (6,), force then moment")
     result = np.empty(15)
     status = np.empty(1, np.int8)
-    solve_quadric(surface.packed, row.reshape(1, 6), _hard(model), result, status)
+    solve(surface, row.reshape(1, 6), _hard(model), result, status)
     result.setflags(write=False)
     normal_force, spin_torque, condition = result[12:].tolist()
     return Contact(
@@ -90,7 +90,7 @@ def contacts_from_wrenches(surface: Surface, wrenches: npt.ArrayLike, model: Con
     n = len(rows)
     result = np.empty(15 * n)
     status = np.empty(n, np.int8)
-    solve_quadric(surface.packed, rows, _hard(model), result, status)
+    solve(surface, rows, _hard(model), result, status)
     return Contacts(
         centroid=result[: 3 * n].reshape(n, 3),
         normal=result[3 * n : 6 * n].reshape(n, 3),

@@ -1,0 +1,68 @@
+"""The contact centroid on a tip made of patches, compiled."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from palpate.sensing.contact import ContactStatus
+from palpate.sensing.kernels.block import BLOCK
+from palpate.sensing.kernels.quadric import solve_quadric
+
+_OK = int(ContactStatus.OK)
+_OUTSIDE = int(ContactStatus.OUTSIDE)
+
+
+@njit(error_model="numpy")
+def _violation(x, y, z, domain):
+    """Return by how much a point lies outside a domain; negative inside."""
+    worst = -math.inf
+    for row in range(len(domain)):
+        if domain[row, 0] != 0.0 or domain[row, 1] != 0.0 or domain[row, 2] != 0.0:
+            excess = domain[row, 0] * x + domain[row, 1] * y + domain[row, 2] * z - domain[row, 3]
+            worst = max(worst, excess)
+    return worst
+
+
+@njit(error_model="numpy", cache=True)
+def solve_composite(packed, domains, tolerance, wrenches, hard, result, status):
+    """Solve n wrenches on every patch of a tip and keep, for each, the patch least outside its domain.
+
+    Args:
+        packed: Coefficients of the patches, shape (p, Packed.SIZE).
+        domains: Half spaces (a, b) of the patches, a.x <= b, shape (p, k, 4); rows of zeros hold everywhere.
+        tolerance: Largest violation of a contact on the tip [m].
+        wrenches: Shape (n, 6), C order.
+        hard: As in `solve_quadric`.
+        result: Written, as in `solve_quadric`.
+        status: Written, as in `solve_quadric`.
+    """
+    total = len(wrenches)
+    found = np.empty(15 * BLOCK)
+    code = np.empty(BLOCK, np.int8)
+    best = np.empty(BLOCK)
+    for start in range(0, total, BLOCK):
+        n = min(BLOCK, total - start)
+        for patch in range(len(packed)):
+            solve_quadric(packed[patch], wrenches[start : start + n], hard, found[: 15 * n], code[:n])
+            for i in range(n):
+                violation = math.inf
+                if code[i] == _OK:
+                    violation = _violation(found[3 * i], found[3 * i + 1], found[3 * i + 2], domains[patch])
+                if patch == 0 or violation < best[i]:
+                    best[i] = violation
+                    status[start + i] = code[i]
+                    for field in range(4):
+                        for c in range(3):
+                            result[3 * (field * total + start + i) + c] = found[3 * (field * n + i) + c]
+                    for field in range(3):
+                        result[(12 + field) * total + start + i] = found[(12 + field) * n + i]
+        for i in range(n):
+            if status[start + i] == _OK and best[i] > tolerance:
+                status[start + i] = _OUTSIDE
+                for field in (0, 1, 3):
+                    for c in range(3):
+                        result[3 * (field * total + start + i) + c] = math.nan
+                result[12 * total + start + i] = math.nan
+                result[13 * total + start + i] = math.nan
+                result[14 * total + start + i] = math.inf

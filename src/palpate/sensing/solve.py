@@ -1,0 +1,50 @@
+"""Which solver goes with which kind of surface: the one place that knows."""
+
+from functools import singledispatch
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sensing.kernels.composite import solve_composite
+from palpate.sensing.kernels.quadric import solve_quadric
+from palpate.surfaces.composite import Composite
+from palpate.surfaces.quadric import CenteredQuadric
+
+
+@singledispatch
+def solve(
+    surface: object, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
+) -> None:
+    """Solve n wrenches on a surface.
+
+    Args:
+        surface: The fingertip, in the sensor frame.
+        wrenches: Shape (n, 6), C order.
+        hard: Whether to solve for hard fingers (wrench axis) instead of soft ones.
+        result: Written, shape (15 n,), see `palpate.sensing.kernels.quadric.solve_quadric`.
+        status: Written, shape (n,).
+
+    Raises:
+        InvalidValueError: There is no solver for this kind of surface.
+    """
+    known = ", ".join(sorted(kind.__name__ for kind in solve.registry if kind is not object))
+    raise InvalidValueError(f"surface is a {type(surface).__name__}: must be a {known}")
+
+
+@solve.register
+def _(
+    surface: CenteredQuadric,
+    wrenches: FloatArray,
+    hard: bool,
+    result: FloatArray,
+    status: npt.NDArray[np.int8],
+) -> None:
+    solve_quadric(surface.packed, wrenches, hard, result, status)
+
+
+@solve.register
+def _(
+    surface: Composite, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
+) -> None:
+    solve_composite(surface.packed, surface.domains, surface.tolerance, wrenches, hard, result, status)
