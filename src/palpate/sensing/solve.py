@@ -7,9 +7,14 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.kernels.composite import solve_composite
+from palpate.sensing.kernels.projective import solve_projective
 from palpate.sensing.kernels.quadric import solve_quadric
 from palpate.surfaces.composite import Composite
+from palpate.surfaces.open_quadric import OpenQuadric
 from palpate.surfaces.quadric import CenteredQuadric
+from palpate.surfaces.shapes import Sphere
+
+_UNIT_SPHERE = Sphere(1.0).packed
 
 
 @singledispatch
@@ -48,3 +53,10 @@ def _(
     surface: Composite, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
 ) -> None:
     solve_composite(surface.packed, surface.domains, surface.tolerance, wrenches, hard, result, status)
+
+
+@solve.register
+def _(
+    surface: OpenQuadric, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
+) -> None:
+    solve_projective(surface.packed, _UNIT_SPHERE, wrenches, hard, result, status)

@@ -97,7 +97,7 @@ class Capsule(Composite):
         center: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
         rotation: Sequence[Sequence[float]] | FloatArray = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     ) -> None:
-        frame = _Frame(center, rotation)
+        frame = _Frame.of(center, rotation)
         positive("length", length, "m")
         sphere = Sphere(radius, center=frame.center, rotation=frame.rotation)
         cylinder = Cylinder(radius, center=frame.center, rotation=frame.rotation)
@@ -127,7 +127,7 @@ class RoundedBox(Composite):
         center: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
         rotation: Sequence[Sequence[float]] | FloatArray = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     ) -> None:
-        frame = _Frame(center, rotation)
+        frame = _Frame.of(center, rotation)
         half = vector("half_lengths", half_lengths, 3, "m")
         positive("radius", radius, "m")
         if not (half > radius).all():
@@ -176,9 +176,12 @@ class _Frame:
     center: FloatArray
     rotation: FloatArray
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", vector("center", self.center, 3, "m"))
-        object.__setattr__(self, "rotation", rotation_matrix("rotation", self.rotation))
+    @classmethod
+    def of(
+        cls, center: Sequence[float] | FloatArray, rotation: Sequence[Sequence[float]] | FloatArray
+    ) -> "_Frame":
+        """Check and take a frame."""
+        return cls(vector("center", center, 3, "m"), rotation_matrix("rotation", rotation))
 
     def point(self, local: FloatArray) -> FloatArray:
         """Map a point of the tip's frame to the sensor frame."""
@@ -191,5 +194,3 @@ class _Frame:
             turned = self.rotation @ np.asarray(normal)
             rows.append([*turned, bound + turned @ self.center])
         return np.array(rows)
-
-

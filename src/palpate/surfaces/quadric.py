@@ -86,6 +86,14 @@ class CenteredQuadric(ABC):
         """Semi-axes along the surface's own axes [m]; infinite where it is unbounded."""
 
 
+def pack_frame(packed: FloatArray, length_exponent: int, center: FloatArray, rotation: FloatArray) -> None:
+    """Write unit of length and frame of a surface into the first entries of its packed coefficients."""
+    packed[Packed.LENGTH_EXPONENT] = length_exponent
+    packed[Packed.ALIGNED] = not center.any() and bool((rotation == np.eye(3)).all())
+    packed[Packed.CENTER : Packed.CENTER + 3] = np.ldexp(center, -length_exponent)
+    packed[Packed.ROTATION : Packed.ROTATION + 9] = rotation.ravel()
+
+
 def _pack(semi_axes: Sequence[float], center: FloatArray, rotation_sensor_surface: FloatArray) -> FloatArray:
     finite = [length for length in semi_axes if math.isfinite(length)]
     if not finite:
@@ -107,10 +115,7 @@ def _pack(semi_axes: Sequence[float], center: FloatArray, rotation_sensor_surfac
     determinant = A[0] * A[1] * A[2]
 
     packed = np.zeros(Packed.SIZE)
-    packed[Packed.LENGTH_EXPONENT] = length_exponent
-    packed[Packed.ALIGNED] = not center.any() and bool((rotation_sensor_surface == np.eye(3)).all())
-    packed[Packed.CENTER : Packed.CENTER + 3] = np.ldexp(center, -length_exponent)
-    packed[Packed.ROTATION : Packed.ROTATION + 9] = rotation_sensor_surface.ravel()
+    pack_frame(packed, length_exponent, center, rotation_sensor_surface)
     for start, coefficients in (
         (Packed.A, A),
         (Packed.A_SQUARED, [a * a for a in A]),
