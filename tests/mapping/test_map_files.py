@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mapping.raster import sphere_cap
+from palpate.atomic_file import replacing
 from palpate.mapping import (
     HeightMap,
-    atomic_file,
     files,
     height_map_triangles,
     write_cloud_csv,
@@ -112,7 +112,7 @@ def test_a_failed_write_leaves_the_former_file_and_nothing_else(tmp_path, monkey
 
 def test_a_write_that_breaks_off_half_way_leaves_nothing(tmp_path):
     def write_half():
-        with atomic_file.replacing(tmp_path / "half") as file:
+        with replacing(tmp_path / "half") as file:
             file.write(b"half")
             raise KeyboardInterrupt
 

@@ -169,6 +169,19 @@ def test_whatever_is_missing_the_rest_is_reported(report):
     parsed(report_html(report))
 
 
+def test_a_sphere_is_told_only_where_the_points_show_one():
+    cap = sphere_cap(half=0.006, step=4e-4)
+    told = dataclasses.replace(BRIEF, sphere=fit_sphere(cap.position))
+    flat = dataclasses.replace(BRIEF, sphere=fit_sphere(sphere_cap(half=0.006, step=4e-4, radius=0.2).position))
+    assert "has radius 40.000 mm" in report_html(told)
+    assert "has radius" not in report_html(flat)
+
+
+def test_where_errors_come_from_is_told_as_text():
+    report = dataclasses.replace(BRIEF, point_error=np.zeros(len(CAP)), error_note="Friction <lifts> it.")
+    assert "Friction <lifts> it." in " ".join(parsed(report_html(report)).text)
+
+
 def test_the_file_is_the_report(tmp_path, monkeypatch):
     monkeypatch.setattr(report_module, "report_html", lambda _: "<p>\N{GREEK SMALL LETTER MU}</p>")
     write_report(PLAIN, tmp_path / "report.html")
@@ -192,6 +205,11 @@ def test_a_failed_write_leaves_the_former_report(tmp_path, monkeypatch):
 )  # fmt: skip
 def test_key_figures_show_four_digits(value, text):
     assert KeyFigure("x", value).text == text
+
+
+def test_key_figures_show_as_many_digits_as_asked_for():
+    assert KeyFigure("x", 40.037, digits=5).text == "40.037"
+    assert KeyFigure("x", 12345.6, digits=5).text == "12346"
 
 
 def test_terminal_table_shows_text_as_it_is():

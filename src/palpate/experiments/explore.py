@@ -129,7 +129,8 @@ def _sphere(cloud: TouchCloud, config: ExploreConfig) -> SphereFit | None:
     """The sphere through the points, or none where they are too few or in one plane."""
     thin = cloud.thinned(config.map_spacing)
     try:
-        return fit_sphere(thin.position)
+        # the stretches of a row share one error: each row counts as one observation
+        return fit_sphere(thin.position, correlation_points=max(1.0, config.width / config.map_spacing))
     except InvalidValueError:
         return None
 

@@ -34,6 +34,7 @@ table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nu
 td { padding: 5px 12px 5px 0; border-top: 1px solid var(--line); }
 td { vertical-align: top; overflow-wrap: anywhere; }
 tr:first-child td { border-top: 0; }
+td.name { width: 30%; }
 td.value { font-weight: 600; text-align: right; }
 td.unit { white-space: nowrap; }
 td.note { color: var(--quiet); font-size: 0.9rem; }

@@ -26,6 +26,8 @@ class ContactStatus(IntEnum):
     """The solution lies off every patch of a bounded or composite tip."""
     INVALID = 4
     """The wrench is not finite, or no float64 can hold its contact."""
+    NOT_CONVERGED = 5
+    """An iterative solver (implicit or compliant surface) found no contact that it can vouch for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,5 +1,6 @@
 """Which solver goes with which kind of surface: the one place that knows."""
 
+import math
 from functools import singledispatch
 
 import numpy as np
@@ -7,9 +8,12 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.kernels.composite import solve_composite
+from palpate.sensing.kernels.implicit import solver_for
 from palpate.sensing.kernels.projective import solve_projective
 from palpate.sensing.kernels.quadric import solve_quadric
+from palpate.surfaces.compliant import CompliantTip
 from palpate.surfaces.composite import Composite
+from palpate.surfaces.implicit import Implicit
 from palpate.surfaces.open_quadric import OpenQuadric
 from palpate.surfaces.quadric import CenteredQuadric
 from palpate.surfaces.shapes import Sphere
@@ -60,3 +64,30 @@ def _(
     surface: OpenQuadric, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
 ) -> None:
     solve_projective(surface.packed, _UNIT_SPHERE, wrenches, hard, result, status)
+
+
+@solve.register
+def _(
+    surface: Implicit, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
+) -> None:
+    _iterate(surface, math.inf, 1.0, wrenches, hard, result, status)
+
+
+@solve.register
+def _(
+    surface: CompliantTip, wrenches: FloatArray, hard: bool, result: FloatArray, status: npt.NDArray[np.int8]
+) -> None:
+    _iterate(surface, surface.stiffness, surface.exponent, wrenches, hard, result, status)
+
+
+def _iterate(
+    surface: Implicit | CompliantTip,
+    stiffness: float,
+    exponent: float,
+    wrenches: FloatArray,
+    hard: bool,
+    result: FloatArray,
+    status: npt.NDArray[np.int8],
+) -> None:
+    shape = (surface.parameters, surface.half_lengths, surface.center, surface.rotation)
+    solver_for(surface.evaluate)(*shape, stiffness, exponent, wrenches, hard, result, status)

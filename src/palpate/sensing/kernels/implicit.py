@@ -1,0 +1,361 @@
+"""The contact centroid on any smooth convex surface.
+
+With n the normal at c, phi = f.n, v = m - c x f, Q = v.n, the tangential part of v must vanish. Moving c by a
+tangent d changes it by phi n x d - Q W d, W the shape operator: a 2x2 system with determinant phi^2 + Q^2 kG,
+which is singular at grazing contact without spin only. So Newton's step always exists and always goes downhill; it
+is shortened until the residual falls and the force still pushes.
+
+The start is the exact solution on the ellipsoid with the same half lengths. Should the iteration get stuck, the
+moment is led from one for which the start is exact, m_0 = c_0 x f + (s/phi_0) n_0 with s = f.m, to the measured
+one: s stays the same on the way, and with it the sign of the spin, so that the path never meets the singularity.
+
+A surface that yields, c = x - delta(f_n) n with x on the undeformed one, is solved for x in the same way: moving x
+by d moves c by (I - delta W) d and, through the normal force, along n. It makes sense while delta W stays below 1.
+"""
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+from numba import njit
+from numba.core.dispatcher import Dispatcher
+
+from palpate.sensing.contact import ContactStatus
+from palpate.surfaces.implicit import Evaluate
+
+_OK = int(ContactStatus.OK)
+_NO_CONTACT = int(ContactStatus.NO_CONTACT)
+_NO_FORCE = int(ContactStatus.NO_FORCE)
+_INVALID = int(ContactStatus.INVALID)
+_NOT_CONVERGED = int(ContactStatus.NOT_CONVERGED)
+
+RESIDUAL = 1e-14
+"""Of the moment, relative to |m| + |c||f|, at which the iteration is content; it goes on while that improves."""
+
+ACCEPTED = 1e-12
+"""Largest such residual that counts as a contact."""
+
+ON_THE_WAY = 1e-6
+"""The same for the contacts between the easy moment and the measured one."""
+
+MOST_STEPS = 40
+"""Of Newton's iteration; 5 to 8 are usual."""
+
+LONGEST_STEP = 0.5
+"""Of a Newton step, relative to the distance from the centre."""
+
+SMALLEST_SHARE = 1.0 / 64.0
+"""Shortest share of a Newton step that is tried."""
+
+SMALLEST_LEAD = 1e-7
+"""Shortest step from the easy moment to the measured one, of the whole way."""
+
+
+@lru_cache(maxsize=64)
+def solver_for(evaluate: Evaluate) -> Callable[..., None]:
+    """Return the solver of surfaces given by `evaluate`: compiled if it is, else plain Python."""
+    compiled = isinstance(evaluate, Dispatcher)
+
+    def jit(function: Any) -> Any:
+        return njit(error_model="numpy")(function) if compiled else function
+
+    @jit
+    def project(p, x, y, z):
+        """Move a point along its ray from the centre onto the surface: Newton between brackets."""
+        low, high, t = 0.0, math.inf, 1.0
+        for _ in range(100):
+            value, gx, gy, gz, _a, _b, _c, _d, _e, _f = evaluate(p, t * x, t * y, t * z)
+            if value <= 0.0:
+                low = t
+            else:
+                high = t
+            slope = gx * x + gy * y + gz * z
+            new = t - value / slope if slope > 0.0 else math.inf
+            if not low < new < high:
+                new = 2.0 * t if math.isinf(high) else 0.5 * (low + high)
+            if abs(new - t) <= 2e-16 * t:
+                return new
+            if value == 0.0:
+                return t
+            t = new
+        return t
+
+    @jit
+    def indentation(law, phi):
+        """delta, and its rate of change with -phi, for a force of law[2] N."""
+        push = -phi * law[2]
+        if not (push > 0.0 and law[0] < math.inf):
+            return 0.0, 0.0
+        delta = (push / law[0]) ** law[1]
+        return delta, law[1] * delta / -phi
+
+    @jit
+    def frame_at(p, law, f, m, x):
+        """Normal, phi, Q, tangential residual (3), and the shape operator's six numbers at a point."""
+        _value, gx, gy, gz, hxx, hyy, hzz, hyz, hxz, hxy = evaluate(p, x[0], x[1], x[2])
+        length = math.sqrt(gx * gx + gy * gy + gz * gz)
+        nx, ny, nz = gx / length, gy / length, gz / length
+        phi = f[0] * nx + f[1] * ny + f[2] * nz
+        delta, _rate = indentation(law, phi)
+        c = (x[0] - delta * nx, x[1] - delta * ny, x[2] - delta * nz)
+        vx = m[0] - (c[1] * f[2] - c[2] * f[1])
+        vy = m[1] - (c[2] * f[0] - c[0] * f[2])
+        vz = m[2] - (c[0] * f[1] - c[1] * f[0])
+        Q = vx * nx + vy * ny + vz * nz
+        residual = (vx - Q * nx, vy - Q * ny, vz - Q * nz)
+        hessian = (hxx / length, hyy / length, hzz / length, hyz / length, hxz / length, hxy / length)
+        return (nx, ny, nz), phi, Q, residual, hessian
+
+    @jit
+    def step_from(law, f, n, phi, Q, r, h):
+        """Solve (phi [n]x (I - delta W) - Q W - ...) d = -r for the tangent d; also determinant and largest curvature."""
+        # a tangent basis without a branch cut near any axis that matters (Duff et al. 2017)
+        sign = math.copysign(1.0, n[2])
+        a = -1.0 / (sign + n[2])
+        b = n[0] * n[1] * a
+        e = (1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0])
+        g = (b, sign + n[1] * n[1] * a, -n[1])
+        he = (
+            h[0] * e[0] + h[5] * e[1] + h[4] * e[2],
+            h[5] * e[0] + h[1] * e[1] + h[3] * e[2],
+            h[4] * e[0] + h[3] * e[1] + h[2] * e[2],
+        )
+        hg = (
+            h[0] * g[0] + h[5] * g[1] + h[4] * g[2],
+            h[5] * g[0] + h[1] * g[1] + h[3] * g[2],
+            h[4] * g[0] + h[3] * g[1] + h[2] * g[2],
+        )
+        wee = e[0] * he[0] + e[1] * he[1] + e[2] * he[2]
+        weg = e[0] * hg[0] + e[1] * hg[1] + e[2] * hg[2]
+        wgg = g[0] * hg[0] + g[1] * hg[1] + g[2] * hg[2]
+        # n x e = g, n x g = -e up to the basis' orientation
+        ox = e[1] * g[2] - e[2] * g[1]
+        oy = e[2] * g[0] - e[0] * g[2]
+        oz = e[0] * g[1] - e[1] * g[0]
+        side = math.copysign(1.0, ox * n[0] + oy * n[1] + oz * n[2])
+        turn = phi * side
+        delta, rate = indentation(law, phi)
+        fe = f[0] * e[0] + f[1] * e[1] + f[2] * e[2]
+        fg = f[0] * g[0] + f[1] * g[1] + f[2] * g[2]
+        ae, ag = wee * fe + weg * fg, weg * fe + wgg * fg
+        j00 = turn * delta * weg - Q * wee + rate * side * fg * ae
+        j01 = -turn * (1.0 - delta * wgg) - Q * weg + rate * side * fg * ag
+        j10 = turn * (1.0 - delta * wee) - Q * weg - rate * side * fe * ae
+        j11 = -turn * delta * weg - Q * wgg - rate * side * fe * ag
+        re = r[0] * e[0] + r[1] * e[1] + r[2] * e[2]
+        rg = r[0] * g[0] + r[1] * g[1] + r[2] * g[2]
+        determinant = j00 * j11 - j01 * j10
+        de = -(j11 * re - j01 * rg) / determinant
+        dg = -(j00 * rg - j10 * re) / determinant
+        step = (de * e[0] + dg * g[0], de * e[1] + dg * g[1], de * e[2] + dg * g[2])
+        return step, determinant, 0.5 * (wee + wgg + math.hypot(wee - wgg, 2.0 * weg))
+
+    @jit
+    def newton(p, law, f, m, start):
+        """Iterate from a pushing point; returns the last point and its relative residual."""
+        c = start
+        size = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+        n, phi, Q, r, h = frame_at(p, law, f, m, c)
+        error = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+        for _ in range(MOST_STEPS):
+            reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+            if error <= RESIDUAL * (size + reach):
+                break
+            d, _determinant, _bend = step_from(law, f, n, phi, Q, r, h)
+            length = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+            if not length < math.inf:
+                break
+            share = min(1.0, LONGEST_STEP * reach / length) if length > 0.0 else 1.0
+            better = False
+            while share >= SMALLEST_SHARE * min(1.0, LONGEST_STEP * reach / max(length, 1e-300)):
+                x, y, z = c[0] + share * d[0], c[1] + share * d[1], c[2] + share * d[2]
+                t = project(p, x, y, z)
+                new = (t * x, t * y, t * z)
+                n2, phi2, Q2, r2, h2 = frame_at(p, law, f, m, new)
+                error2 = math.sqrt(r2[0] * r2[0] + r2[1] * r2[1] + r2[2] * r2[2])
+                if phi2 < 0.0 and error2 < (1.0 - 0.1 * share) * error:
+                    better = True
+                    break
+                share *= 0.5
+            if not better:
+                break
+            c, n, phi, Q, r, h, error = new, n2, phi2, Q2, r2, h2, error2
+        reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+        return c, error / (size + reach)
+
+    @jit
+    def lead(p, law, f, m, start, s):
+        """Follow the contact while the moment goes from one that the start explains to the measured one."""
+        n, phi, _Q, _r, _h = frame_at(p, law, f, m, start)
+        k = s / phi
+        delta, _rate = indentation(law, phi)
+        x, y, z = start[0] - delta * n[0], start[1] - delta * n[1], start[2] - delta * n[2]
+        m0 = (y * f[2] - z * f[1] + k * n[0], z * f[0] - x * f[2] + k * n[1], x * f[1] - y * f[0] + k * n[2])
+        c, way, share, residual = start, 0.0, 0.25, math.inf
+        while way < 1.0:
+            ahead = min(1.0, way + share)
+            moment = (
+                m0[0] + ahead * (m[0] - m0[0]),
+                m0[1] + ahead * (m[1] - m0[1]),
+                m0[2] + ahead * (m[2] - m0[2]),
+            )
+            new, residual = newton(p, law, f, moment, c)
+            if residual <= (ACCEPTED if ahead == 1.0 else ON_THE_WAY):
+                c, way, share = new, ahead, 2.0 * share
+            else:
+                share *= 0.5
+                if share < SMALLEST_LEAD:
+                    break
+        return c, residual
+
+    @jit
+    def axis_misses(p, f, m):
+        """Whether the wrench axis stays outside: its least value, by golden section."""
+        rx, ry, rz = f[1] * m[2] - f[2] * m[1], f[2] * m[0] - f[0] * m[2], f[0] * m[1] - f[1] * m[0]
+        low, high = -4.0, 4.0
+        golden = 0.5 * (math.sqrt(5.0) - 1.0)
+        a, b = high - golden * (high - low), low + golden * (high - low)
+        at_a = evaluate(p, rx + a * f[0], ry + a * f[1], rz + a * f[2])[0]
+        at_b = evaluate(p, rx + b * f[0], ry + b * f[1], rz + b * f[2])[0]
+        for _ in range(80):
+            if at_a < at_b:
+                high, b, at_b = b, a, at_a
+                a = high - golden * (high - low)
+                at_a = evaluate(p, rx + a * f[0], ry + a * f[1], rz + a * f[2])[0]
+            else:
+                low, a, at_a = a, b, at_b
+                b = low + golden * (high - low)
+                at_b = evaluate(p, rx + b * f[0], ry + b * f[1], rz + b * f[2])[0]
+        return min(at_a, at_b) > 0.0
+
+    @jit
+    def start_on(p, law, axes, f, m):
+        """A pushing point to start from: the ellipsoid's contact, else the point that the force meets squarely."""
+        a = (m[0] / (axes[1] * axes[2]), m[1] / (axes[0] * axes[2]), m[2] / (axes[0] * axes[1]))
+        b = (f[0] / axes[0], f[1] / axes[1], f[2] / axes[2])
+        bb = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
+        P = bb - (a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+        Q = 2.0 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+        larger = math.sqrt(0.5 * (math.hypot(P, Q) + abs(P)))
+        smaller = 0.5 * abs(Q) / larger if larger > 0.0 else 0.0
+        g = -larger if P > 0.0 else -smaller
+        k = (smaller if P > 0.0 else larger) * (-1.0 if Q > 0.0 else 1.0)
+        x = k * a[0] + g * b[0] + b[1] * a[2] - b[2] * a[1]
+        y = k * a[1] + g * b[1] + b[2] * a[0] - b[0] * a[2]
+        z = k * a[2] + g * b[2] + b[0] * a[1] - b[1] * a[0]
+        scale = 1.0 / (k * k + bb)
+        for attempt in range(2):
+            if attempt == 0:
+                c = (x * scale * axes[0], y * scale * axes[1], z * scale * axes[2])
+            else:
+                c = (-f[0] * axes[0] ** 2, -f[1] * axes[1] ** 2, -f[2] * axes[2] ** 2)
+                reach = math.sqrt(c[0] ** 2 + c[1] ** 2 + c[2] ** 2)
+                c = (c[0] / reach, c[1] / reach, c[2] / reach)
+            if math.isfinite(c[0] + c[1] + c[2]) and abs(c[0]) + abs(c[1]) + abs(c[2]) > 0.0:
+                t = project(p, c[0], c[1], c[2])
+                c = (t * c[0], t * c[1], t * c[2])
+                _n, phi, _Q, _r, _h = frame_at(p, law, f, m, c)
+                if phi < -1e-6:
+                    return c
+        return c
+
+    @jit
+    def solve(p, axes, center, rotation, stiffness, exponent, wrenches, hard, result, status):
+        """Solve n wrenches on one surface.
+
+        Args:
+            p: Parameters of `evaluate`.
+            axes: Half lengths of the starting ellipsoid, shape (3,) [m].
+            center: Origin of the surface's frame in the sensor frame, shape (3,) [m].
+            rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
+            stiffness: Of the law delta = (f_n / stiffness)^exponent; infinite for a rigid surface.
+            exponent: Of the same law.
+            wrenches: As in `solve_quadric`, and so are the others.
+            hard: See there.
+            result: See there.
+            status: See there.
+        """
+        total = len(wrenches)
+        # lengths in units of the tip, forces in units of the force
+        unit = max(max(axes[0], axes[1]), axes[2])
+        for i in range(total):
+            w = wrenches[i]
+            code = _OK
+            defect = 0.0
+            for j in range(6):
+                defect += w[j] - w[j]
+            force = math.hypot(math.hypot(w[0], w[1]), w[2])
+            for j in range(3):
+                result[6 * total + 3 * i + j] = w[j]
+            if defect != 0.0 or math.isnan(defect):
+                code = _INVALID
+            elif force == 0.0:
+                code = _NO_FORCE
+            elif not math.isfinite(force):
+                code = _INVALID
+            if code == _OK:
+                ox = w[3] - (center[1] * w[2] - center[2] * w[1])
+                oy = w[4] - (center[2] * w[0] - center[0] * w[2])
+                oz = w[5] - (center[0] * w[1] - center[1] * w[0])
+                fx, fy, fz = w[0] / force, w[1] / force, w[2] / force
+                mx, my, mz = ox / force, oy / force, oz / force
+                r = rotation
+                f = (
+                    r[0, 0] * fx + r[1, 0] * fy + r[2, 0] * fz,
+                    r[0, 1] * fx + r[1, 1] * fy + r[2, 1] * fz,
+                    r[0, 2] * fx + r[1, 2] * fy + r[2, 2] * fz,
+                )
+                m = (
+                    r[0, 0] * mx + r[1, 0] * my + r[2, 0] * mz,
+                    r[0, 1] * mx + r[1, 1] * my + r[2, 1] * mz,
+                    r[0, 2] * mx + r[1, 2] * my + r[2, 2] * mz,
+                )
+                s = f[0] * m[0] + f[1] * m[1] + f[2] * m[2]
+                along = s
+                law = (stiffness, exponent, force)
+                if hard:
+                    m = (m[0] - s * f[0], m[1] - s * f[1], m[2] - s * f[2])
+                    s = 0.0
+                c, residual = (math.nan, math.nan, math.nan), math.inf
+                if math.isfinite(m[0] + m[1] + m[2]):
+                    start = start_on(p, law, axes, f, m)
+                    c, residual = newton(p, law, f, m, start)
+                    if not residual <= ACCEPTED:
+                        c, residual = lead(p, law, f, m, start, s)
+                if residual <= ACCEPTED:
+                    n, phi, Q, rest, h = frame_at(p, law, f, m, c)
+                    _d, determinant, bend = step_from(law, f, n, phi, Q, rest, h)
+                    delta, _rate = indentation(law, phi)
+                    if not (phi < 0.0 and delta * bend < 1.0):
+                        code = _NOT_CONVERGED
+                elif abs(s) <= 1e-15 * unit and axis_misses(p, f, m):
+                    code = _NO_CONTACT
+                else:
+                    code = _NOT_CONVERGED
+            if code == _OK:
+                c = (c[0] - delta * n[0], c[1] - delta * n[1], c[2] - delta * n[2])
+                reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+                moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+                push = -phi * force
+                spin = along * phi if hard else Q
+                condition = (abs(Q) * bend + abs(phi)) / abs(determinant) * (1.0 + moment / reach)
+                for j in range(3):
+                    nj = r[j, 0] * n[0] + r[j, 1] * n[1] + r[j, 2] * n[2]
+                    result[3 * i + j] = center[j] + r[j, 0] * c[0] + r[j, 1] * c[1] + r[j, 2] * c[2]
+                    result[3 * (total + i) + j] = nj
+                    result[3 * (3 * total + i) + j] = w[j] + push * nj
+                result[12 * total + i] = push
+                result[13 * total + i] = spin * force
+                result[14 * total + i] = condition
+            else:
+                for j in range(3):
+                    result[3 * i + j] = math.nan
+                    result[3 * (total + i) + j] = math.nan
+                    result[3 * (3 * total + i) + j] = math.nan
+                result[12 * total + i] = math.nan
+                result[13 * total + i] = math.nan
+                result[14 * total + i] = math.inf
+            status[i] = code
+
+    return solve  # type: ignore[no-any-return]
