@@ -5,33 +5,61 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from palpate.sensing import Contact, Contacts, ContactStatus, contact_from_wrench, contacts_from_wrenches
-    from palpate.surfaces import Cylinder, Ellipsoid, Plane, Sphere
+    from palpate.surfaces import (
+        Capsule,
+        CompliantTip,
+        Composite,
+        Cylinder,
+        Ellipsoid,
+        Hyperboloid,
+        ImplicitSurface,
+        Paraboloid,
+        Patch,
+        Plane,
+        RoundedBox,
+        Sphere,
+        Superellipsoid,
+    )
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Capsule",
+    "CompliantTip",
+    "Composite",
     "Contact",
     "ContactStatus",
     "Contacts",
     "Cylinder",
     "Ellipsoid",
+    "Hyperboloid",
+    "ImplicitSurface",
+    "Paraboloid",
+    "Patch",
     "Plane",
+    "RoundedBox",
     "Sphere",
+    "Superellipsoid",
     "contact_from_wrench",
     "contacts_from_wrenches",
 ]
 
-_HOME = {
-    "Contact": "palpate.sensing",
-    "ContactStatus": "palpate.sensing",
-    "Contacts": "palpate.sensing",
-    "Cylinder": "palpate.surfaces",
-    "Ellipsoid": "palpate.surfaces",
-    "Plane": "palpate.surfaces",
-    "Sphere": "palpate.surfaces",
-    "contact_from_wrench": "palpate.sensing",
-    "contacts_from_wrenches": "palpate.sensing",
-}
+_SURFACES = (
+    "Capsule",
+    "CompliantTip",
+    "Composite",
+    "Cylinder",
+    "Ellipsoid",
+    "Hyperboloid",
+    "ImplicitSurface",
+    "Paraboloid",
+    "Patch",
+    "Plane",
+    "RoundedBox",
+    "Sphere",
+    "Superellipsoid",
+)
+_HOME = {name: "palpate.surfaces" if name in _SURFACES else "palpate.sensing" for name in __all__}
 
 
 def __getattr__(name: str) -> object:

@@ -49,6 +49,8 @@ class Touch:
         if not fingers:
             raise InvalidValueError("Touch() has no finger: give at least one")
         self.fingers = fingers
+        for finger in fingers:  # compile what is not yet compiled: never in the loop
+            contact_from_wrench(finger.surface, np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
         self._touching = [False] * len(fingers)
 
     def start(self) -> None:

@@ -11,26 +11,24 @@ wrench; beyond, squares may leave float64, and the status then is INVALID. Grazi
 of about 1e15.
 """
 
-from typing import Protocol
-
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.contact import Contact, ContactModel, Contacts, ContactStatus
 from palpate.sensing.solve import solve
+from palpate.surfaces.compliant import CompliantTip
+from palpate.surfaces.composite import Composite
+from palpate.surfaces.implicit import Implicit
+from palpate.surfaces.open_quadric import OpenQuadric
+from palpate.surfaces.quadric import CenteredQuadric
 
 _IS_HARD = {"soft": False, "hard": True}
 _STATUS = tuple(ContactStatus)
 
 
-class Surface(Protocol):
-    """What the solver needs of a fingertip."""
-
-    @property
-    def packed(self) -> FloatArray:
-        """Coefficients as laid out by `palpate.surfaces.quadric.Packed`."""
-        ...
+Surface = CenteredQuadric | OpenQuadric | Composite | Implicit | CompliantTip
+"""Every kind of fingertip; controllers cannot tell them apart."""
 
 
 def contact_from_wrench(surface: Surface, wrench: npt.ArrayLike, model: ContactModel = "soft") -> Contact:

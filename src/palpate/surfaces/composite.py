@@ -43,7 +43,7 @@ class Patch:
         object.__setattr__(self, "half_spaces", rows)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Composite:
     """A convex tip made of patches that join smoothly.
 
@@ -58,9 +58,10 @@ class Composite:
     """
 
     patches: Sequence[Patch]
-    packed: FloatArray = field(init=False, repr=False)
-    domains: FloatArray = field(init=False, repr=False)
-    tolerance: float = field(init=False, repr=False)
+    packed: FloatArray = field(init=False)
+    domains: FloatArray = field(init=False)
+    tolerance: float = field(init=False)
+    _text: str = field(init=False)
 
     def __post_init__(self) -> None:
         patches = tuple(self.patches)
@@ -78,6 +79,10 @@ class Composite:
         object.__setattr__(self, "packed", packed)
         object.__setattr__(self, "domains", domains)
         object.__setattr__(self, "tolerance", SEAM_TOLERANCE * max(sizes))
+
+    def __repr__(self) -> str:
+        """Name it and count its patches."""
+        return f"{type(self).__name__} of {len(self.patches)} patches"
 
 
 class Capsule(Composite):
@@ -101,6 +106,7 @@ class Capsule(Composite):
         positive("length", length, "m")
         sphere = Sphere(radius, center=frame.center, rotation=frame.rotation)
         cylinder = Cylinder(radius, center=frame.center, rotation=frame.rotation)
+        object.__setattr__(self, "_text", f"Capsule(radius={radius!r}, length={length!r}{frame.text})")
         up, down = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
         super().__init__(
             (
@@ -108,6 +114,10 @@ class Capsule(Composite):
                 Patch(cylinder, frame.half_spaces([(up, 0.0), (down, length)])),
             )
         )
+
+    def __repr__(self) -> str:
+        """Show what was given."""
+        return self._text
 
 
 class RoundedBox(Composite):
@@ -135,6 +145,8 @@ class RoundedBox(Composite):
                 f"radius = {radius:g} m: must be less than every half length, {half.tolist()} m; "
                 "for equal ones take a Capsule or a Sphere"
             )
+        text = f"RoundedBox(half_lengths={half.tolist()}, radius={radius!r}{frame.text})"
+        object.__setattr__(self, "_text", text)
         inner = half - radius
         unit = np.eye(3)
         patches = []
@@ -168,6 +180,10 @@ class RoundedBox(Composite):
             patches.append(Patch(Sphere(radius, center=corner), frame.half_spaces(bounds)))
         super().__init__(patches)
 
+    def __repr__(self) -> str:
+        """Show what was given."""
+        return self._text
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Frame:
@@ -182,6 +198,13 @@ class _Frame:
     ) -> "_Frame":
         """Check and take a frame."""
         return cls(vector("center", center, 3, "m"), rotation_matrix("rotation", rotation))
+
+    @property
+    def text(self) -> str:
+        """The frame as arguments, where it is not the sensor's own."""
+        center = f", center={self.center.tolist()}" if self.center.any() else ""
+        turned = (self.rotation != np.eye(3)).any()
+        return center + (f", rotation={self.rotation.tolist()}" if turned else "")
 
     def point(self, local: FloatArray) -> FloatArray:
         """Map a point of the tip's frame to the sensor frame."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numba import njit
@@ -184,8 +184,8 @@ def _from_functions(value: Any, gradient: Any) -> Evaluate:
 
     if not compiled:
         return evaluate
-    jitted: Evaluate = njit(evaluate)
-    return jitted
+    jitted: Any = njit(evaluate)
+    return cast(Evaluate, jitted)
 
 
 @njit(error_model="numpy", cache=True)

@@ -109,7 +109,7 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
 
     @jit
     def step_from(law, f, n, phi, Q, r, h):
-        """Solve (phi [n]x (I - delta W) - Q W - ...) d = -r for the tangent d; also determinant and largest curvature."""
+        """Solve (phi [n]x (I - delta W) - Q W - ...) d = -r for d; also determinant and largest curvature."""
         # a tangent basis without a branch cut near any axis that matters (Duff et al. 2017)
         sign = math.copysign(1.0, n[2])
         a = -1.0 / (sign + n[2])
@@ -201,6 +201,22 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                 m0[2] + ahead * (m[2] - m0[2]),
             )
             new, residual = newton(p, law, f, moment, c)
+            if residual <= (ACCEPTED if ahead == 1.0 else ON_THE_WAY):
+                c, way, share = new, ahead, 2.0 * share
+            else:
+                share *= 0.5
+                if share < SMALLEST_LEAD:
+                    break
+        return c, residual
+
+    @jit
+    def soften(p, law, f, m, start):
+        """Follow the contact from the rigid surface's while the surface becomes as soft as it is."""
+        c, way, share, residual = start, 0.0, 0.25, math.inf
+        while way < 1.0:
+            ahead = min(1.0, way + share)
+            # delta is `ahead` times that of the law
+            new, residual = newton(p, (law[0] * ahead ** (-1.0 / law[1]), law[1], law[2]), f, m, c)
             if residual <= (ACCEPTED if ahead == 1.0 else ON_THE_WAY):
                 c, way, share = new, ahead, 2.0 * share
             else:
@@ -323,6 +339,12 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                     c, residual = newton(p, law, f, m, start)
                     if not residual <= ACCEPTED:
                         c, residual = lead(p, law, f, m, start, s)
+                    if not residual <= ACCEPTED and stiffness < math.inf:
+                        rigid = (math.inf, 1.0, force)
+                        c, residual = newton(p, rigid, f, m, start)
+                        if not residual <= ACCEPTED:
+                            c, residual = lead(p, rigid, f, m, start, s)
+                        c, residual = soften(p, law, f, m, c)
                 if residual <= ACCEPTED:
                     n, phi, Q, rest, h = frame_at(p, law, f, m, c)
                     _d, determinant, bend = step_from(law, f, n, phi, Q, rest, h)
