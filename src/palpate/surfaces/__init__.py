@@ -3,6 +3,7 @@
 from palpate.surfaces.compliant import HERTZ, LINEAR, CompliantTip
 from palpate.surfaces.composite import Capsule, Composite, Patch, RoundedBox
 from palpate.surfaces.implicit import ImplicitSurface, Superellipsoid
+from palpate.surfaces.mesh import MeshSurface, load_mesh
 from palpate.surfaces.open_quadric import Hyperboloid, Paraboloid
 from palpate.surfaces.quadric import CenteredQuadric
 from palpate.surfaces.shapes import Cylinder, Ellipsoid, Plane, Sphere
@@ -18,10 +19,12 @@ __all__ = [
     "Ellipsoid",
     "Hyperboloid",
     "ImplicitSurface",
+    "MeshSurface",
     "Paraboloid",
     "Patch",
     "Plane",
     "RoundedBox",
     "Sphere",
     "Superellipsoid",
+    "load_mesh",
 ]

@@ -46,16 +46,24 @@ class Implicit:
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
 
     def _settle(self, evaluate: Evaluate, parameters: FloatArray, size: float) -> None:
-        """Check frame and shape, and keep what the solver needs; `size` is about the tip's radius [m]."""
+        """Check the frame, and keep what the solver needs; `size` is about the tip's radius [m]."""
         object.__setattr__(self, "center", vector("center", self.center, 3, "m"))
         object.__setattr__(self, "rotation", rotation_matrix("rotation", self.rotation))
         object.__setattr__(self, "evaluate", evaluate)
         parameters.setflags(write=False)
         object.__setattr__(self, "parameters", parameters)
         at = _Checked(evaluate, parameters, size)
-        at.check_shape()
         both = [(at.reach(axis), at.reach(-axis)) for axis in np.eye(3)]
         object.__setattr__(self, "half_lengths", np.mean(both, axis=1))
+
+
+def check_shape(evaluate: Evaluate, parameters: FloatArray, size: float) -> None:
+    """Refuse what no fingertip is: an open or inwards bent surface, a gradient that is not the value's.
+
+    Raises:
+        InvalidValueError: With the place where it shows.
+    """
+    _Checked(evaluate, parameters, size).check_shape()
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +157,9 @@ class ImplicitSurface(Implicit):
     def __post_init__(self) -> None:
         size = positive("size", self.size, "m")
         evaluate = _from_functions(self.value, self.gradient)
-        self._settle(evaluate, np.array([size * DIFFERENCE_STEP]), size)
+        parameters = np.array([size * DIFFERENCE_STEP])
+        check_shape(evaluate, parameters, size)
+        self._settle(evaluate, parameters, size)
 
 
 def _from_functions(value: Any, gradient: Any) -> Evaluate:
