@@ -6,7 +6,7 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --con
 OUT    ?= runs/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format build bench picture clean
+.PHONY: help demo test test-all check format build bench pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -46,8 +46,8 @@ bench: $(VENV)/.test  ## Measure speed against error of contact sensing, and the
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/exploration.py
 
-picture: $(VENV)/.run  ## Make the README's picture anew
-	$(BIN)/python docs/make_picture.py
+pictures: $(VENV)/.run  ## Make the pictures of README and docs anew
+	$(BIN)/python docs/make_pictures.py
 
 clean:  ## Remove environments, builds, caches and runs
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

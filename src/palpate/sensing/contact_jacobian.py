@@ -1,0 +1,85 @@
+"""How a contact changes with the wrench that it is computed from, in closed form, on any smooth surface.
+
+The soft finger balance (Bicchi 1990, equations 1 to 4) is m = Q n(c) + c x f, with spin torque Q and n(c) the
+outward normal. Along the surface dn = W dc, with W the shape operator. With mu = dm - c x df, phi = f.n, the
+tangent projector P = 1 - n n' and [a] the matrix of a x, differentiation gives
+
+    mu = dQ n + (Q W - [f]) dc.
+
+Along n this is dQ = n.mu - (f x n).dc. In the tangent plane, where P [f] P = phi [n], it is a 2x2 system with the
+matrix Q W - phi [n] of determinant phi^2 + Q^2 kG (kG: Gaussian curvature), whose inverse is
+
+    dc = S mu,  S = (Q (tr(W) P - W) + phi [n]) P / (phi^2 + Q^2 kG).
+
+The rest follows: dn = W dc, d(normal force) = -d(f.n) = -n.df - (W f).dc, and
+d(tangential force) = df - d(phi n) = P df - n (W f).dc - phi W dc.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.sensing.contact import Contacts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactJacobians:
+    """Derivatives of n soft contacts with respect to the wrench (f, m); the last axis is the wrench's.
+
+    Attributes:
+        centroid: Shape (n, 3, 6) [m/N, m/(N m)].
+        normal: Shape (n, 3, 6) [1/N, 1/(N m)].
+        normal_force: Shape (n, 6) [1, 1/m].
+        tangential_force: Shape (n, 3, 6) [1, 1/m].
+        spin_torque: Shape (n, 6) [m, 1].
+    """
+
+    centroid: FloatArray
+    normal: FloatArray
+    normal_force: FloatArray
+    tangential_force: FloatArray
+    spin_torque: FloatArray
+
+
+def contact_jacobians(contacts: Contacts, shape_operators: FloatArray) -> ContactJacobians:
+    """Return the derivatives of contacts found with the "soft" model.
+
+    Args:
+        contacts: n contacts; rows whose status is not OK give NaN.
+        shape_operators: W at each centroid, shape (n, 3, 3) [1/m].
+    """
+    c, n, f = contacts.centroid, contacts.normal, contacts.force
+    W, phi, Q = shape_operators, -contacts.normal_force, contacts.spin_torque
+    P = np.eye(3) - n[:, :, None] * n[:, None, :]
+
+    trace = np.trace(W, axis1=1, axis2=2)
+    gaussian = 0.5 * (trace**2 - np.sum(W * W, axis=(1, 2)))
+    # one root of the determinant at a time: its square may leave float64 where S does not
+    root = np.hypot(phi, Q * np.sqrt(np.maximum(gaussian, 0.0)))
+    spinning = (Q / root)[:, None, None] * (trace[:, None, None] * P - W)
+    S = (spinning + (phi / root)[:, None, None] * _cross_matrices(n)) @ P / root[:, None, None]
+
+    dmu = np.concatenate((-_cross_matrices(c), np.broadcast_to(np.eye(3), P.shape)), axis=2)
+    df = np.zeros_like(dmu)
+    df[:, :, :3] = np.eye(3)
+    dc = S @ dmu
+    dn = W @ dc
+    f_dn = np.einsum("ij,ijk->ik", f, dn)
+    n_df = np.einsum("ij,ijk->ik", n, df)
+    return ContactJacobians(
+        centroid=dc,
+        normal=dn,
+        normal_force=-n_df - f_dn,
+        tangential_force=P @ df - n[:, :, None] * f_dn[:, None, :] - phi[:, None, None] * dn,
+        spin_torque=np.einsum("ij,ijk->ik", n, dmu) - np.einsum("ij,ijk->ik", np.cross(f, n), dc),
+    )
+
+
+def _cross_matrices(a: FloatArray) -> FloatArray:
+    """Return [a] with [a] b = a x b for each row, shape (n, 3, 3)."""
+    matrices = np.zeros((len(a), 3, 3))
+    matrices[:, 0, 1], matrices[:, 0, 2] = -a[:, 2], a[:, 1]
+    matrices[:, 1, 0], matrices[:, 1, 2] = a[:, 2], -a[:, 0]
+    matrices[:, 2, 0], matrices[:, 2, 1] = -a[:, 1], a[:, 0]
+    return matrices

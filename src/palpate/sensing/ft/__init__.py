@@ -1,0 +1,67 @@
+"""The force/torque sensor behind a fingertip: what it is, how to find out, and what its readings say.
+
+Found out once, from data: `fit_calibration` (known loads), `identify_payload` (static poses), `average_bias` and
+`estimate_drift` (readings at rest). Kept in one `SensorFile` per sensor (`load_sensor_file`, `save_sensor_file`).
+Used once per sample: `FTPipeline`.
+"""
+
+from palpate.sensing.ft.bias import BiasEstimate, Drift, DriftStatus, average_bias, estimate_drift
+from palpate.sensing.ft.calibration import CalibrationFit, CalibrationStatus, fit_calibration
+from palpate.sensing.ft.calibration_map import CalibrationMap
+from palpate.sensing.ft.filter_specs import Butterworth, CriticallyDamped, FilterSpec, FirstOrder, Notch
+from palpate.sensing.ft.filters import WrenchFilter
+from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthLimits, HealthMonitor, Measure, Verdict
+from palpate.sensing.ft.payload import IdentifiedPayload, PayloadStatus, identify_payload
+from palpate.sensing.ft.pipeline import Felt, FTPipeline
+from palpate.sensing.ft.poses import specific_force_from_gravity, specific_force_from_rotations
+from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_reader import load_sensor_file, read_sensor
+from palpate.sensing.ft.sensor_updates import with_bias, with_calibration, with_payload
+from palpate.sensing.ft.sensor_writer import save_sensor_file, sensor_text
+from palpate.sensing.ft.touch_detector import ContactDetector
+from palpate.sensing.ft.turning import TurningPayload, contact_wrench_turning
+
+__all__ = [
+    "HEALTHY",
+    "BiasEstimate",
+    "Butterworth",
+    "CalibrationEntry",
+    "CalibrationFit",
+    "CalibrationMap",
+    "CalibrationStatus",
+    "ContactDetector",
+    "ContactEntry",
+    "CriticallyDamped",
+    "Drift",
+    "DriftStatus",
+    "DriftWatch",
+    "FTPipeline",
+    "Felt",
+    "FilterSpec",
+    "FirstOrder",
+    "HealthLimits",
+    "HealthMonitor",
+    "IdentifiedPayload",
+    "Measure",
+    "Notch",
+    "PayloadEntry",
+    "PayloadStatus",
+    "SensorFile",
+    "TurningPayload",
+    "Verdict",
+    "WrenchFilter",
+    "average_bias",
+    "contact_wrench_turning",
+    "estimate_drift",
+    "fit_calibration",
+    "identify_payload",
+    "load_sensor_file",
+    "read_sensor",
+    "save_sensor_file",
+    "sensor_text",
+    "specific_force_from_gravity",
+    "specific_force_from_rotations",
+    "with_bias",
+    "with_calibration",
+    "with_payload",
+]

@@ -1,0 +1,259 @@
+"""The calibration of a multi-axis force/torque sensor, by least squares from known loads.
+
+The loads are known well and the k channels are noisy, so what is fitted is the sensor itself,
+    raw = S wrench + offset + noise,                                        (S: k x 6)
+and the calibration matrix is the generalised inverse of S, C = (S'PS)^-1 S'P with P the inverse variances of the
+channels. (Fitting wrench = C raw directly shrinks C by the noise of the raw channels, and has no unique answer
+when k > 6 channels carry little noise.) S is solved by QR of centred loads in units of the sensor's ranges, so
+that newtons and newton metres compare.
+
+The condition number of S in those units is the figure of merit of sensor design (Uchiyama, Bayo & Palma-Villalon
+1991, J. Dyn. Sys. Meas. Control 113; Bicchi 1992, IEEE Trans. Robotics and Automation 8): it bounds by how much a
+relative error of the channels grows in the wrench.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sensing.ft.arrays import AXES, finite_rows, positive_entries, same_length
+from palpate.sensing.ft.calibration_map import CalibrationMap
+
+UNKNOWNS = 7
+"""Per channel: its sensitivity to six loads, and its offset."""
+
+FEWEST_LOADS = UNKNOWNS + 1
+"""One more than unknowns, so that the residuals tell something."""
+
+SMALLEST_EXCITATION = 0.01
+"""Root mean square of the loads in a direction, in units of the range, below which it counts as not loaded:
+weights and levers on a bench are known to about a thousandth."""
+
+LARGEST_LEVERAGE = 1.0 - 1e-6
+"""Beyond, one load alone decides about a direction, and no other checks it."""
+
+LARGEST_CONDITION = 100.0
+"""Of a useful sensor: a channel error of 1 % then is one of the whole range in the worst direction."""
+
+LARGEST_ERROR = 0.02
+"""Root mean square error of loads left out, in units of the range; makers of such sensors claim 1 to 2 %."""
+
+SURE = 5.0
+"""Standard errors by which the response of a sensor in any direction must differ from none."""
+
+SMALLEST_NOISE = 1e-6
+"""Noise of a channel relative to its response, as weights are concerned: that of 20 bits."""
+
+
+class CalibrationStatus(IntEnum):
+    """Whether a calibration can be relied on."""
+
+    OK = 0
+    """Well conditioned, and loads that were left out are predicted."""
+    ILL_CONDITIONED = 1
+    """The condition number is above `LARGEST_CONDITION`: the sensor hardly feels some direction."""
+    POOR_FIT = 2
+    """Loads that were left out are missed by more than `LARGEST_ERROR` of the range: wrong loads, wrong order of
+    the rows, hysteresis, or a sensor that is not linear."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibrationFit:
+    """A fitted calibration and what is to be thought of it. Axes are Fx Fy Fz Mx My Mz, in N and N m.
+
+    Attributes:
+        map: From raw channels to the wrench.
+        sensitivity: S, what the channels show per load, shape (k, 6).
+        condition: Condition number of S in units of the ranges: 1 is ideal.
+        load_condition: Condition number of the set of loads, likewise: how evenly they excite the sensor.
+        residual_rms: Root mean square of predicted minus known wrench, shape (6,).
+        residual_max: Largest of them in size, shape (6,).
+        left_out_rms: Likewise, each load predicted by a calibration from the others: the honest error, (6,).
+        r_squared: Share of the known loads' variance that is explained, per axis, shape (6,).
+        matrix_sd: Standard errors of the entries of the calibration matrix, shape (6, k).
+        raw_covariance: Of the channels' noise, shape (k, k) [raw unit^2].
+        load_covariance: (X'X)^-1 of the design X = (wrench, 1), shape (7, 7).
+        status: See `CalibrationStatus`.
+        load_count: Number of known loads used.
+    """
+
+    map: CalibrationMap
+    sensitivity: FloatArray
+    condition: float
+    load_condition: float
+    residual_rms: FloatArray
+    residual_max: FloatArray
+    left_out_rms: FloatArray
+    r_squared: FloatArray
+    matrix_sd: FloatArray
+    raw_covariance: FloatArray
+    load_covariance: FloatArray
+    status: CalibrationStatus
+    load_count: int
+
+    def apply(self, raw: npt.ArrayLike) -> FloatArray:
+        """Return the wrenches, shape (n, 6), of readings of shape (n, k)."""
+        return self.map.apply(raw)
+
+    def noise_covariance(self) -> FloatArray:
+        """Return the covariance of one measured wrench from the channels' noise, shape (6, 6)."""
+        C = np.array(self.map.matrix)
+        return np.asarray(C @ self.raw_covariance @ C.T)
+
+    def calibration_covariance(self, wrench: npt.ArrayLike) -> FloatArray:
+        """Return the covariance that the calibration's own uncertainty adds to a measured wrench, shape (6, 6).
+
+        To first order: C (S + dS) w = w + C dS w, and cov(dS w + d offset) = x'(X'X)^-1 x cov(raw), x = (w, 1).
+        """
+        x = np.append(finite_rows("wrench", np.atleast_2d(np.asarray(wrench)), 6, "N, N m")[0], 1.0)
+        return np.asarray(float(x @ self.load_covariance @ x) * self.noise_covariance())
+
+
+def fit_calibration(
+    raw: npt.ArrayLike,
+    wrench: npt.ArrayLike,
+    *,
+    ranges: npt.ArrayLike,
+    weights: npt.ArrayLike = 1.0,
+) -> CalibrationFit:
+    """Return the calibration of a sensor from readings under known loads.
+
+    Args:
+        raw: Readings of k >= 6 channels, all in one unit, shape (n, k), n >= 8.
+        wrench: The known loads, on the sensor's tip side about its origin, shape (n, 6) [N, N m].
+        ranges: Of the sensor, shape (6,) [N, N m]: the scale by which forces and moments compare.
+        weights: Of the loads, shape (n,): 1/variance of a row's readings, up to a factor.
+
+    Raises:
+        InvalidValueError: Wrong shapes, not finite, loads that do not span all directions (the missing one is
+            named), or a sensor that does not respond in some direction.
+    """
+    readings = finite_rows("raw", raw, None, "raw unit")
+    loads = finite_rows("wrench", wrench, 6, "N, N m")
+    same_length("raw", readings, "wrench", loads)
+    scale = positive_entries("ranges", ranges, 6, "N, N m")
+    n, k = readings.shape
+    if k < 6:
+        raise InvalidValueError(f"raw has {k} channels: six loads cannot be told apart by fewer than 6")
+    if n < FEWEST_LOADS:
+        raise InvalidValueError(f"{n} loads: give {FEWEST_LOADS} or more ({UNKNOWNS} unknowns per channel)")
+    root = np.sqrt(positive_entries("weights", weights, n, ""))[:, None]
+    root = root / np.sqrt((root**2).mean())
+
+    mean = (root**2 * loads).sum(axis=0) / n
+    load_condition = _refuse_unloaded(root * (loads - mean) / scale)
+    design = root * np.column_stack([(loads - mean) / scale, np.ones(n)])
+    q, r = np.linalg.qr(design)
+    leverage = (q**2).sum(axis=1)
+    if leverage.max() > LARGEST_LEVERAGE:
+        worst = int(np.argmax(leverage))
+        raise InvalidValueError(
+            f"load {worst}, {_wrench_text(loads[worst])}, is the only one of its direction and unchecked; load "
+            "that direction again, best with the opposite sign"
+        )
+    inverse = np.linalg.inv(r)
+    # The readings' means come out first: offsets are often much larger than the response.
+    typical = readings.mean(axis=0)
+    coefficients = inverse @ (q.T @ (root * (readings - typical)))
+    residual = root * (readings - typical) - design @ coefficients
+    covariance = residual.T @ residual / (n - UNKNOWNS)
+    sd = np.sqrt(np.diag(covariance))
+    spread = inverse @ inverse.T
+    weight = 1.0 / np.maximum(sd, SMALLEST_NOISE * np.linalg.norm(coefficients[:6]))
+    condition = _refuse_unfelt(coefficients[:6].T, weight, spread[:6, :6])
+
+    C, offset = _inverted(coefficients, weight, mean, scale)
+    missed = (readings - typical - offset) @ C.T - loads
+    left_out = np.empty_like(loads)
+    for i in range(n):
+        # Leaving out row i is a change of rank one (Sherman, Morrison).
+        without = coefficients - np.outer(spread @ design[i], residual[i]) / (1.0 - leverage[i])
+        C_i, offset_i = _inverted(without, weight, mean, scale)
+        left_out[i] = (readings[i] - typical - offset_i) @ C_i.T - loads[i]
+    left_out_rms = np.sqrt((left_out**2).mean(axis=0))
+    if (left_out_rms > LARGEST_ERROR * scale).any():
+        status = CalibrationStatus.POOR_FIT
+    elif condition > LARGEST_CONDITION:
+        status = CalibrationStatus.ILL_CONDITIONED
+    else:
+        status = CalibrationStatus.OK
+    # To (wrench, 1) from ((wrench - mean)/scale, 1).
+    unscale = np.diag([*(1.0 / scale), 1.0])
+    unscale[:6, 6] = -mean / scale
+    load_covariance = unscale.T @ spread @ unscale
+    channel_part = C.T @ load_covariance[:6, :6] @ C
+    wrench_part = C @ covariance @ C.T
+    return CalibrationFit(
+        map=CalibrationMap(tuple(map(tuple, C.tolist())), tuple((offset + typical).tolist())),
+        sensitivity=coefficients[:6].T / scale,
+        condition=condition,
+        load_condition=load_condition,
+        residual_rms=np.sqrt((missed**2).mean(axis=0)),
+        residual_max=np.abs(missed).max(axis=0),
+        left_out_rms=left_out_rms,
+        r_squared=1.0 - (missed**2).sum(axis=0) / ((loads - loads.mean(axis=0)) ** 2).sum(axis=0),
+        # dC = -C dS C to first order.
+        matrix_sd=np.sqrt(np.outer(np.diag(wrench_part), np.diag(channel_part))),
+        raw_covariance=covariance,
+        load_covariance=load_covariance,
+        status=status,
+        load_count=n,
+    )
+
+
+def _inverted(
+    coefficients: FloatArray, weight: FloatArray, mean: FloatArray, scale: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return C and the readings at zero load, from the fit in scaled, centred loads."""
+    scaled = weight[:, None] * coefficients[:6].T
+    q, r = np.linalg.qr(scaled)
+    C = scale[:, None] * np.linalg.solve(r, q.T * weight)
+    return C, coefficients[6] - (mean / scale) @ coefficients[:6]
+
+
+def _refuse_unloaded(scaled: FloatArray) -> float:
+    """Return the condition number of the set of loads; raise if a direction is not loaded."""
+    singular, directions = np.linalg.svd(scaled, full_matrices=False)[1:]
+    excitation = singular / np.sqrt(len(scaled))
+    if excitation[-1] < SMALLEST_EXCITATION:
+        missing = "; ".join(
+            _direction_text(v) for v, e in zip(directions, excitation, strict=True) if e < SMALLEST_EXCITATION
+        )
+        raise InvalidValueError(
+            f"the {len(scaled)} loads do not vary in {missing} (in units of the ranges; {excitation[-1]:.1e} RMS, "
+            f"{SMALLEST_EXCITATION} is needed): what the sensor shows for it cannot be told from other loads or "
+            "the offset. Add loads in that direction, of both signs"
+        )
+    return float(singular[0] / singular[-1])
+
+
+def _refuse_unfelt(sensitivity: FloatArray, weight: FloatArray, spread: FloatArray) -> float:
+    """Return the condition number of the sensor; raise if it does not respond in some direction."""
+    # In units of each channel's noise, whose uncertainty is sqrt(v' spread v) in every direction of the channels.
+    response, directions = np.linalg.svd(weight[:, None] * sensitivity)[1:]
+    weakest = directions[-1]
+    error = float(np.sqrt(weakest @ spread @ weakest))
+    if not response[-1] > SURE * error:
+        raise InvalidValueError(
+            f"the channels hardly respond to {_direction_text(weakest)} (in units of the ranges): "
+            f"{response[-1]:.1e} times their noise, uncertain by {error:.1e}. "
+            "Is a channel dead, or are two wired to one gauge?"
+        )
+    singular = np.linalg.svd(sensitivity, compute_uv=False)
+    return float(singular[0] / singular[-1])
+
+
+def _direction_text(direction: FloatArray) -> str:
+    """Name a direction in the space of wrenches by its axes, largest first, leaving out the small ones."""
+    order = [int(i) for i in np.argsort(-np.abs(direction)) if abs(direction[i]) > 0.1]
+    sign = np.sign(direction[order[0]])
+    if len(order) == 1:
+        return AXES[order[0]]
+    return " ".join(f"{sign * direction[i]:+.2f} {AXES[i]}" for i in order)
+
+
+def _wrench_text(wrench: FloatArray) -> str:
+    return "(" + ", ".join(f"{x:.3g}" for x in wrench) + ")"

@@ -1,0 +1,199 @@
+"""Whether a sensor's readings can be believed, sample by sample."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from palpate.errors import InvalidValueError, positive
+from palpate.sensing.ft.arrays import AXES
+from palpate.spatial import Wrench
+
+
+class Measure(Enum):
+    """What is watched, gravest first."""
+
+    NON_FINITE = "not a finite number"
+    IMPOSSIBLE = "far beyond anything that the sensor could show or bear"
+    SATURATED = "raw reading at the end of its range"
+    OVERLOAD_AXIS = "load beyond the range of an axis"
+    OVERLOAD_COMBINED = "combined load beyond the limit"
+    FROZEN = "no channel has changed for too many samples"
+    STUCK = "a channel has not changed for too many samples"
+    DRIFT = "mean load without contact beyond the limit"
+    HEALTHY = "nothing wrong"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What is wrong with a sample, if anything.
+
+    Attributes:
+        measure: What was exceeded.
+        where: Axis ("Fx") or channel ("channel 3"); empty if it concerns all.
+        value: What was found [N, N m, raw unit, samples; a ratio for the combined load].
+        limit: What is allowed, likewise.
+    """
+
+    measure: Measure
+    where: str = ""
+    value: float = 0.0
+    limit: float = math.inf
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing is wrong."""
+        return self.measure is Measure.HEALTHY
+
+    def __str__(self) -> str:
+        """One line for people."""
+        if self.ok:
+            return self.measure.value
+        where = f" ({self.where})" if self.where else ""
+        return f"{self.measure.value}{where}: {self.value:.6g}, limit {self.limit:.6g}"
+
+
+HEALTHY = Verdict(Measure.HEALTHY)
+"""The usual verdict, made once."""
+
+
+@dataclass(frozen=True, slots=True)
+class HealthLimits:
+    """What a sensor's samples must keep to.
+
+    Attributes:
+        axis: Largest load per axis [N, N m].
+        combined: Largest Euclidean norm of (load / axis limit): the strains of several loads add up. 1 is an
+            ellipsoid through the axis limits; sqrt(6) or more leaves only the axes.
+        raw: Lowest and highest reading that is not saturated [raw unit]; infinite for devices that give wrenches.
+        frozen_samples: So many samples in a row with no channel changed mean a dead device. More than the
+            loop's rate over the sensor's.
+        stuck_samples: So many with one channel unchanged mean that it is stuck. The noise of a healthy channel
+            must exceed about a fifth of its digital step: below, it may rightly rest that long.
+    """
+
+    axis: Wrench
+    combined: float = 1.0
+    raw: tuple[float, float] = (-math.inf, math.inf)
+    frozen_samples: int = 20
+    stuck_samples: int = 200
+
+    def __post_init__(self) -> None:
+        for name, limit in zip(AXES, self.axis, strict=True):
+            positive(f"axis limit {name}", limit, "")
+        positive("combined", self.combined, "")
+        if not self.raw[0] < self.raw[1]:
+            raise InvalidValueError(f"raw = {self.raw}: the lower limit must come first")
+        for name, samples in (("frozen_samples", self.frozen_samples), ("stuck_samples", self.stuck_samples)):
+            if samples < 2:
+                raise InvalidValueError(f"{name} = {samples}: must be 2 or more")
+
+
+class HealthMonitor:
+    """Judges samples one by one; remembers the last one, and since when each channel has not changed."""
+
+    def __init__(self, limits: HealthLimits) -> None:
+        """Take the limits."""
+        self.limits = limits
+        self._inverse = tuple(1.0 / x for x in limits.axis)
+        self._last: tuple[float, ...] = ()
+        self._unchanged: list[int] = []
+
+    def restart(self) -> None:
+        """Forget the samples so far."""
+        self._last, self._unchanged = (), []
+
+    def step(self, reading: Sequence[float], load: Wrench) -> Verdict:
+        """Return the gravest thing wrong with a sample.
+
+        Args:
+            reading: What the device gave: raw channels, or the wrench itself.
+            load: The same, calibrated [N, N m].
+        """
+        for i, x in enumerate(reading):
+            if not math.isfinite(x):
+                return Verdict(Measure.NON_FINITE, f"channel {i + 1}", x)
+        verdict = self._overloaded(reading, load)
+        still = self._still(reading)
+        return still if verdict is HEALTHY else verdict
+
+    def _overloaded(self, reading: Sequence[float], load: Wrench) -> Verdict:
+        low, high = self.limits.raw
+        if min(reading) <= low or max(reading) >= high:
+            i, x = next((i, x) for i, x in enumerate(reading) if x <= low or x >= high)
+            return Verdict(Measure.SATURATED, f"channel {i + 1}", x, low if x <= low else high)
+        u, v, w, p, q, r = self._inverse
+        a, b, c, d, e, f = load
+        ratio = math.hypot(a * u, b * v, c * w, d * p, e * q, f * r)
+        if ratio < 1.0 and ratio <= self.limits.combined:
+            return HEALTHY
+        shares = [abs(x) * y for x, y in zip(load, self._inverse, strict=True)]
+        worst = shares.index(max(shares))
+        if shares[worst] > 1.0:
+            return Verdict(Measure.OVERLOAD_AXIS, AXES[worst], load[worst], self.limits.axis[worst])
+        if not ratio <= self.limits.combined:
+            return Verdict(Measure.OVERLOAD_COMBINED, "", ratio, self.limits.combined)
+        return HEALTHY
+
+    def _still(self, reading: Sequence[float]) -> Verdict:
+        if len(reading) != len(self._last):
+            self._unchanged = [1] * len(reading)
+        else:
+            self._unchanged = [
+                n + 1 if x == y else 1 for n, x, y in zip(self._unchanged, reading, self._last, strict=True)
+            ]
+        self._last = tuple(reading)
+        longest = max(self._unchanged)
+        if longest < self.limits.frozen_samples:
+            return HEALTHY
+        if min(self._unchanged) >= self.limits.frozen_samples:
+            return Verdict(Measure.FROZEN, "", float(min(self._unchanged)), float(self.limits.frozen_samples))
+        if longest >= self.limits.stuck_samples:
+            channel = self._unchanged.index(longest)
+            return Verdict(
+                Measure.STUCK, f"channel {channel + 1}", float(longest), float(self.limits.stuck_samples)
+            )
+        return HEALTHY
+
+
+class DriftWatch:
+    """Watches the slow mean of the contact wrench while nothing touches: it should be zero.
+
+    A drift faster than its limit within the averaging time can pass for a touch; the mean then stands still.
+    """
+
+    def __init__(self, limit: Wrench, averaging_time: float, period: float) -> None:
+        """Take the limits per axis [N, N m], the time constant of the mean [s] and the period [s].
+
+        Raises:
+            InvalidValueError: Not above zero, or an averaging time below ten periods.
+        """
+        self.limit = limit
+        for name, x in zip(AXES, limit, strict=True):
+            positive(f"drift limit {name}", x, "")
+        positive("averaging_time", averaging_time, "s")
+        positive("period", period, "s")
+        if averaging_time < 10.0 * period:
+            raise InvalidValueError(
+                f"averaging_time = {averaging_time:g} s: must be 10 periods of {period:g} s or more"
+            )
+        self._samples = averaging_time / period
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew, as after a tare."""
+        self._seen = 0
+        self.mean: Wrench = (0.0,) * 6
+
+    def step(self, contact_wrench: Wrench) -> Verdict:
+        """Take the contact wrench of a sample without touch [N, N m]."""
+        self._seen += 1
+        # Plain average at first, then with a constant memory.
+        gain = 1.0 / min(float(self._seen), self._samples)
+        a, b, c, d, e, f = (m + gain * (x - m) for m, x in zip(self.mean, contact_wrench, strict=True))
+        self.mean = (a, b, c, d, e, f)
+        if self._seen >= self._samples:
+            for i, (m, limit) in enumerate(zip(self.mean, self.limit, strict=True)):
+                if abs(m) > limit:
+                    return Verdict(Measure.DRIFT, AXES[i], m, limit)
+        return HEALTHY

@@ -1,0 +1,145 @@
+"""From a device's reading to the contact wrench, once per sample.
+
+    reading -> calibration -> bias -> compensation -> filter -> contact wrench -> touching?
+                     `-> health
+
+Weight and inertia come off before the filter, not after it: so the acceleration, which is taken at the same
+instant as the load, is delayed by exactly as much.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from palpate.errors import InvalidValueError
+from palpate.sensing.compensation import contact_wrench
+from palpate.sensing.ft.filters import WrenchFilter
+from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthLimits, HealthMonitor, Measure, Verdict
+from palpate.sensing.ft.sensor_file import SensorFile
+from palpate.sensing.ft.touch_detector import ContactDetector
+from palpate.spatial import Vector, Wrench
+
+DRIFT_TIME = 5.0
+"""[s] over which the unloaded mean is taken."""
+
+IMPOSSIBLE_RATIO = 1000.0
+"""Of a contact wrench to the range: no load but a broken message. It is kept out of the filter, where it would
+linger for many time constants, or overflow."""
+
+NO_WRENCH: Wrench = (0.0,) * 6
+"""Before the first sample."""
+
+
+class Felt(NamedTuple):
+    """What a sample says.
+
+    Attributes:
+        wrench: What the object exerts on the finger, filtered, sensor frame [N, N m]. When the reading or the
+            acceleration is not finite or absurd (`health` says so) it is that of the last good sample.
+        touching: Whether the force says that there is a contact.
+        health: What is wrong, if anything.
+    """
+
+    wrench: Wrench
+    touching: bool
+    health: Verdict
+
+
+class _Calibrated(Protocol):
+    def step(self, raw: tuple[float, ...]) -> Wrench: ...
+
+
+class _Identity:
+    """The calibration of a device that gives wrenches."""
+
+    def step(self, raw: tuple[float, ...]) -> Wrench:
+        a, b, c, d, e, f = raw
+        return (a, b, c, d, e, f)
+
+
+class FTPipeline:
+    """A force/torque sensor as its file describes it. One object per sensor, one `step` per sample."""
+
+    def __init__(self, sensor: SensorFile) -> None:
+        """Build it; everything slow happens here.
+
+        Raises:
+            InvalidValueError: The touch force is within the noise that the filters leave.
+        """
+        self.sensor = sensor
+        entry = sensor.calibration
+        self.channels = 6 if entry is None else entry.map.channels
+        self._calibrated: _Calibrated = _Identity() if entry is None else entry.map
+        self._bias = sensor.bias
+        self._limits = sensor.axis_limits
+        self._payload = sensor.payload.payload
+        self._filter = WrenchFilter(sensor.filters, sensor.sample_rate)
+        raw = (-math.inf, math.inf) if entry is None else entry.raw_range
+        self._monitor = HealthMonitor(HealthLimits(sensor.axis_limits, raw=raw))
+        period = 1.0 / sensor.sample_rate
+        contact = sensor.contact
+        self._detector = ContactDetector(
+            touch_force=contact.touch_force,
+            release_force=contact.release_force,
+            noise=max(sensor.noise_force) * self._filter.noise_gain,
+            period=period,
+            touch_time=contact.touch_time,
+            release_time=contact.release_time,
+        )
+        # Half of what would already pass for a touch; moments in the same proportion to their noise.
+        drift = 0.5 * contact.touch_force / max(sensor.noise_force)
+        a, b, c, d, e, f = (drift * sd for sd in sensor.noise)
+        self._drift = DriftWatch((a, b, c, d, e, f), max(DRIFT_TIME, 10.0 * period), period)
+        self._wrench = NO_WRENCH
+
+    @property
+    def delay(self) -> float:
+        """From the load to the wrench that `step` returns [s]: device and filters, for slow changes."""
+        return self.sensor.device_delay + self._filter.delay
+
+    def restart(self) -> None:
+        """Forget all samples so far."""
+        self._filter.restart()
+        self._monitor.restart()
+        self._detector.restart()
+        self._drift.restart()
+        self._wrench = NO_WRENCH
+
+    def step(self, reading: Sequence[float], acceleration: Vector) -> Felt:
+        """Return what a sample says.
+
+        Args:
+            reading: Raw channels, or the wrench if the sensor file has no calibration.
+            acceleration: Specific force at the sensor, sensor frame [m/s^2] (at rest up, length g).
+
+        Raises:
+            InvalidValueError: Another number of channels than the sensor has.
+        """
+        if len(reading) != self.channels:
+            raise InvalidValueError(
+                f"the reading has {len(reading)} channels: sensor {self._named} has {self.channels}"
+            )
+        load = self._calibrated.step(tuple(reading))
+        a, b, c, d, e, f = load
+        u, v, w, p, q, r = self._bias
+        load = (a - u, b - v, c - w, d - p, e - q, f - r)
+        health = self._monitor.step(reading, load)
+        wrench = contact_wrench(load, acceleration, self._payload)
+        ratio = math.hypot(*[x / y for x, y in zip(wrench, self._limits, strict=True)])
+        if not ratio < IMPOSSIBLE_RATIO:
+            if health is HEALTHY:
+                # The load is in order, so it is the acceleration that is not.
+                health = Verdict(Measure.IMPOSSIBLE, "acceleration", ratio, IMPOSSIBLE_RATIO)
+            return Felt(self._wrench, self._detector.touching, health)
+        wrench = self._filter.step(wrench)
+        self._wrench = wrench
+        touching = self._detector.step(math.hypot(wrench[0], wrench[1], wrench[2]))
+        if not touching:
+            drift = self._drift.step(wrench)
+            if health is HEALTHY:
+                health = drift
+        return Felt(wrench, touching, health)
+
+    @property
+    def _named(self) -> str:
+        return f"{self.sensor.model} {self.sensor.serial_number}"

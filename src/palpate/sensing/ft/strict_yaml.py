@@ -1,0 +1,108 @@
+"""YAML as people read it: what looks like a number is one, and nothing else is anything.
+
+PyYAML follows YAML 1.1, in which `1e-3` is a string, `12:30` is 750, `010` is 8 and `no` is false, and in which a
+repeated key silently wins. Here plain words are null, true, false, decimal numbers, or strings (the core schema
+of YAML 1.2 without octal and hexadecimal), and repeated keys, aliases and tags are refused.
+"""
+
+import re
+
+import yaml
+
+from palpate.errors import InvalidValueError
+
+LONGEST = 1_000_000
+"""Characters. A calibration has some thousand; more is another file."""
+
+DEEPEST = 16
+"""Levels of nesting. Ours has four."""
+
+LONGEST_INTEGER = 18
+"""Digits that surely fit 64 bits; longer whole numbers are read as floats."""
+
+_NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_WORDS: dict[str, object] = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+    **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"), float("inf")),
+    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), -float("inf")),
+    **dict.fromkeys((".nan", ".NaN", ".NAN"), float("nan")),
+}
+_PLAIN_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("str", "seq", "map")}
+
+
+def read_yaml(text: str) -> object:
+    """Return what a YAML document says, as dict, list, str, int, float, bool and None.
+
+    Raises:
+        InvalidValueError: No YAML, several documents, repeated keys, aliases, tags, keys that are no text, too
+            long or too deep; the message says where.
+    """
+    if len(text) > LONGEST:
+        raise InvalidValueError(
+            f"{len(text)} characters: a sensor file has at most {LONGEST}; is it the right file?"
+        )
+    try:
+        # The base loader resolves nothing: every word comes as text, and explicit tags show.
+        root = yaml.compose(text, Loader=yaml.BaseLoader)
+    except RecursionError:
+        raise InvalidValueError(f"nested too deep: at most {DEEPEST} levels") from None
+    except yaml.MarkedYAMLError as error:
+        raise InvalidValueError(f"no valid YAML: {error.problem}{_place(error.problem_mark)}") from None
+    except yaml.YAMLError as error:
+        raise InvalidValueError(f"no valid YAML: {' '.join(str(error).split())}") from None
+    return None if root is None else _value(root, set(), 0)
+
+
+def _value(node: yaml.Node, seen: set[int], depth: int) -> object:
+    if id(node) in seen:
+        raise InvalidValueError(f"an alias (*name){_place(node.start_mark)}: write the value out")
+    seen.add(id(node))
+    if depth > DEEPEST:
+        raise InvalidValueError(f"nested too deep{_place(node.start_mark)}: at most {DEEPEST} levels")
+    if node.tag not in _PLAIN_TAGS:
+        raise InvalidValueError(f"a tag ({node.tag}){_place(node.start_mark)}: write the value without it")
+    if isinstance(node, yaml.MappingNode):
+        return _mapping(node, seen, depth)
+    if isinstance(node, yaml.SequenceNode):
+        return [_value(item, seen, depth + 1) for item in node.value]
+    if not isinstance(node, yaml.ScalarNode):
+        raise InvalidValueError(f"neither text, list nor mapping{_place(node.start_mark)}")
+    text = _text(node)
+    return _scalar(text) if node.style is None else text
+
+
+def _mapping(node: yaml.MappingNode, seen: set[int], depth: int) -> dict[str, object]:
+    result: dict[str, object] = {}
+    for key_node, value_node in node.value:
+        place = _place(key_node.start_mark)
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise InvalidValueError(f"a key that is no word{place}")
+        key = _text(key_node)
+        if key in result:
+            raise InvalidValueError(f"the key {key!r} appears a second time{place}: keep one")
+        result[key] = _value(value_node, seen, depth + 1)
+    return result
+
+
+def _text(node: yaml.ScalarNode) -> str:
+    text = str(node.value)
+    # An escape like "\ud83d" makes half a character, which can be neither written nor shown.
+    if any("\ud800" <= letter <= "\udfff" for letter in text):
+        raise InvalidValueError(f"half a character{_place(node.start_mark)}: remove the escape")
+    return text
+
+
+def _scalar(word: str) -> object:
+    if word in _WORDS:
+        return _WORDS[word]
+    if not _NUMBER.fullmatch(word):
+        return word
+    if word.lstrip("+-").isdigit() and len(word) <= LONGEST_INTEGER:
+        return int(word)
+    return float(word)
+
+
+def _place(mark: yaml.Mark | None) -> str:
+    return "" if mark is None else f" (line {mark.line + 1}, column {mark.column + 1})"

@@ -1,0 +1,195 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from palpate.errors import InvalidValueError
+from palpate.sensing.compensation import contact_wrench
+from palpate.sensing.ft.payload import PayloadStatus, identify_payload
+from palpate.sensing.ft.poses import specific_force_from_gravity, specific_force_from_rotations
+from sensing.ft.payload_trials import NANO17, WRIST, measured, trials
+
+SENSORS = pytest.mark.parametrize("sensor", [WRIST, NANO17], ids=["wrist", "nano17"])
+
+
+def identify(sensor, up, wrench):
+    return identify_payload(up, wrench, force_sd=sensor.force_sd, moment_sd=sensor.moment_sd)
+
+
+def poses(count, seed):
+    return specific_force_from_rotations(Rotation.random(count, rng=np.random.default_rng(seed)).as_matrix())
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 10_000), count=st.integers(5, 30))
+def test_without_noise_the_identified_payload_leaves_no_contact(seed, count):
+    rng = np.random.default_rng(seed)
+    up = poses(count, seed)
+    wrench, bias = measured(WRIST, up, rng, noise=0.0)
+    found = identify(WRIST, up, wrench)
+    assert found.status is PayloadStatus.OK
+    for a, load in zip(up, wrench - [*found.bias_force, *found.bias_moment], strict=True):
+        np.testing.assert_allclose(contact_wrench(tuple(load), tuple(a), found.payload), 0.0, atol=1e-12)
+    np.testing.assert_allclose([*found.bias_force, *found.bias_moment], bias, rtol=1e-9, atol=1e-12)
+    assert found.payload.mass == pytest.approx(1.5, rel=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_the_answer_turns_with_the_sensor_frame(seed):
+    rng = np.random.default_rng(seed)
+    up = poses(12, seed)
+    wrench, _ = measured(NANO17, up, rng)
+    turn = Rotation.random(rng=rng).as_matrix()
+    found = identify(NANO17, up, wrench)
+    turned = identify(NANO17, up @ turn.T, np.hstack([wrench[:, :3] @ turn.T, wrench[:, 3:] @ turn.T]))
+    assert turned.payload.mass == pytest.approx(found.payload.mass, rel=1e-9)
+    np.testing.assert_allclose(turned.payload.center_of_mass, turn @ found.payload.center_of_mass, atol=1e-9)
+    np.testing.assert_allclose(
+        turned.center_covariance,
+        turn @ found.center_covariance @ turn.T,
+        atol=1e-6 * found.center_covariance.max(),
+    )
+    assert turned.condition == pytest.approx(found.condition)
+
+
+@SENSORS
+def test_24_poses_determine_mass_and_centre_as_asked_and_as_claimed(sensor):
+    rows = trials(sensor, 200)
+    assert (rows[:, 0] < 0.02).all()
+    assert (rows[:, 1] < sensor.center_limit).all()
+    # Binomial: 200 draws at 95 % are within 90.5 and 99.0 % in all but 2 of 1000 cases.
+    assert 0.905 <= rows[:, 2].mean() <= 0.99
+    assert 0.92 <= rows[:, 3:6].mean() <= 0.98
+    assert rows[:, 6].mean() > 0.98
+
+
+def test_claimed_covariances_are_those_of_many_trials():
+    up = poses(8, 5)
+    found = [identify(WRIST, up, measured(WRIST, up, np.random.default_rng(7 * k))[0]) for k in range(400)]
+    center = np.cov(np.array([f.payload.center_of_mass for f in found]).T)
+    claimed = np.mean([f.center_covariance for f in found], axis=0)
+    np.testing.assert_allclose(np.sqrt(np.diag(center)), np.sqrt(np.diag(claimed)), rtol=0.15)
+    mass = np.std([f.payload.mass for f in found])
+    assert mass == pytest.approx(found[0].mass_sd, rel=0.15)
+
+
+def test_claimed_bias_covariance_is_that_of_many_trials():
+    # All poses near one another, so that the weight of the payload is uncertain and hides in the bias.
+    tilts = 0.5 * np.random.default_rng(11).normal(size=(6, 3))
+    up = specific_force_from_rotations(Rotation.from_rotvec(tilts).as_matrix())
+    errors = []
+    for k in range(400):
+        wrench, bias = measured(NANO17, up, np.random.default_rng(k))
+        found = identify(NANO17, up, wrench)
+        errors.append(np.array([*found.bias_force, *found.bias_moment]) - bias)
+    spread = np.sqrt(np.diag(np.cov(np.array(errors).T)))
+    np.testing.assert_allclose(spread, np.sqrt(np.diag(found.bias_covariance)), rtol=0.15)
+
+
+def about(axis, angles):
+    return specific_force_from_rotations(Rotation.from_rotvec(np.outer(angles, axis)).as_matrix())
+
+
+ANGLES = np.linspace(0.0, 5.0, 24)
+
+
+@pytest.mark.parametrize(
+    ("up", "reason"),
+    [
+        (about((0, 0, 1), 0 * ANGLES), "same direction of gravity.*weight cannot be told from the force bias"),
+        (about((0, 0, 1), ANGLES), "turning about the vertical changes nothing"),
+        (about((1, 0, 0), np.where(ANGLES > 2, 0.5, 0.0)), "centre of mass along that direction cannot be told"),
+        (about((1, 0, 0), 1e-4 * ANGLES), "same direction of gravity"),
+        (about((1, 1, 0), ANGLES)[:3], "3 poses: give 4"),
+        (about((1, 0, 0), ANGLES) / 9.80665, "unit vectors become so by"),
+        (about((1, 0, 0), ANGLES) * np.where(ANGLES > 4.9, 1.2, 1.0)[:, None], r"\[23\].*not at rest"),
+    ],
+    ids=["one pose", "about gravity", "two poses", "hardly tilted", "too few", "unit vectors", "moving"],
+)
+def test_poses_that_cannot_tell_are_refused_with_the_reason(up, reason):
+    wrench, _ = measured(WRIST, up, np.random.default_rng(0))
+    with pytest.raises(InvalidValueError, match=reason):
+        identify(WRIST, up, wrench)
+
+
+def test_a_refused_direction_really_is_undetermined():
+    up = about((1, 0, 0), np.where(ANGLES > 2, 0.5, 0.0))
+    direction = np.linalg.svd(up - up.mean(axis=0))[2][0]
+    with pytest.raises(InvalidValueError) as refusal:
+        identify(WRIST, up, measured(WRIST, up, np.random.default_rng(0))[0])
+    named = np.array([float(x) for x in str(refusal.value).split("(")[1].split(")")[0].split(",")])
+    # A centre moved along the named direction, and a bias to match, show the very same moments.
+    step = 0.01 * direction
+    change = np.cross(step, -1.5 * up)
+    np.testing.assert_allclose(change, change[0] + 0 * change, atol=1e-12)
+    assert abs(named @ direction) == pytest.approx(1.0, abs=0.01)
+
+
+def test_turning_about_one_horizontal_axis_is_enough():
+    up = about((1, 0, 0), ANGLES)
+    assert identify(WRIST, up, measured(WRIST, up, np.random.default_rng(1))[0]).status is PayloadStatus.OK
+
+
+def test_a_mass_lost_in_noise_is_not_reported_as_a_payload():
+    up = poses(24, 3)
+    rng = np.random.default_rng(3)
+    wrench = rng.normal(size=(24, 6)) * np.repeat([0.3, 1.3e-3], 3)
+    found = identify(WRIST, up, wrench)
+    assert found.status is PayloadStatus.UNRESOLVED
+    assert found.payload.mass == 0.0
+    assert np.isinf(found.center_sd).all()
+    assert np.isfinite(found.mass_sd)
+
+
+def test_a_pose_in_contact_shows_as_inconsistent():
+    up = poses(24, 4)
+    wrench, _ = measured(WRIST, up, np.random.default_rng(4))
+    wrench[7] += [0.0, 0.0, 4.0, 0.02, 0.0, 0.0]
+    assert identify(WRIST, up, wrench).status is PayloadStatus.INCONSISTENT
+
+
+def test_the_wrong_sign_of_the_wrench_is_named():
+    up = poses(24, 4)
+    wrench, _ = measured(WRIST, up, np.random.default_rng(4))
+    with pytest.raises(InvalidValueError, match="wrong sign"):
+        identify(WRIST, up, -wrench)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda up, w: (up[:-1], w), "23 rows and wrench has 24"),
+        (lambda up, w: (up, w[:, :5]), r"must be \(n, 6\)"),
+        (lambda up, w: (np.where(up == up[2, 1], np.nan, up), w), r"specific_force\[2, 1\] = nan"),
+        (lambda up, w: (up, [["a"] * 6] * 24), "must be numbers"),
+    ],
+)
+def test_bad_input_is_named(change, reason):
+    up = poses(24, 4)
+    up, wrench = change(up, measured(WRIST, up, np.random.default_rng(4))[0])
+    with pytest.raises(InvalidValueError, match=reason):
+        identify(WRIST, up, wrench)
+    with pytest.raises(InvalidValueError, match="force_sd = "):
+        identify_payload(poses(24, 4), np.zeros((24, 6)), force_sd=0.0, moment_sd=1.0)
+
+
+def test_gravity_directions_and_rotations_say_the_same():
+    rotations = Rotation.random(10, rng=np.random.default_rng(0))
+    down = rotations.apply([0.0, 0.0, -3.0])
+    np.testing.assert_allclose(
+        specific_force_from_gravity(down), specific_force_from_rotations(rotations.as_matrix()), atol=1e-12
+    )
+    wall = specific_force_from_rotations(np.eye(3)[None], up_base=(2.0, 0.0, 0.0), gravity=9.8)
+    np.testing.assert_allclose(wall, [[9.8, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    "rotations", [np.zeros((2, 3, 3)), -np.eye(3)[None], np.eye(3), np.full((1, 3, 3), np.nan), [[["x"] * 3] * 3]]
+)
+def test_matrices_that_are_no_rotations_are_refused(rotations):
+    with pytest.raises(InvalidValueError, match="rotation_sensor_base"):
+        specific_force_from_rotations(rotations)
+    with pytest.raises(InvalidValueError, match="is zero"):
+        specific_force_from_gravity([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])

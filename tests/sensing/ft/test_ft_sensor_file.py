@@ -1,0 +1,203 @@
+import math
+import os
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.sensing.ft.filter_specs import Butterworth, Notch
+from palpate.sensing.ft.sensor_file import ContactEntry, PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_reader import load_sensor_file, read_sensor
+from palpate.sensing.ft.sensor_writer import save_sensor_file, sensor_text
+from sensing.ft.sensor_examples import fingertip
+
+TEXT = sensor_text(fingertip())
+
+
+def test_a_saved_file_reads_back_as_the_same_sensor(tmp_path):
+    for sensor in (fingertip(), fingertip(8), msgspec.structs.replace(fingertip(), calibration=None, filters=())):
+        save_sensor_file(tmp_path / "tip.yaml", sensor)
+        assert load_sensor_file(tmp_path / "tip.yaml") == sensor
+    assert os.listdir(tmp_path) == ["tip.yaml"]
+
+
+small = st.floats(-0.05, 0.05)
+printable = st.text(min_size=1, max_size=30).filter(lambda s: s.strip() and s.isprintable())
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    text=printable,
+    bias=st.tuples(small, small, small),
+    mass=st.floats(0.0, 1000.0),
+    center=st.tuples(small, small, small),
+    rate=st.floats(1e3, 1e6),
+    cutoff=st.floats(10.0, 100.0),
+    touch=st.floats(5e-324, 1e300),
+)
+def test_every_number_and_text_reads_back_to_the_same_bits(text, bias, mass, center, rate, cutoff, touch):
+    sensor = msgspec.structs.replace(
+        fingertip(),
+        provenance=text,
+        serial_number=text,
+        bias_moment=bias,
+        payload=PayloadEntry(mass=mass, center_of_mass=center),
+        sample_rate=rate,
+        filters=(Butterworth(cutoff), Notch(cutoff, 2.0)),
+        contact=ContactEntry(touch_force=touch, release_force=touch),
+    )
+    assert read_sensor(sensor_text(sensor)) == sensor
+
+
+MINIMAL = """
+palpate_sensor: 1
+model: ATI Nano17
+serial_number: FT12:34
+date: 2026-11-21
+provenance: no one knows
+sample_rate_Hz: 1e3
+force_range_N: [12, 12, 17]
+moment_range_Nm: [12e-2, 0.12, 0.12]
+noise_force_N: [3e-3, 3.e-3, .003]
+noise_moment_Nm: [1e-5, 1e-5, 1e-5]
+contact: {touch_force_N: 1e-1, release_force_N: 0.05}
+"""
+
+
+def test_what_people_write_is_read_as_they_mean_it():
+    """YAML 1.1 would make 1e-3 a string, the date a date, and 12:34 a number."""
+    sensor = read_sensor(MINIMAL)
+    assert sensor.sample_rate == 1000.0
+    assert sensor.noise_force == (0.003, 0.003, 0.003)
+    assert sensor.force_range == (12.0, 12.0, 17.0)
+    assert sensor.date == "2026-11-21"
+    assert sensor.serial_number == "FT12:34"
+    assert sensor.payload.payload.mass == 0.0
+    assert sensor.calibration is None
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "reason"),
+    [
+        ("mass_kg: 0.03", "mass_g: 30", r"payload\.mass_g: .*write mass_kg, in kg"),
+        ("mass_kg", "mas_kg", r"payload\.mas_kg: unknown key; did you mean mass_kg\?"),
+        ("moment_range_Nm", "moment_range_Nmm", r"moment_range_Nmm: .*write moment_range_Nm, in Nm"),
+        ("sample_rate_Hz", "sample_rate", r"sample_rate: .*write sample_rate_Hz, in Hz"),
+        ("contact:", "contacts:", "did you mean contact"),
+        ("model:", "zzz: 1\nmodel:", "unknown key; known are palpate_sensor"),
+        ("center_Hz: 50.0, quality", "center_Hz: 50.0, qualty", r"filters\[1\]\.qualty: .*did you mean quality"),
+        (
+            "kind: notch",
+            "kind: nocth",
+            r"filters\[1\]\.kind: .*butterworth, critically_damped, first_order, notch",
+        ),
+        ("matrix_N_Nm_per_raw_unit:\n", "matrix:\n", r"calibration\.matrix: .*matrix_N_Nm_per_raw_unit"),
+        ("0.12, 0.12, 0.12", "0.12, .nan, 0.12", "moment_range_Nm, y = nan.*finite"),
+        ("-0.2", ".inf", "bias_force_N, y, is inf"),
+        ("-0.2", "1e999", "bias_force_N, y, is inf"),
+        ("mass_kg: 0.03", "mass_kg: -0.03", r"payload: mass_kg = -0\.03 kg"),
+        ("mass_kg: 0.03", "mass_kg: 30 g", r"payload\.mass_kg: Expected `float`, got `str`"),
+        ("mass_kg: 0.03", "mass_kg: true", r"payload\.mass_kg: Expected `float`, got `bool`"),
+        ("mass_kg: 0.03", "mass_kg:", r"payload\.mass_kg: Expected `float`, got `null`"),
+        ("mass_kg: 0.03", "mass_kg: 30000", "at most 1000 kg in size; another unit"),
+        ("0.018]", "18]", "center_of_mass_m = 18.*at most 2 m"),
+        ("0.018]", "18", "no valid YAML.*line"),
+        ("0.018]", "0.018, 0.0]", r"payload\.center_of_mass_m: .*length 3, got 4"),
+        ('"0012345"', "0012345", "serial_number: Expected `str`, got `int`; put it in quotes"),
+        ('"0012345"', '""', "serial_number = ''"),
+        ('"2026-11-21"', "21.11.2026", "YYYY-MM-DD"),
+        ('"2026-11-21"', "2026-02-30", "YYYY-MM-DD"),
+        ("sample_rate_Hz: 1000.0", "sample_rate_Hz: 1.0e+9", "sample_rate_Hz = .*at most 1e.06 Hz"),
+        ("sample_rate_Hz: 1000.0", "sample_rate_Hz: 100", r"cutoff_Hz = 100: must be .* 49 Hz at .* 100 Hz"),
+        ("quality: 5.0", "quality: 0.1", "quality = 0.1: must be from 0.5"),
+        ("noise_force_N: [0.003125", "noise_force_N: [13", "noise_force_N, x, is 13: must be below the range"),
+        ("bias_moment_Nm: [0.001", "bias_moment_Nm: [1", "bias_moment_Nm, x, is 1: must be within the range"),
+        ("release_force_N: 0.05", "release_force_N: 0.5", "release_force_N = 0.5: must not exceed"),
+        ("device_delay_s: 0.0005", "device_delay_s: 5", "device_delay_s = 5.* at most 1 s"),
+        ("range_raw_unit: [-5.0, 5.0]", "range_raw_unit: [5, -5]", "the lower one first"),
+        ("range_raw_unit: [-5.0, 5.0]", "range_raw_unit: [0.02, 5]", "offset_raw_unit, channel 1"),
+        ("condition: 3.7", "condition: 0.5", "condition = 0.5: must be from 1"),
+        ("palpate_sensor: 1", "palpate_sensor: 2", "this palpate reads version 1"),
+        ("palpate_sensor: 1", "palpate_sensor: true", "this palpate reads version 1"),
+        ("palpate_sensor: 1", "sensor: 1", "no sensor file"),
+        ("touch_force_N: 0.1", "touch_force_N: 0.1\n  touch_force_N: 0.2", r"appears a second time \(line"),
+        ("model:", "extra: &a [1]\nother: *a\nmodel:", "alias|unknown key"),
+        ("model:", "extra: !!binary aGVsbG8=\nmodel:", "a tag"),
+        ("model: ", 'model: "\\ud83d" # ', "half a character"),
+        ("model:", "? [1, 2]\n: 3\nmodel:", "a key that is no word"),
+        ("model:", "extra: " + "[" * 50 + "]" * 50 + "\nmodel:", "nested too deep"),
+        ("model:", "extra: " + "[" * 20000 + "\nmodel:", "nested too deep"),
+        ("model:", "---\nmodel:", "no valid YAML"),
+        ("model:", "#" * 1_000_000 + "\nmodel:", "characters"),
+        ("model:", "\x00model:", "no valid YAML"),
+    ],
+)
+def test_what_is_wrong_is_named(before, after, reason):
+    assert before in TEXT
+    with pytest.raises(InvalidValueError, match=reason):
+        read_sensor(TEXT.replace(before, after, 1))
+
+
+def test_a_matrix_must_have_six_independent_rows_of_one_length():
+    lines = TEXT.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.endswith("# Fx"))
+    for change, reason in (
+        (lines[first], "rank 5"),
+        ("    - [0, 0, 0, 0, 0, 0]", "row 2, is zero"),
+        ("    - [1, 2, 3, 4, 5, 6, 7]", "rows of"),
+        ("    - [1e300, 1e308, 1e308, 1e308, 1e308, 1e308]", "row 2, is zero or far beyond"),
+        ("    - [1, 2, 3]", "length >= 6"),
+        ("    # none", "length >= 6"),
+    ):
+        with pytest.raises(InvalidValueError, match=reason):
+            read_sensor("\n".join([*lines[: first + 1], change, *lines[first + 2 :]]))
+
+
+def test_errors_name_the_file(tmp_path):
+    file = tmp_path / "tip.yaml"
+    file.write_bytes(TEXT.encode().replace(b"mass_kg", b"mass_\xff"))
+    with pytest.raises(InvalidValueError, match=r"tip\.yaml: not text \(byte"):
+        load_sensor_file(file)
+    file.write_text(TEXT.replace("mass_kg", "mas_kg"), encoding="utf-8")
+    with pytest.raises(InvalidValueError, match=r"tip\.yaml: payload\.mas_kg"):
+        load_sensor_file(file)
+    with pytest.raises(FileNotFoundError):
+        load_sensor_file(tmp_path / "none.yaml")
+
+
+def test_impossible_sensors_cannot_be_built_in_python_either():
+    with pytest.raises(InvalidValueError, match="sample_rate_Hz"):
+        msgspec.structs.replace(fingertip(), sample_rate=math.nan)
+    with pytest.raises(InvalidValueError, match="provenance"):
+        msgspec.structs.replace(fingertip(), provenance="two\nlines")
+    with pytest.raises(InvalidValueError, match="cutoff_Hz"):
+        Butterworth(-3.0)
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    file = tmp_path / "tip.yaml"
+    save_sensor_file(file, fingertip())
+    before = file.read_bytes()
+
+    def full(*_args, **_named):
+        raise OSError("disk full")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.replace", full)
+        with pytest.raises(OSError, match="disk full"):
+            save_sensor_file(file, fingertip(8))
+    assert file.read_bytes() == before
+    assert os.listdir(tmp_path) == ["tip.yaml"]
+    with pytest.raises(FileNotFoundError):
+        save_sensor_file(tmp_path / "no" / "tip.yaml", fingertip())
+
+
+def test_the_written_file_explains_itself():
+    assert isinstance(fingertip(), SensorFile)
+    for key in ("force_range_N", "noise_moment_Nm", "sample_rate_Hz", "mass_kg"):
+        assert key in TEXT
+    assert TEXT.startswith("# A force/torque sensor, for palpate.")
+    # A human reads it in an editor: one row of the matrix to a line, no line of it repeated.
+    assert max(map(len, TEXT.splitlines())) < 200
