@@ -12,6 +12,7 @@ from palpate import Cylinder, Ellipsoid, Plane, Sphere, contact_from_wrench, con
 from palpate.errors import InvalidValueError
 from palpate.sensing.contact_jacobian import contact_jacobians
 from palpate.sensing.curvature import shape_operator
+from palpate.sensing.surface_at_contacts import surface_at_contacts
 from palpate.sensing.uncertainty import (
     NONLINEARITY_LIMIT,
     UncertaintyStatus,
@@ -86,7 +87,7 @@ def stacked(jacobians):
 
 def jacobian_of(tip, wrench):
     contacts = contacts_from_wrenches(tip, wrench[None])
-    return stacked(contact_jacobians(contacts, shape_operator(tip, contacts.centroid)))[0]
+    return stacked(contact_jacobians(contacts, surface_at_contacts(tip, contacts)))[0]
 
 
 # --- curvature ---------------------------------------------------------------------------------------------------
@@ -180,7 +181,7 @@ def test_what_derivatives_must_obey(kind, seed):
     wrench, push = random_wrench(tip, rng)
     contact = contact_from_wrench(tip, wrench)
     contacts = contacts_from_wrenches(tip, wrench[None])
-    J = contact_jacobians(contacts, shape_operator(tip, contacts.centroid))
+    J = contact_jacobians(contacts, surface_at_contacts(tip, contacts))
     n, f, c = contact.normal, contact.force, contact.centroid
     size = np.abs(J.centroid).max()
     np.testing.assert_allclose(n @ J.centroid[0], 0, atol=1e-12 * size)  # the centroid stays on the surface

@@ -7,12 +7,16 @@ tangent projector P = 1 - n n' and [a] the matrix of a x, differentiation gives
     mu = dQ n + (Q W - [f]) dc.
 
 Along n this is dQ = n.mu - (f x n).dc. In the tangent plane, where P [f] P = phi [n], it is a 2x2 system with the
-matrix Q W - phi [n] of determinant phi^2 + Q^2 kG (kG: Gaussian curvature), whose inverse is
+matrix M = Q W - phi [n] of determinant phi^2 + Q^2 kG (kG: Gaussian curvature), whose inverse is
 
-    dc = S mu,  S = (Q (tr(W) P - W) + phi [n]) P / (phi^2 + Q^2 kG).
+    dc = S mu,  S = (tr(M) P - M) P / det M = (Q (tr(W) P - W) + phi [n]) P / (phi^2 + Q^2 kG).
 
 The rest follows: dn = W dc, d(normal force) = -d(f.n) = -n.df - (W f).dc, and
 d(tangential force) = df - d(phi n) = P df - n (W f).dc - phi W dc.
+
+A compliant tip yields along n by delta(normal force), so the centroid also moves by -n delta' d(normal force). With
+dc the part along the surface, that adds delta' (n x f)((W f).dc + n.df) to the balance: M gains delta' (n x f)(W f)',
+mu loses delta' (n x f)(n.df). dQ stays, since n x f is across n.
 """
 
 from dataclasses import dataclass
@@ -21,6 +25,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.sensing.contact import Contacts
+from palpate.sensing.surface_at_contacts import SurfaceAtContacts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,37 +47,41 @@ class ContactJacobians:
     spin_torque: FloatArray
 
 
-def contact_jacobians(contacts: Contacts, shape_operators: FloatArray) -> ContactJacobians:
+def contact_jacobians(contacts: Contacts, surface: SurfaceAtContacts) -> ContactJacobians:
     """Return the derivatives of contacts found with the "soft" model.
 
     Args:
         contacts: n contacts; rows whose status is not OK give NaN.
-        shape_operators: W at each centroid, shape (n, 3, 3) [1/m].
+        surface: What the fingertip is like at each of them.
     """
     c, n, f = contacts.centroid, contacts.normal, contacts.force
-    W, phi, Q = shape_operators, -contacts.normal_force, contacts.spin_torque
+    W, phi, Q = surface.shape_operator, -contacts.normal_force, contacts.spin_torque
     P = np.eye(3) - n[:, :, None] * n[:, None, :]
-
-    trace = np.trace(W, axis1=1, axis2=2)
-    gaussian = 0.5 * (trace**2 - np.sum(W * W, axis=(1, 2)))
-    # one root of the determinant at a time: its square may leave float64 where S does not
-    root = np.hypot(phi, Q * np.sqrt(np.maximum(gaussian, 0.0)))
-    spinning = (Q / root)[:, None, None] * (trace[:, None, None] * P - W)
-    S = (spinning + (phi / root)[:, None, None] * _cross_matrices(n)) @ P / root[:, None, None]
-
-    dmu = np.concatenate((-_cross_matrices(c), np.broadcast_to(np.eye(3), P.shape)), axis=2)
-    df = np.zeros_like(dmu)
-    df[:, :, :3] = np.eye(3)
-    dc = S @ dmu
-    dn = W @ dc
-    f_dn = np.einsum("ij,ijk->ik", f, dn)
+    n_cross_f, Wf = np.cross(n, f), np.einsum("ijk,ik->ij", W, f)
+    df = np.broadcast_to(np.eye(3, 6), (len(c), 3, 6))
     n_df = np.einsum("ij,ijk->ik", n, df)
+    dmu = np.concatenate((-_cross_matrices(c), np.broadcast_to(np.eye(3), P.shape)), axis=2)
+    yielding = surface.yielding[:, None, None] * n_cross_f[:, :, None]
+
+    # in units of the force, whose square may leave float64 where S does not
+    size = np.hypot(np.hypot(f[:, 0], f[:, 1]), f[:, 2])
+    M = (Q / size)[:, None, None] * W - (phi / size)[:, None, None] * _cross_matrices(n)
+    M += yielding / size[:, None, None] * Wf[:, None, :]
+    trace = np.trace(M, axis1=1, axis2=2)
+    determinant = 0.5 * (trace**2 - np.einsum("ijk,ikj->i", M, M))
+    S = (trace[:, None, None] * P - M) @ P / (determinant * size)[:, None, None]
+
+    along = S @ (dmu - yielding * n_df[:, None, :])
+    dn = W @ along
+    f_dn = np.einsum("ij,ijk->ik", f, dn)
+    normal_force = -n_df - f_dn
+    sinking = surface.yielding[:, None, None] * n[:, :, None] * normal_force[:, None, :]
     return ContactJacobians(
-        centroid=dc,
+        centroid=along - sinking,
         normal=dn,
-        normal_force=-n_df - f_dn,
+        normal_force=normal_force,
         tangential_force=P @ df - n[:, :, None] * f_dn[:, None, :] - phi[:, None, None] * dn,
-        spin_torque=np.einsum("ij,ijk->ik", n, dmu) - np.einsum("ij,ijk->ik", np.cross(f, n), dc),
+        spin_torque=np.einsum("ij,ijk->ik", n, dmu) + np.einsum("ij,ijk->ik", n_cross_f, along),
     )
 
 

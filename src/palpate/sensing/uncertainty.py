@@ -16,9 +16,9 @@ import numpy.typing as npt
 from palpate.errors import FloatArray, InvalidValueError, not_negative
 from palpate.sensing.contact import Contact, Contacts, ContactStatus
 from palpate.sensing.contact_jacobian import ContactJacobians, contact_jacobians
-from palpate.sensing.curvature import shape_operator
 from palpate.sensing.noise_cubature import nonlinearity
 from palpate.sensing.solver import Surface
+from palpate.sensing.surface_at_contacts import surface_at_contacts
 
 NONLINEARITY_LIMIT = 0.1
 """A residual of 0.1 of the linear standard deviation changes that by at most 0.1, since standard deviations obey
@@ -50,7 +50,8 @@ class ContactUncertainty:
     """What sensor noise does to one contact, in the sensor frame.
 
     Attributes:
-        centroid: Covariance of the centroid, shape (3, 3) [m^2]; singular across the surface.
+        centroid: Covariance of the centroid, shape (3, 3) [m^2]; singular across the surface of a
+            rigid tip.
         normal: Covariance of the normal, shape (3, 3); zero where the surface is flat.
         normal_force: Variance of the normal force [N^2].
         tangential_force: Covariance of the tangential force, shape (3, 3) [N^2].
@@ -167,7 +168,7 @@ def contacts_uncertainties(
     E = _covariance(wrench_covariance)
     found = contacts.status == ContactStatus.OK
     with np.errstate(all="ignore"):  # what leaves float64 is told by the status
-        J = contact_jacobians(contacts, shape_operator(surface, contacts.centroid))
+        J = contact_jacobians(contacts, surface_at_contacts(surface, contacts))
         centroid, normal, tangential = (_spread(each, E) for each in (J.centroid, J.normal, J.tangential_force))
         normal_force = _spread(J.normal_force[:, None], E)[:, 0, 0]
         spin_torque = _spread(J.spin_torque[:, None], E)[:, 0, 0]

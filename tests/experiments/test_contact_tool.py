@@ -1,0 +1,472 @@
+"""`palpate contact`: the sensing layer as a tool, with the files that people and loggers really write."""
+
+import csv
+import dataclasses
+import io
+import json
+import os
+import re
+import select
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate import ContactStatus, Cylinder, Ellipsoid, Sphere, contacts_from_wrenches
+from palpate.errors import InvalidValueError
+from palpate.experiments.contact_config import ContactConfig
+from palpate.experiments.contact_tool import fingertip, run_contact
+from palpate.experiments.wrench_csv import LONGEST_LINE, WrenchReader
+from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
+
+HEADER = "fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm"
+WRENCHES = np.array([[0.3, 0.1, -2.0, 0.004, 0.008, 0.001], [0.0, -0.2, -1.0, -0.002, 0.001, 0.0005]])
+TIP = (0.008, 0.008, 0.012)
+
+
+def lines_of(wrenches):
+    return [",".join(map(repr, row)) for row in np.asarray(wrenches).tolist()]
+
+
+def file_with(folder, text, name="in.csv"):
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def convert(folder, text, **options):
+    """Run the tool from file to file; returns the rows of the output as dictionaries."""
+    options = {"ellipsoid": TIP} | options
+    out = folder / "out"
+    assert run_contact(ContactConfig(source=file_with(folder, text), out=out, **options)) == 0
+    text = out.read_text()
+    if options.get("format") == "jsonl":
+        return [json.loads(line) for line in text.splitlines()]
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def numbers(row, *columns):
+    return [float(row[column]) for column in columns]
+
+
+def vector(row, name, unit):
+    return numbers(row, *(f"{name}_{axis}{unit}" for axis in "xyz"))
+
+
+# --- what comes out ----------------------------------------------------------------------------------------------
+
+
+def test_contacts_are_those_of_the_library_to_the_last_bit(tmp_path):
+    rows = convert(tmp_path, "\n".join([HEADER, *lines_of(WRENCHES)]))
+    expected = contacts_from_wrenches(Ellipsoid(TIP), WRENCHES)
+    assert len(rows) == 2
+    for i, row in enumerate(rows):
+        assert vector(row, "centroid", "_m") == expected.centroid[i].tolist()
+        assert vector(row, "normal", "") == expected.normal[i].tolist()
+        assert vector(row, "force", "_N") == WRENCHES[i, :3].tolist()
+        assert vector(row, "tangential_force", "_N") == expected.tangential_force[i].tolist()
+        found = numbers(row, "normal_force_N", "spin_torque_Nm", "condition")
+        assert found == [x[i] for x in (expected.normal_force, expected.spin_torque, expected.condition)]
+        assert row["status"] == "OK"
+
+
+def test_json_lines_say_the_same_as_csv(tmp_path):
+    text = "\n".join(["time_s,label," + HEADER, "0.10,a b," + lines_of(WRENCHES)[0], "2,,0,0,0,0,0,0"])
+    noise = {"force_noise": 0.01, "moment_noise": 1e-4}
+    flat, nested = convert(tmp_path, text, **noise), convert(tmp_path, text, format="jsonl", **noise)
+    for a, b in zip(flat, nested, strict=True):
+        assert a["status"] == b["status"]
+        assert a["uncertainty"] == b["uncertainty"]
+        for key, value in b.items():
+            if isinstance(value, list):
+                stem, _, unit = key.rpartition("_")
+                stem, unit = (stem, "_" + unit) if unit in ("m", "N") else (key, "")
+                assert [a[f"{stem}_{axis}{unit}"] for axis in "xyz"] == [
+                    "" if x is None else repr(x) for x in value
+                ]
+    assert nested[0]["time_s"] == 0.1
+    assert nested[0]["label"] == "a b"
+    assert nested[1]["status"] == "NO_FORCE"
+    assert nested[1]["centroid_m"] == [None] * 3
+    assert flat[1]["centroid_x_m"] == flat[1]["spin_torque_Nm"] == ""
+
+
+def test_noise_gives_standard_deviations_and_whether_to_trust_them(tmp_path):
+    rows = convert(tmp_path, "\n".join([HEADER, *lines_of(WRENCHES)]), force_noise=0.01, moment_noise=1e-4)
+    contacts = contacts_from_wrenches(Ellipsoid(TIP), WRENCHES)
+    told = contacts_uncertainties(Ellipsoid(TIP), contacts, white_noise(0.01, 1e-4))
+    for i, row in enumerate(rows):
+        np.testing.assert_allclose(vector(row, "centroid_sd", "_m"), np.sqrt(np.diag(told.centroid[i])))
+        np.testing.assert_allclose(numbers(row, "normal_force_sd_N")[0], np.sqrt(told.normal_force[i]))
+        np.testing.assert_allclose(numbers(row, "spin_torque_sd_Nm")[0], np.sqrt(told.spin_torque[i]))
+        assert row["uncertainty"] == "VALID"
+    assert convert(tmp_path, HEADER + "\n0,0,-1,0,0,0", force_noise=0.3)[0]["uncertainty"] != "VALID"
+
+
+def test_the_fingertip_is_the_one_that_was_described():
+    turned = fingertip(ContactConfig(cylinder=0.01, center=(0.0, 0.0, 0.02), rotvec=(np.pi / 2, 0.0, 0.0)))
+    assert isinstance(turned, Cylinder)
+    np.testing.assert_allclose(turned.rotation @ [0, 0, 1], [0, -1, 0], atol=1e-15)
+    assert turned.center.tolist() == [0, 0, 0.02]
+    assert isinstance(fingertip(ContactConfig(sphere=0.01)), Sphere)
+    assert fingertip(ContactConfig(plane=0.01)).half_lengths == (np.inf, np.inf, 0.01)
+    assert fingertip(ContactConfig(ellipsoid=TIP)).half_lengths == TIP
+
+
+def test_the_wrench_axis_method_on_request(tmp_path):
+    rows = convert(tmp_path, "\n".join([HEADER, *lines_of(WRENCHES)]), model="hard")
+    expected = contacts_from_wrenches(Ellipsoid(TIP), WRENCHES, "hard")
+    assert vector(rows[0], "centroid", "_m") == expected.centroid[0].tolist()
+
+
+# --- what goes in ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("header", "scale"),
+    [
+        ("fx,fy,fz,mx,my,mz", 1),
+        ("FX,Fy,fZ,MX,My,mZ", 1),
+        (" fx , fy,fz ,mx,my,mz", 1),
+        ('"fx","fy","fz","mx","my","mz"', 1),
+        ("fx [N],fy (N),fz/N,mx [N m],my (N*m),mz/Nm", 1),
+        ("fx_mN,fy_mN,fz_mN,mx_mNm,my_mNm,mz_mNm", 1e-3),
+        ("fx_kN,fy_kN,fz_kN,mx_kNm,my_kNm,mz_kNm", 1e3),
+    ],
+)
+def test_columns_are_found_by_name_and_unit(header, scale, tmp_path):
+    (row,) = convert(tmp_path, f"{header}\n{lines_of(WRENCHES)[0]}")
+    expected = contacts_from_wrenches(Ellipsoid(TIP), WRENCHES[:1] * scale)
+    assert vector(row, "centroid", "_m") == expected.centroid[0].tolist()
+    assert vector(row, "force", "_N") == expected.force[0].tolist()
+
+
+@pytest.mark.parametrize(
+    ("unit", "value"),
+    [("Nm", 1.0), ("mNm", 1e-3), ("uNm", 1e-6), ("µNm", 1e-6), ("Nmm", 1e-3), ("Ncm", 1e-2), ("N·m", 1.0)],
+)
+def test_units_of_moment(unit, value, tmp_path):
+    given = WRENCHES[0] / np.repeat([1.0, value], 3)
+    columns = ",".join(["fx", "fy", "fz"] + [f"m{axis}_{unit}" for axis in "xyz"])
+    (row,) = convert(tmp_path, f"{columns}\n{lines_of([given])[0]}")
+    expected = contacts_from_wrenches(Ellipsoid(TIP), WRENCHES[:1])
+    np.testing.assert_allclose(vector(row, "centroid", "_m"), expected.centroid[0], rtol=1e-12)
+
+
+def test_order_is_free_and_other_columns_are_copied_as_they_are(tmp_path):
+    names = ["note", "mz", "fy", "time_s", "fx", "my", "fz", "mx", ""]
+    w = dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), WRENCHES[0].tolist(), strict=True))
+    fields = ['"a, ""b"""' if n == "note" else "0.100" if n == "time_s" else repr(w.get(n, "")) for n in names]
+    text = ",".join(names) + "\n" + ",".join(fields) + "\n"
+    (row,) = convert(tmp_path, text)
+    assert list(row)[:3] == ["note", "time_s", "centroid_x_m"]
+    assert row["note"] == 'a, "b"'
+    assert row["time_s"] == "0.100"
+    expected = contacts_from_wrenches(Ellipsoid(TIP), WRENCHES[:1])
+    assert vector(row, "centroid", "_m") == expected.centroid[0].tolist()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeff" + HEADER + "\n{}\n{}\n",
+        HEADER.replace(",", " , ") + "\r\n{}\r\n{}\r\n",
+        "# a comment\n\n" + HEADER + "\n# another, 1, 2\n{}\n   \n{}",
+        HEADER + ",\n{},\n{},\n",
+    ],
+    ids=["byte order mark", "CRLF", "comments and blank lines", "comma at the end"],
+)
+def test_what_spreadsheets_and_loggers_add(text, tmp_path):
+    rows = convert(tmp_path, text.format(*lines_of(WRENCHES)))
+    assert [row["status"] for row in rows] == ["OK", "OK"]
+    assert [float(row["force_x_N"]) for row in rows] == WRENCHES[:, 0].tolist()
+
+
+def test_a_header_without_rows_gives_a_header_without_rows(tmp_path):
+    assert convert(tmp_path, HEADER) == []
+    assert (tmp_path / "out").read_text().startswith("centroid_x_m,")
+
+
+# --- mistakes ----------------------------------------------------------------------------------------------------
+
+ROW = lines_of(WRENCHES)[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["is empty", "fx_N,fy_N"]),
+        ("\n\n# nothing\n", ["is empty"]),
+        (ROW, ["line 1", "numbers where the header should be"]),
+        (f"fx,fy,fz,mx,my\n{ROW}", ["line 1", "no column mz"]),
+        ("fx;fy;fz;mx;my;mz\n1;2;3;4;5;6", ["line 1", "by commas, not ';'"]),
+        ("fx\tfy\tfz\tmx\tmy\tmz\n", ["line 1", "commas, not '\\t'"]),
+        (f"fx,fy,fz,mx,my,mz,fx_N\n{ROW},1", ["line 1", "fx is there twice"]),
+        (f"t,t,{HEADER}\n1,2,{ROW}", ["line 1", "two columns are called 't'"]),
+        (f"fx_lbf,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'fx_lbf'", "'lbf'", "N, mN, kN"]),
+        (f"fx_Nm,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'Nm' is not known", "for fx are N"]),
+        (f"fx,fy,fz,mx_N,my,mz\n{ROW}", ["line 1", "'N' is not known", "Nm"]),
+        (f"fx_n,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'n' is not known"]),
+        (f"fx_,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'fx_' names no unit"]),
+        (f"status,{HEADER}\n1,{ROW}", ["line 1", "'status'", "output column", "rename"]),
+        (f"{HEADER}\n{ROW}\n1,2,3,4,5", ["line 3", "5 fields", "6 columns"]),
+        (f"{HEADER}\n{ROW},7", ["line 2", "7 fields"]),
+        (f"{HEADER}\n{ROW}\n1,2,abc,4,5,6", ["line 3", "fz = 'abc'", "number"]),
+        (f"{HEADER}\n1,2,,4,5,6", ["line 2", "fz = ''"]),
+        (f"{HEADER}\n1,2,1_0,4,5,6", ["line 2", "fz = '1_0'"]),
+        (f"{HEADER}\n1,2,٣,4,5,6", ["line 2", "fz"]),
+        (f"{HEADER}\n1,2,0x10,4,5,6", ["line 2", "fz = '0x10'"]),
+        (f"{HEADER}\n{ROW}\n\n# c\n1,2,nan,4,5,6", ["line 5", "fz = 'nan'", "finite", "--not-finite mark"]),
+        (f"{HEADER}\n1,2,-Infinity,4,5,6", ["line 2", "fz = '-Infinity'"]),
+        (f"{HEADER}\n1,2,1e999,4,5,6", ["line 2", "fz = '1e999'"]),
+        (f'{HEADER}\n1,2,"3,4,5,6', ["line 2", "quoted field"]),
+        (f'note,{HEADER}\n"a\nb",{ROW}', ["line 2", "closed on its line"]),
+        (f"{HEADER}\n{ROW}\x00", ["line 2", "control character '\\x00'"]),
+        (f"{HEADER}\r{ROW}\r", ["line 1", "control character '\\r'"]),
+        ((f"{HEADER}\n{ROW}").encode("utf-16"), ["line 1", "UTF-16", "UTF-8"]),
+        (HEADER.encode() + b"\n1,2,3,4,5,\xff", ["line 2", "not UTF-8"]),
+        (bytes(range(128, 256)) * 40, ["line 1"]),
+        ("x" * (3 * LONGEST_LINE), ["line 1", "longer than"]),
+        (HEADER + "\n" + "1" * (2 * LONGEST_LINE) + "\n", ["line 2", "longer than"]),
+    ],
+)
+@pytest.mark.parametrize("to_file", [True, False])
+def test_wrong_files_are_named_with_the_line_and_leave_nothing_behind(
+    text, words, to_file, tmp_path, capsysbinary
+):
+    source = file_with(tmp_path, text)
+    out = tmp_path / "out.csv" if to_file else Path("-")
+    with pytest.raises(InvalidValueError) as wrong:
+        run_contact(ContactConfig(source=source, sphere=0.01, out=out))
+    said = str(wrong.value)
+    assert said.startswith(str(source))
+    assert "\n" not in said
+    assert len(said) < len(str(source)) + 250
+    for word in words:
+        assert word in said
+    assert [path.name for path in tmp_path.iterdir()] == ["in.csv"], "nothing half written"
+    assert capsysbinary.readouterr().out == b""
+
+
+def test_a_former_output_survives_a_mistake(tmp_path):
+    (tmp_path / "out.csv").write_text("precious")
+    with pytest.raises(InvalidValueError):
+        run_contact(ContactConfig(source=file_with(tmp_path, "x"), sphere=0.01, out=tmp_path / "out.csv"))
+    assert (tmp_path / "out.csv").read_text() == "precious"
+
+
+def test_rows_that_are_not_finite_are_marked_on_request(tmp_path):
+    text = f"t,{HEADER}\n1,{ROW}\n2,1,2,nan,4,5,6\n3,1,2,3,inf,5,6\n4,{ROW}\n"
+    rows = convert(tmp_path, text, not_finite="mark", force_noise=0.001)
+    assert [row["status"] for row in rows] == ["OK", "INVALID", "INVALID", "OK"]
+    assert [row["t"] for row in rows] == ["1", "2", "3", "4"]
+    assert rows[1]["force_z_N"] == rows[1]["centroid_x_m"] == rows[1]["normal_force_sd_N"] == ""
+    assert rows[1]["uncertainty"] == "NO_CONTACT"
+    nested = convert(tmp_path, text, not_finite="mark", format="jsonl")
+    assert nested[1]["centroid_m"] == [None] * 3
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "none given; give one of --sphere"),
+        ({"sphere": 0.01, "plane": 0.01}, "--sphere and --plane given"),
+        ({"sphere": -0.01}, "sphere = -0.01 m"),
+        ({"sphere": float("nan")}, "sphere = nan m"),
+        ({"ellipsoid": (0.01, 0.0, 0.01)}, "ellipsoid = 0.0 m"),
+        ({"sphere": 0.01, "center": (0.0, 0.0, float("inf"))}, "center"),
+        ({"sphere": 0.01, "force_noise": -1.0}, "force_noise = -1.0 N"),
+        ({"sphere": 0.01, "force_noise": 0.1, "model": "hard"}, "soft model only"),
+    ],
+)
+def test_wrong_options_are_refused_at_once(options, words):
+    with pytest.raises(InvalidValueError, match=re.escape(words)):
+        ContactConfig(**options)
+
+
+def test_unreadable_input_and_dangerous_output_are_named(tmp_path):
+    for source in (tmp_path / "missing.csv", tmp_path):
+        with pytest.raises(InvalidValueError, match="cannot read"):
+            run_contact(ContactConfig(source=source, sphere=0.01))
+    source = file_with(tmp_path, f"{HEADER}\n{ROW}")
+    with pytest.raises(InvalidValueError, match="is the input"):
+        run_contact(ContactConfig(source=source, sphere=0.01, out=source))
+    assert source.read_text() == f"{HEADER}\n{ROW}"
+    with pytest.raises(OSError, match="nowhere"):
+        run_contact(ContactConfig(source=source, sphere=0.01, out=tmp_path / "nowhere" / "out.csv"))
+
+
+# --- streams -----------------------------------------------------------------------------------------------------
+
+RUN = (
+    "import sys\n"
+    "from palpate.experiments.contact_config import ContactConfig\n"
+    "from palpate.experiments.contact_tool import run_contact\n"
+    "sys.exit(run_contact(ContactConfig(sphere=0.01)))\n"
+)
+
+
+def test_a_live_source_is_served_row_by_row():
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    with subprocess.Popen(
+        [sys.executable, "-c", RUN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, env=buffered
+    ) as tool:
+        tool.stdin.write(f"t,{HEADER}\n".encode())
+        for i in range(3):
+            tool.stdin.write(f"{i},{ROW}\n".encode())
+            if not select.select([tool.stdout], [], [], 30)[0]:
+                tool.kill()
+                pytest.fail("the row waits for more input")
+            if i == 0:
+                assert tool.stdout.readline().startswith(b"t,centroid_x_m")
+            assert tool.stdout.readline().startswith(b"%d," % i)  # before the next row is there
+        tool.stdin.close()
+        assert tool.stdout.read() == b""
+        assert tool.wait(20) == 0
+
+
+def test_a_reader_that_has_seen_enough_is_no_mistake(tmp_path):
+    source = file_with(tmp_path, "\n".join([HEADER] + [ROW] * 20_000))
+    command = '{ "$0" -c "$1" < "$2"; echo "code $?" >&2; } | head -n 1'
+    done = subprocess.run(["sh", "-c", command, sys.executable, RUN, source], capture_output=True, timeout=60)
+    assert done.stdout.startswith(b"centroid_x_m")
+    assert done.stderr == b"code 0\n"
+
+
+class Endless:
+    """Megabytes of rows, never all in memory."""
+
+    def __init__(self, rows):
+        self.left = rows
+        self.start = (HEADER + "\n").encode()
+        self.block = (ROW + "\n").encode() * 500
+
+    def read1(self, size=-1):
+        if self.start:
+            start, self.start = self.start, b""
+            return start
+        self.left -= 500
+        return self.block if self.left >= 0 else b""
+
+
+def test_memory_does_not_grow_with_the_input():
+    peaks = []
+    for rows in (2_000, 20_000):
+        tracemalloc.start()
+        count = sum(len(block) for _, block in WrenchReader(Endless(rows), "rows").blocks())
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert count == rows
+    assert peaks[1] < 1.5 * peaks[0]
+
+
+@pytest.mark.parametrize("size", [1, 7, 64])
+def test_how_the_bytes_arrive_does_not_matter(size):
+    """Lines, numbers and characters may be torn anywhere."""
+
+    class Drip(io.BytesIO):
+        def read1(self, _=-1):
+            return super().read1(size)
+
+    text = f"\ufeffµ,{HEADER}\r\n1,{ROW}\r\n# ü\r\n2,{ROW}".encode()
+    rows = [row for _, block in WrenchReader(Drip(text), "drip").blocks() for row in block]
+    assert [row.copied for row in rows] == [("1",), ("2",)]
+    np.testing.assert_array_equal([row.wrench for row in rows], WRENCHES[[0, 0]])
+
+
+# --- fuzz --------------------------------------------------------------------------------------------------------
+
+SEED_TEXT = (
+    "t," + HEADER + ",note\n" + "".join(f"{i},{line},x\n" for i, line in enumerate(lines_of([*WRENCHES] * 3)))
+).encode()
+TOKENS = [
+    *[b"nan", b"inf", b"-inf", b"abc", b",", b",,", b"\n", b"\r\n", b"\r", b"\x00", b"\xff", b'"', b'""', b"#"],
+    *["é".encode(), b"\xef\xbb\xbf", b"1e999", b"1e-400", b"-0", b";", b"\t", b" ", b"_N", b"fx", b"mz_mNm"],
+    *[b"status", b"0" * 400, b"1e308", b"5e-324", b"'", b"{}", b"%s", b"\x1a", b"\xf0\x9f\x98\x80"],
+]
+
+
+def fuzzed(rng):
+    text = bytearray(SEED_TEXT)
+    if rng.random() < 0.05:
+        return rng.bytes(int(rng.integers(0, 3000)))
+    for _ in range(int(rng.integers(1, 3))):
+        at, length = int(rng.integers(0, len(text) + 1)), int(rng.integers(0, 12))
+        match int(rng.integers(0, 8)):
+            case 0:
+                text[at:at] = TOKENS[rng.integers(len(TOKENS))]
+            case 1:
+                text[at : at + length] = TOKENS[rng.integers(len(TOKENS))]
+            case 2:
+                del text[at : at + length]
+            case 3:
+                text[at : at + 1] = rng.bytes(1)
+            case 4:
+                del text[at:]
+            case 5 | 6:
+                digits = [i for i, character in enumerate(text) if 48 <= character <= 57]
+                if digits:
+                    text[digits[int(rng.integers(len(digits)))]] = int(rng.integers(48, 58))
+            case _:
+                text[at:at] = text[at : at + 20 * length]
+    return bytes(text)
+
+
+def survive(folder, count, seed):
+    rng = np.random.default_rng(seed)
+    config = ContactConfig(sphere=0.01, source=folder / "in.csv", out=folder / "out")
+    accepted = 0
+    for i in range(count):
+        data = fuzzed(rng)
+        config.source.write_bytes(data)
+        options = {
+            "not_finite": ("refuse", "mark")[i % 2],
+            "format": ("csv", "jsonl")[i // 2 % 2],
+            "force_noise": (0.0, 0.01)[i // 4 % 2],
+        }
+        said = None
+        try:
+            assert run_contact(dataclasses.replace(config, **options)) == 0
+        except InvalidValueError as error:
+            said = str(error)
+        if said is not None:
+            assert not config.out.exists(), data
+            assert "\n" not in said, data
+            assert said.startswith(str(config.source)), data
+        else:
+            accepted += 1
+            check_output(config.out.read_text(), options["format"], data)
+            config.out.unlink()
+        assert {path.name for path in folder.iterdir()} == {"in.csv"}
+    return accepted
+
+
+def check_output(text, form, data):
+    if form == "jsonl":
+        rows = [json.loads(line, parse_constant=pytest.fail) for line in text.splitlines()]
+        rows = [
+            (row["status"], [*row["centroid_m"], row["normal_force_N"], row["spin_torque_Nm"]]) for row in rows
+        ]
+    else:
+        table = list(csv.DictReader(io.StringIO(text, newline=""), strict=True))
+        names = ["centroid_x_m", "centroid_y_m", "centroid_z_m", "normal_force_N", "spin_torque_Nm"]
+        rows = [(row["status"], [float(row[n]) if row[n] else None for n in names]) for row in table]
+    for status, values in rows:
+        if status == "OK":
+            assert np.isfinite(np.array(values, dtype=np.float64)).all(), data
+        else:
+            assert status in ContactStatus.__members__
+            assert values == [None] * 5, data
+
+
+def test_fuzzed_files_give_contacts_or_one_line_never_a_crash(tmp_path):
+    accepted = survive(tmp_path, 500, seed=1)
+    assert 25 < accepted < 450, "the fuzzer must see both outcomes"
+
+
+@pytest.mark.slow
+def test_ten_thousand_fuzzed_files(tmp_path):
+    assert survive(tmp_path, 10_000, seed=2) > 500
