@@ -127,7 +127,9 @@ def plan(config: ExploreConfig) -> ExplorationPlan:
     noise = WrenchNoise(config.force_noise, config.moment_noise, config.seed)
     _check_speed(config, scene.pair)
 
-    delay = tracking_delay(config.period, stage.lag)
+    payload = Payload(tip.mass, tip.center_of_mass)
+    finger = Finger(sensed, payload, config.touch_force, config.touch_force / 2.0)
+    delay = tracking_delay(config.period, stage.lag, finger.pipeline().delay)
     descent = 2.0 * target.top + max(config.tip) + CLEARANCE
     parameters = ExploreParameters(
         force=config.force,
@@ -142,7 +144,7 @@ def plan(config: ExploreConfig) -> ExplorationPlan:
         target,
         raster,
         parameters,
-        Finger(sensed, Payload(tip.mass, tip.center_of_mass), config.touch_force, config.touch_force / 2.0),
+        finger,
         Limits(
             workspace_lower=(min(xs) - ROOM, min(ys) - ROOM, top - descent - ROOM),
             workspace_upper=(max(xs) + ROOM, max(ys) + ROOM, top + ROOM),

@@ -13,7 +13,7 @@ from palpate.runtime.loop import Ending, Observer, RunResult, run
 from palpate.runtime.protocols import Backend, Controller
 from palpate.runtime.recorder import Record, Recorder
 from palpate.runtime.supervisor import Limits, Supervisor, Trip
-from palpate.runtime.touch import Finger, Touch
+from palpate.runtime.touch import Finger, FingerDescription, PlainPipeline, SensorFinger, Touch, WrenchPipeline
 
 __all__ = [
     "ArmSample",
@@ -22,18 +22,22 @@ __all__ = [
     "Controller",
     "Ending",
     "Finger",
+    "FingerDescription",
     "FingerObservation",
     "Limits",
     "Observation",
     "Observer",
     "Phase",
+    "PlainPipeline",
     "Record",
     "Recorder",
     "RunResult",
     "Sample",
+    "SensorFinger",
     "Supervisor",
     "Touch",
     "Trip",
+    "WrenchPipeline",
     "WrenchSample",
     "run",
 ]

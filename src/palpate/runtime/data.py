@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from palpate.sensing.contact import Contact
+from palpate.sensing.ft.health import HEALTHY, Verdict
 from palpate.spatial import ZERO, Matrix, Vector, Wrench
 
 
@@ -68,11 +69,13 @@ class FingerObservation:
         wrench: What the object exerts on the finger: the device's wrench with weight and inertia taken off.
         contact: The contact that explains it.
         touching: Whether the force says that there is a contact at all (threshold with hysteresis).
+        health: What is wrong with the sensor, if anything.
     """
 
     wrench: Wrench
     contact: Contact
     touching: bool
+    health: Verdict = HEALTHY
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,6 +101,8 @@ class Supervisor:
             force = norm(finger.wrench[:3])
             if not math.isfinite(sum(finger.wrench)):
                 return Trip(time, "wrench", "not finite", "finite numbers")
+            if not finger.health.ok:
+                return Trip(time, "force/torque sensor", str(finger.health), "a healthy sensor")
             if force > limits.force:
                 return Trip(time, "contact force", f"{force:.2f} N", f"{limits.force:g} N")
         u, v, w = command.velocity_base_tip

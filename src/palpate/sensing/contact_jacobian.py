@@ -14,9 +14,9 @@ matrix M = Q W - phi [n] of determinant phi^2 + Q^2 kG (kG: Gaussian curvature),
 The rest follows: dn = W dc, d(normal force) = -d(f.n) = -n.df - (W f).dc, and
 d(tangential force) = df - d(phi n) = P df - n (W f).dc - phi W dc.
 
-A compliant tip yields along n by delta(normal force), so the centroid also moves by -n delta' d(normal force). With
-dc the part along the surface, that adds delta' (n x f)((W f).dc + n.df) to the balance: M gains delta' (n x f)(W f)',
-mu loses delta' (n x f)(n.df). dQ stays, since n x f is across n.
+A compliant tip yields along n by delta(normal force), so the centroid also moves by -n delta' d(normal force).
+With dc the part along the surface, that adds delta' (n x f)((W f).dc + n.df) to the balance: M gains
+delta' (n x f)(W f)', mu loses delta' (n x f)(n.df). dQ stays, since n x f is across n.
 """
 
 from dataclasses import dataclass
