@@ -2,17 +2,25 @@
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 import tyro
 
 from palpate import __version__
 from palpate.errors import InvalidValueError, PalpateError
+from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
 
 DESCRIPTION = (
     "palpate: hybrid force control with the sense of touch. "
     "Try `palpate explore`, then open the report it names; `palpate explore --help` explains every option."
 )
+
+COMMANDS: dict[str, tuple[type, str]] = {
+    "explore": (ExploreConfig, "palpate.experiments.explore_command:run_explore"),
+    "contact": (ContactConfig, "palpate.experiments.contact_tool:run_contact"),
+}
+"""What people can type: the configuration, which is light to import, and what runs it, which need not be."""
 
 MISTAKE = 2
 """Exit code for wrong input."""
@@ -30,8 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
     try:
-        config = _parse(arguments)
-        return _explore(config)
+        return _run(_parse(arguments))
     except InvalidValueError as error:
         sys.stderr.write(f"palpate: {error}\n")
         return MISTAKE
@@ -39,37 +46,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"palpate: {error}; the robot was stopped\n")
         return UNFINISHED
     except OSError as error:
-        sys.stderr.write(f"palpate: cannot write: {error}\n")
+        sys.stderr.write(f"palpate: {error}\n")
         return UNFINISHED
     except KeyboardInterrupt:
         sys.stderr.write("palpate: interrupted; the robot was stopped\n")
         return 130  # 128 + SIGINT, the shell's convention
 
 
-def _parse(arguments: Sequence[str]) -> ExploreConfig:
+def _parse(arguments: Sequence[str]) -> object:
     return tyro.extras.subcommand_cli_from_dict(
-        {"explore": ExploreConfig}, prog="palpate", description=DESCRIPTION, args=arguments
+        {name: config for name, (config, _) in COMMANDS.items()},
+        prog="palpate",
+        description=DESCRIPTION,
+        args=arguments,
     )
 
 
-def _explore(config: ExploreConfig) -> int:
-    # imported here: simulation, compiled kernels and drawing take a second that --help need not wait for
-    from rich.console import Console
-
-    from palpate.experiments.explore import carry_out, make_folder, write_exploration
-    from palpate.experiments.explore_plan import plan
-    from palpate.experiments.explore_report import exploration_report
-    from palpate.experiments.progress import run_progress
-    from palpate.reporting import summary_table
-    from palpate.runtime import Ending
-
-    console = Console()
-    planned = plan(config)
-    make_folder(config.out)
-    with run_progress(console, planned.expected_duration) as observer:
-        exploration = carry_out(planned, (observer,))
-    with console.status("drawing the report"):
-        files = write_exploration(exploration, config.out)
-    console.print(summary_table(exploration_report(exploration)))
-    console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
-    return 0 if exploration.run.ending is Ending.DONE else UNFINISHED
+def _run(config: object) -> int:
+    # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
+    for kind, where in COMMANDS.values():
+        if isinstance(config, kind):
+            module, function = where.split(":")
+            return int(getattr(import_module(module), function)(config))
+    raise AssertionError(f"no command takes {config!r}")

@@ -85,8 +85,8 @@ def test_the_frame_is_continuous_as_friction_grows_out_of_the_noise_and_turns_in
     """A slow path out of the noise and back, while friction turns: x never jumps."""
     n = np.array([0.0, 0.0, 1.0])
     x, largest = (1.0, 0.0, 0.0), 0.0
-    for i in range(8001):
-        t = i / 2000
+    for i in range(4001):
+        t = i / 1000
         size, angle = 0.015 * (1 - math.cos(math.pi * t)), 2.0 + 0.5 * t
         friction = size * np.array([math.cos(angle), math.sin(angle), 0.0])
         frame = contact_frame(contact_at(n, 2.0, friction, 0.0), 0.01, x)

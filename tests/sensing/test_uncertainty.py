@@ -8,7 +8,16 @@ import pytest
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from palpate import Cylinder, Ellipsoid, Plane, Sphere, contact_from_wrench, contacts_from_wrenches
+from palpate import (
+    Capsule,
+    CompliantTip,
+    Cylinder,
+    Ellipsoid,
+    Plane,
+    Sphere,
+    contact_from_wrench,
+    contacts_from_wrenches,
+)
 from palpate.errors import InvalidValueError
 from palpate.sensing.contact_jacobian import contact_jacobians
 from palpate.sensing.curvature import shape_operator
@@ -173,7 +182,65 @@ def test_derivatives_agree_with_central_differences_in_high_precision(kind):
 finite = st.floats(-1, 1, allow_subnormal=False)
 
 
-@hypothesis.settings(max_examples=60, deadline=None, derandomize=True)
+YIELDING = [
+    # at 5 N these yield by 2.5 mm and 2.2 mm, a quarter of the radius and not small at all
+    CompliantTip(Sphere(0.01, center=(0.001, 0.002, 0.003)), stiffness=2e3),
+    CompliantTip(Ellipsoid((0.008, 0.01, 0.012), center=(0.001, -0.002, 0.003)), stiffness=5e4, exponent=2 / 3),
+]
+
+
+def random_push(rng):
+    """Five newtons from above, with friction and spin, about the sensor's origin; shape (6,)."""
+    across, moment = rng.uniform(-1, 1, 2), rng.uniform(-0.006, 0.006, 3)
+    return np.array([*across, rng.uniform(-5, -4), *moment])
+
+
+@pytest.mark.parametrize("tip", YIELDING, ids=["linear", "Hertz"])
+def test_derivatives_of_a_compliant_tip_agree_with_the_solver(tip):
+    """Its centroid sinks in with the normal force, which no rigid tip's does."""
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        wrench = random_push(rng)
+        J = jacobian_of(tip, wrench)
+        steps = np.diag(np.repeat([1e-5, 1e-7], 3))
+        ahead, behind = (contacts_from_wrenches(tip, wrench + sign * steps) for sign in (1, -1))
+        assert (ahead.status == 0).all()
+        fields = ("centroid", "normal", "normal_force", "tangential_force", "spin_torque")
+        rise = np.column_stack([getattr(ahead, name) - getattr(behind, name) for name in fields]).T
+        slope = rise / (2 * np.diag(steps))
+        scale = np.abs(J).max(axis=1, keepdims=True)
+        np.testing.assert_allclose(J / scale, slope / scale, rtol=0, atol=1e-6)
+        assert abs(contact_from_wrench(tip, wrench).normal @ J[:3, 2]) > 1e-5, "it sinks in"
+
+
+@pytest.mark.parametrize("tip", [*YIELDING, Capsule(0.008, 0.02)], ids=["linear", "Hertz", "capsule"])
+def test_other_fingertips_are_predicted_within_three_percent_at_one_percent_noise(tip):
+    rng = np.random.default_rng(6)
+    for _ in range(4):
+        ratio, told = monte_carlo_ratios(tip, random_push(rng), white_noise(0.05, 0.0004), 50_000, rng)
+        assert told.status is UncertaintyStatus.VALID
+        np.testing.assert_allclose(ratio, 1, atol=0.03)
+
+
+def test_near_a_seam_nothing_wrong_is_called_valid():
+    """A capsule's curvature jumps from sphere to cylinder: what the noise finds beyond the seam counts."""
+    tip, rng, seen = Capsule(0.008, 0.02), np.random.default_rng(6), set()
+    # contacts on its side, at and around the circle where hemisphere and cylinder meet
+    down = contact_from_wrench(tip, [0, 0, -1, 0, 0, 0])
+    assert down.status == 0
+    seam = down.centroid[2] - 0.008
+    for height in np.linspace(-6e-4, 6e-4, 25):
+        c = np.array([np.sqrt(0.008**2 - max(height, 0.0) ** 2), 0.0, seam + height])
+        n = np.array([c[0], 0.0, max(height, 0.0)]) / 0.008
+        wrench = wrench_at(c, n, 2.0, np.array([0.0, 0.5, 0.3]), 0.002)
+        ratio, told = monte_carlo_ratios(tip, wrench, white_noise(0.02, 0.0002), 20_000, rng)
+        seen.add(told.status)
+        if told.status is UncertaintyStatus.VALID:
+            np.testing.assert_allclose(ratio, 1, atol=0.1)
+    assert len(seen) > 1
+
+
+@hypothesis.settings(max_examples=40, deadline=None, derandomize=True)
 @hypothesis.given(st.sampled_from(KINDS), st.integers(0, 2**32 - 1))
 def test_what_derivatives_must_obey(kind, seed):
     rng = np.random.default_rng(seed)
@@ -246,7 +313,7 @@ def survey(level, contacts, samples, seed=11):
 
 
 def test_at_one_percent_noise_predictions_are_within_three_percent_of_monte_carlo():
-    ratios, status, _ = survey(0.01, contacts=16, samples=200_000)
+    ratios, status, _ = survey(0.01, contacts=12, samples=200_000)
     assert ratios.min() > 0.97
     assert ratios.max() < 1.03
     assert (status == UncertaintyStatus.VALID).all()
@@ -254,7 +321,7 @@ def test_at_one_percent_noise_predictions_are_within_three_percent_of_monte_carl
 
 @pytest.mark.parametrize("level", [0.04, 0.08, 0.2])
 def test_no_prediction_that_is_a_tenth_off_is_called_valid(level):
-    ratios, status, departure = survey(level, contacts=80, samples=20_000)
+    ratios, status, departure = survey(level, contacts=48, samples=10_000)
     off = (np.abs(ratios - 1) > 0.1).any(axis=1)
     assert off.any() or level < 0.05, "the test must see what the flag is for"
     assert (status[off] != UncertaintyStatus.VALID).all()
@@ -408,7 +475,7 @@ def test_what_is_no_covariance_is_refused(covariance, words):
 # --- what the simpler method costs -------------------------------------------------------------------------------
 
 
-@hypothesis.settings(max_examples=60, deadline=None, derandomize=True)
+@hypothesis.settings(max_examples=40, deadline=None, derandomize=True)
 @hypothesis.given(st.sampled_from(KINDS), st.integers(0, 2**32 - 1))
 def test_equation_10_is_the_wrench_axis_methods_error_in_the_contact_plane(kind, seed):
     rng = np.random.default_rng(seed)
