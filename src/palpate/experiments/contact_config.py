@@ -12,6 +12,20 @@ STANDARD_STREAM = Path("-")
 """Standard input or standard output, as many tools write it."""
 
 
+FINGERTIPS = {
+    "sphere": "R",
+    "ellipsoid": "A B C",
+    "cylinder": "R",
+    "plane": "D",
+    "paraboloid": "R1 R2",
+    "capsule": "R L",
+    "box": "A B C R",
+    "superellipsoid": "A B C P",
+    "mesh": "MESH",
+}
+"""Options that describe a fingertip, and the sizes that they take."""
+
+
 @dataclass(frozen=True, slots=True)
 class ContactConfig:
     """Turn wrenches of a force/torque sensor behind a fingertip into contacts.
@@ -45,6 +59,16 @@ class ContactConfig:
     """Fingertip: an endless cylinder about z of this radius [m]."""
     plane: Annotated[float | None, tyro.conf.arg(metavar="D")] = None
     """Fingertip: a pair of planes, at plus and minus this z [m]; the force says which one is touched."""
+    paraboloid: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R1 R2")] = None
+    """Fingertip: a paraboloid that opens along -z, with these radii of curvature at its apex [m]."""
+    capsule: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R L")] = None
+    """Fingertip: a thimble, a hemisphere of this radius on a cylinder down to z = -L [m]."""
+    box: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C R")] = None
+    """Fingertip: a box of these half lengths with edges rounded by R [m]."""
+    superellipsoid: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C P")] = None
+    """Fingertip: |x/A|^P + |y/B|^P + |z/C|^P = 1 [m, m, m, -]."""
+    mesh: Annotated[Path | None, tyro.conf.arg(metavar="MESH")] = None
+    """Fingertip: a closed convex mesh file (STL, PLY, OBJ) in metres."""
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Centre of the fingertip's surface in the sensor frame [m]."""
     rotvec: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -63,17 +87,16 @@ class ContactConfig:
     """Output file, which appears whole or not at all; - is standard output."""
 
     def __post_init__(self) -> None:
-        given = [name for name in ("sphere", "ellipsoid", "cylinder", "plane") if getattr(self, name) is not None]
+        given = [name for name in FINGERTIPS if getattr(self, name) is not None]
         if len(given) != 1:
             found = " and ".join(f"--{name}" for name in given) or "none"
-            raise InvalidValueError(
-                f"fingertip: {found} given; give one of --sphere R, --ellipsoid A B C, --cylinder R, --plane D [m]"
-            )
-        for length in self.ellipsoid or ():
-            positive("ellipsoid", length, "m", infinite_allowed=True)
-        for name in ("sphere", "cylinder", "plane"):
-            if getattr(self, name) is not None:
-                positive(name, getattr(self, name), "m")
+            options = ", ".join(f"--{name} {sizes}" for name, sizes in FINGERTIPS.items())
+            raise InvalidValueError(f"fingertip: {found} given; give one of {options} [m]")
+        for name in given:
+            value = getattr(self, name)
+            if not isinstance(value, Path):
+                for length in value if isinstance(value, tuple) else (value,):
+                    positive(name, length, "m", infinite_allowed=name == "ellipsoid")
         vector("center", self.center, 3, "m")
         vector("rotvec", self.rotvec, 3, "rad")
         not_negative("force_noise", self.force_noise, "N")

@@ -15,9 +15,19 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.contact_config import STANDARD_STREAM, ContactConfig
 from palpate.experiments.contact_table import CsvTable, JsonLines, TableFormat
 from palpate.experiments.wrench_csv import ByteSource, WrenchReader
-from palpate.sensing.solver import contacts_from_wrenches
+from palpate.sensing.solver import Surface, contacts_from_wrenches
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
-from palpate.surfaces import CenteredQuadric, Cylinder, Ellipsoid, Plane, Sphere
+from palpate.surfaces import (
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Paraboloid,
+    Plane,
+    RoundedBox,
+    Sphere,
+    Superellipsoid,
+    load_mesh,
+)
 
 INTERRUPTED = 130
 """128 + SIGINT, the shell's convention."""
@@ -51,19 +61,30 @@ def run_contact(config: ContactConfig) -> int:
     return 0
 
 
-def fingertip(config: ContactConfig) -> CenteredQuadric:
+def fingertip(config: ContactConfig) -> Surface:
     """Return the fingertip that a configuration describes.
 
     Raises:
         InvalidValueError: The surface cannot be built.
     """
     center, rotation = np.array(config.center), rotation_matrix_from_rotvec(np.array(config.rotvec))
+    if config.mesh is not None:
+        return load_mesh(config.mesh, center=center, rotation=rotation)
+    if config.box is not None:
+        return RoundedBox(config.box[:3], config.box[3], center, rotation)
+    if config.capsule is not None:
+        return Capsule(*config.capsule, center, rotation)
+    if config.superellipsoid is not None:
+        axes, exponent = config.superellipsoid[:3], config.superellipsoid[3]
+        return Superellipsoid(axes, exponent, center=center, rotation=rotation)
     if config.sphere is not None:
         return Sphere(config.sphere, center=center, rotation=rotation)
     if config.ellipsoid is not None:
         return Ellipsoid(config.ellipsoid, center=center, rotation=rotation)
     if config.cylinder is not None:
         return Cylinder(config.cylinder, center=center, rotation=rotation)
+    if config.paraboloid is not None:
+        return Paraboloid(config.paraboloid, center=center, rotation=rotation)
     assert config.plane is not None  # ContactConfig has made sure that one is given
     return Plane(config.plane, center=center, rotation=rotation)
 
@@ -80,7 +101,7 @@ def rotation_matrix_from_rotvec(rotvec: FloatArray) -> FloatArray:
 
 def _convert(
     config: ContactConfig,
-    surface: CenteredQuadric,
+    surface: Surface,
     reader: WrenchReader,
     form: type[CsvTable] | type[JsonLines],
     sink: _ByteSink,
