@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import Annotated, NamedTuple, Union
 
 import tyro
 
@@ -16,11 +17,33 @@ DESCRIPTION = (
     "Try `palpate explore`, then open the report it names; `palpate explore --help` explains every option."
 )
 
-COMMANDS: dict[str, tuple[type, str]] = {
-    "explore": (ExploreConfig, "palpate.experiments.explore_command:run_explore"),
-    "contact": (ContactConfig, "palpate.experiments.contact_tool:run_contact"),
+
+class Command(NamedTuple):
+    """What people can type.
+
+    Attributes:
+        config: Its options, light to import.
+        runner: What runs it, as module:function; need not be light.
+        summary: One line.
+    """
+
+    config: type
+    runner: str
+    summary: str
+
+
+COMMANDS = {
+    "explore": Command(
+        ExploreConfig,
+        "palpate.experiments.explore_command:run_explore",
+        "Explore the surface of a simulated object by touch, and draw it.",
+    ),
+    "contact": Command(
+        ContactConfig,
+        "palpate.experiments.contact_tool:run_contact",
+        "Turn wrenches, from a file or standard input, into contacts.",
+    ),
 }
-"""What people can type: the configuration, which is light to import, and what runs it, which need not be."""
 
 MISTAKE = 2
 """Exit code for wrong input."""
@@ -54,18 +77,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parse(arguments: Sequence[str]) -> object:
-    return tyro.extras.subcommand_cli_from_dict(
-        {name: config for name, (config, _) in COMMANDS.items()},
-        prog="palpate",
-        description=DESCRIPTION,
-        args=arguments,
+    first = arguments[0]
+    if first in COMMANDS:
+        return tyro.cli(COMMANDS[first].config, prog=f"palpate {first}", args=arguments[1:])
+    # help, or a mistake: show the commands, one line each
+    listed = tuple(
+        Annotated[command.config, tyro.conf.subcommand(name, description=command.summary)]
+        for name, command in COMMANDS.items()
     )
+    return tyro.cli(Union[listed], prog="palpate", description=DESCRIPTION, args=arguments)  # type: ignore[call-overload]  # noqa: UP007
 
 
 def _run(config: object) -> int:
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    for kind, where in COMMANDS.values():
-        if isinstance(config, kind):
-            module, function = where.split(":")
+    for command in COMMANDS.values():
+        if isinstance(config, command.config):
+            module, function = command.runner.split(":")
             return int(getattr(import_module(module), function)(config))
     raise AssertionError(f"no command takes {config!r}")

@@ -10,7 +10,7 @@ from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.ft.arrays import AXES, finite_rows, positive_entries
@@ -126,7 +126,7 @@ def estimate_drift(wrench: npt.ArrayLike, *, period: float, limit: npt.ArrayLike
     spacing = seconds * (len(rows) // BATCHES)
     x = spacing * (np.arange(float(BATCHES)) - 0.5 * (BATCHES - 1))
     slope, se = _line(x, _batch_means(rows))
-    half = float(student.ppf(1.0 - 0.5 * (1.0 - CONFIDENCE) / 6, BATCHES - 2)) * se
+    half = float(stdtrit(BATCHES - 2, 1.0 - 0.5 * (1.0 - CONFIDENCE) / 6)) * se
     if (np.abs(slope) - half > most).any():
         status = DriftStatus.DRIFTING
     elif (np.abs(slope) + half <= most).all():

@@ -16,7 +16,7 @@ from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtri
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.compensation import Payload
@@ -37,7 +37,7 @@ over the earth."""
 CONFIDENCE = 0.95
 """Of every interval here."""
 
-TWO_SIDED = float(norm.ppf(0.5 + 0.5 * CONFIDENCE))
+TWO_SIDED = float(ndtri(0.5 + 0.5 * CONFIDENCE))
 """Half-width of such an interval in standard deviations (1.96)."""
 
 INCONSISTENT_PROBABILITY = 1e-4
@@ -216,7 +216,7 @@ def _bias_covariance(
 
 def _chi2(residual_in_sd: FloatArray, freedom: int) -> tuple[float, bool]:
     total = float((residual_in_sd**2).sum())
-    return total / freedom, bool(chi2.sf(total, freedom) >= INCONSISTENT_PROBABILITY)
+    return total / freedom, bool(chdtrc(freedom, total) >= INCONSISTENT_PROBABILITY)
 
 
 def _refuse_moving(a: FloatArray) -> None:
