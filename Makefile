@@ -43,11 +43,12 @@ build: $(VENV)/.build  ## Build the wheel, install it into a fresh environment, 
 
 bench: $(VENV)/.test  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/python tests/reference/worst.py
-	$(BIN)/python benchmarks/contact.py
+	$(BIN)/python benchmarks/contact
 	$(BIN)/python benchmarks/exploration.py
 
 pictures: $(VENV)/.run  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py
+	$(BIN)/python benchmarks/contact --picture docs/contact_speed_error.png
 
 clean:  ## Remove environments, builds, caches and runs
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

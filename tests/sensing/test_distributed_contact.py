@@ -2,8 +2,8 @@
 
 Points p_i of a small patch press with forces h_i, h_i.n_i < 0, any friction; only the sum of forces and moments is
 felt. On a plane the centroid lies in the convex hull of the points, exactly: the tangential forces all act in the
-plane, and their moment is spin. Where the patch is curved it rises by up to d^2/2R over its radius d; friction there
-has a moment that is not spin and moves the centroid by friction times that, at most.
+plane, and their moment is spin. Where the patch is curved it rises by up to d^2/2R over its radius d; friction
+there has a moment that is not spin and moves the centroid by about friction times that.
 """
 
 import numpy as np
@@ -84,8 +84,8 @@ def test_on_a_curved_patch_it_lies_in_the_hull_within_the_warp(name, friction):
 
 
 @pytest.mark.parametrize("name", TIPS)
-def test_many_points_press_and_the_pressure_of_the_whole_is_theirs(name):
-    """The normal force is the sum of theirs, and the spin torque at most what their friction can do at a reach d."""
+def test_many_points_push_and_twist_as_their_friction_can(name):
+    """The tip is pushed, and the spin torque is at most what their friction can do at the patch's reach."""
     surface, R = TIPS[name]
     rng = np.random.default_rng(8)
     d = 0.01 * R
@@ -129,7 +129,6 @@ def test_nor_does_it_on_a_plane():
         wrench = pressing(rng, points, np.tile([0.0, 0.0, 1.0], (4, 1)), 2.0)
         soft, hard = (contact_from_wrench(Plane(SIZE), wrench, model=model) for model in ("soft", "hard"))
         outsiders += outside(points[:, :2], hard.centroid[:2]) > 0
-        # along the force's tangential part turned by a quarter: the axis leaves by |q| |f_t| / (|f| f_n)
         apart = np.linalg.norm(hard.centroid - soft.centroid)
         tangential, force = np.linalg.norm(soft.tangential_force), np.linalg.norm(soft.force)
         assert apart == pytest.approx(abs(soft.spin_torque) * tangential / force**2, rel=1e-9)

@@ -1,0 +1,1 @@
+"""Contact sensing, speed against error: run by `python benchmarks/contact`."""

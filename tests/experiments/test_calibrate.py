@@ -1,0 +1,688 @@
+"""`palpate calibrate`: from what people measure to a sensor file that makes the pipeline measure right."""
+
+import dataclasses
+import math
+import random
+import subprocess
+import sys
+
+import msgspec
+import numpy as np
+import pytest
+import tyro
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.calibrate import (
+    BiasedBackend,
+    preset_sensor,
+    run_calibrate,
+    stage_backend,
+    take_readings,
+)
+from palpate.experiments.calibrate_config import (
+    CalibrateConfig,
+    MatrixConfig,
+    NewSensorConfig,
+    PayloadConfig,
+    TareConfig,
+)
+from palpate.experiments.calibrate_data import read_csv, specific_forces, wrenches
+from palpate.runtime import Command
+from palpate.sensing.compensation import Payload
+from palpate.sensing.ft import HEALTHY, FTPipeline, PayloadEntry, load_sensor_file, save_sensor_file
+from sensing.ft.sensor_examples import fingertip
+
+WRENCH = "fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm"
+G = 9.80665
+NANO = preset_sensor("nano17")
+NOISE = np.array(NANO.noise)
+RANGES = np.array(NANO.axis_limits)
+TRUE_PAYLOAD = Payload(0.030, (0.0005, 0.001, 0.018))
+BIAS = np.array([0.1, -0.2, 0.3, 1e-3, -2e-3, 5e-4])
+
+
+def table(header, rows):
+    return "\n".join([header, *(",".join(map(repr, row)) for row in np.asarray(rows).tolist())]) + "\n"
+
+
+def written(folder, text, name="in.csv"):
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def sensor_in(folder, sensor=NANO):
+    path = folder / "sensor.yaml"
+    save_sensor_file(path, sensor)
+    return path
+
+
+def run(task):
+    return run_calibrate(CalibrateConfig(task))
+
+
+def refused(task, *words):
+    """The task is refused in one line with these words, and no file changes."""
+    folder = task.sensor.parent
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    with pytest.raises(InvalidValueError) as caught:
+        run(task)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message, message
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def load_on(payload, specific_force):
+    """Newton: what a payload at rest puts on the sensor's tip side. Written on its own, not by the library."""
+    force = -payload.mass * specific_force
+    return np.concatenate([force, np.cross(payload.center_of_mass, force)])
+
+
+# --- simulated measurements --------------------------------------------------------------------------------------
+
+SENSITIVITY = np.linalg.qr(np.random.default_rng(5).normal(size=(8, 6)))[0] * 5.0 / RANGES
+"""Of a sensor with eight gauges [V per N or N m]: half the range of 10 V at full load."""
+
+OFFSET = np.linspace(-0.5, 0.7, 8)
+
+
+def raw_of(load, rng, noise=1e-4):
+    return load @ SENSITIVITY.T + OFFSET + noise * rng.normal(size=(len(load), 8))
+
+
+def loads_csv(rng, n=40, unit="", header=WRENCH, factor=1.0):
+    load = rng.uniform(-0.8, 0.8, (n, 6)) * RANGES
+    names = ",".join(f"raw_{i}{unit}" for i in range(8))
+    return table(f"{names},{header}", np.hstack([raw_of(load, rng), load * factor]))
+
+
+def poses(rng, n=24):
+    """Rotations that map sensor to base coordinates, and the specific forces in the sensor."""
+    R = Rotation.random(n, random_state=rng)
+    return R, R.inv().apply([0.0, 0.0, G])
+
+
+def shown(specific_force, rng, payload=TRUE_PAYLOAD, bias=BIAS):
+    load = np.array([load_on(payload, a) for a in specific_force])
+    return load + bias + NOISE * rng.normal(size=load.shape)
+
+
+def rest_csv(rng, n=400, mean=BIAS):
+    return table(WRENCH, mean + NOISE * rng.normal(size=(n, 6)))
+
+
+# --- the whole way -----------------------------------------------------------------------------------------------
+
+
+def test_from_nothing_to_a_pipeline_that_measures_right(tmp_path, capsys):
+    """new -> matrix -> payload -> tare; then a known contact is measured to within the noise."""
+    rng = np.random.default_rng(1)
+    sensor = tmp_path / "sensor.yaml"
+    assert run(NewSensorConfig(file=sensor, preset="nano17", serial_number="FT1")) == 0
+    loads = written(tmp_path, loads_csv(rng, unit="_V"))
+    assert run(MatrixConfig(loads=loads, sensor=sensor, raw_range=(-10.0, 10.0))) == 0
+    R, up = poses(rng)
+    raw = raw_of(shown(up, rng), rng)
+    names = ",".join(f"raw_{i}" for i in range(8))
+    pose = table(f"{names},qw,qx,qy,qz", np.hstack([raw, R.as_quat()[:, [3, 0, 1, 2]]]))
+    assert run(PayloadConfig(poses=written(tmp_path, pose), sensor=sensor)) == 0
+    down = np.array([0.0, G, 0.0])
+    drifted = BIAS + 5e-3 * RANGES
+    raw = raw_of(shown(np.tile(down, (400, 1)), rng, bias=drifted), rng)
+    rest = written(tmp_path, table(names, raw))
+    assert run(TareConfig(sensor=sensor, readings=rest, gravity_direction=(0.0, -1.0, 0.0))) == 0
+
+    pipeline = FTPipeline(load_sensor_file(sensor))
+    contact = np.array([0.5, -1.0, -3.0, 0.01, 0.02, -0.005])
+    up = np.array([G / math.sqrt(2.0), 0.0, -G / math.sqrt(2.0)])
+    load = contact + load_on(TRUE_PAYLOAD, up) + drifted
+    felt = pipeline.step(tuple((SENSITIVITY @ load + OFFSET).tolist()), tuple(up.tolist()))
+    assert (np.abs(felt.wrench - contact) < NOISE + 3e-4 * RANGES).all()
+    assert felt.health is HEALTHY
+    told = capsys.readouterr().out
+    for word in ("condition number", "left out rms", "centre of mass", "95 % from", "standard error", "status OK"):
+        assert word in told
+    text = sensor.read_text()
+    for word in ("FT1", "bias: 400 readings", "payload: 24 poses", "matrix: 40 known loads"):
+        assert word in text
+
+
+def test_the_old_file_is_kept_or_left_alone(tmp_path):
+    rng = np.random.default_rng(2)
+    sensor, rest = sensor_in(tmp_path), written(tmp_path, rest_csv(rng))
+    before = sensor.read_bytes()
+    assert run(TareConfig(sensor=sensor, readings=rest, out=tmp_path / "new.yaml")) == 0
+    assert sensor.read_bytes() == before
+    assert not (tmp_path / "sensor.yaml.bak").exists()
+    assert run(TareConfig(sensor=sensor, readings=rest)) == 0
+    assert (tmp_path / "sensor.yaml.bak").read_bytes() == before
+    assert sensor.read_bytes() == (tmp_path / "new.yaml").read_bytes() != before
+    assert {path.name for path in tmp_path.iterdir()} == {"sensor.yaml", "sensor.yaml.bak", "new.yaml", "in.csv"}
+
+
+def test_a_folder_that_cannot_be_written_to_is_an_os_error_and_nothing_is_left(tmp_path):
+    sensor, rest = sensor_in(tmp_path), written(tmp_path, rest_csv(np.random.default_rng(2)))
+    with pytest.raises(OSError, match="No such file"):
+        run(TareConfig(sensor=sensor, readings=rest, out=tmp_path / "missing" / "new.yaml"))
+    assert {path.name for path in tmp_path.iterdir()} == {"sensor.yaml", "in.csv"}
+
+
+# --- matrix ------------------------------------------------------------------------------------------------------
+
+
+def test_the_calibration_matrix_inverts_the_sensor(tmp_path):
+    sensor = sensor_in(tmp_path)
+    loads = written(tmp_path, loads_csv(np.random.default_rng(3)))
+    run(MatrixConfig(loads=loads, sensor=sensor, raw_unit="V", raw_range=(-10.0, 10.0)))
+    found = load_sensor_file(sensor).calibration
+    np.testing.assert_allclose(np.array(found.matrix) @ SENSITIVITY, np.eye(6), atol=2e-3)
+    np.testing.assert_allclose(found.offset, OFFSET, atol=2e-4)
+    assert found.raw_unit == "V"
+
+
+def test_units_in_the_header_are_understood(tmp_path):
+    """The same loads in mN and N mm give the same calibration."""
+    header = "fx [mN],fy(mN),fz_mN,mx_Nmm,my [N mm],mz/mNm"
+    for name, text in (
+        ("a", loads_csv(np.random.default_rng(3))),
+        ("b", loads_csv(np.random.default_rng(3), header=header, factor=1e3)),
+    ):
+        (tmp_path / name).mkdir()
+        sensor = sensor_in(tmp_path / name)
+        run(MatrixConfig(written(tmp_path, text), sensor, raw_unit="V", raw_range=(-10.0, 10.0)))
+    a, b = (load_sensor_file(tmp_path / name / "sensor.yaml").calibration for name in "ab")
+    np.testing.assert_allclose(a.matrix, b.matrix, rtol=1e-9)
+
+
+def test_channels_by_name_in_the_order_given(tmp_path):
+    text = loads_csv(np.random.default_rng(3))
+    for i in range(8):
+        text = text.replace(f"raw_{i}", f"gauge {7 - i}", 1)
+    names = tuple(f"gauge {7 - i}" for i in range(8))
+    sensor = sensor_in(tmp_path)
+    loads = written(tmp_path, text)
+    run(MatrixConfig(loads, sensor, channels=names, raw_unit="V", raw_range=(-10.0, 10.0)))
+    np.testing.assert_allclose(load_sensor_file(sensor).calibration.offset, OFFSET, atol=2e-4)
+    known = {"raw_unit": "V", "raw_range": (-10.0, 10.0)}
+    refused(MatrixConfig(loads, sensor, channels=("gauge 9", *names), **known), "gauge 9", "'gauge 0'")
+
+
+def other_sign(row):
+    fields = row.split(",")
+    return ",".join([*fields[:-6], *(repr(-float(x)) for x in fields[-6:])])
+
+
+MATRIX_MISTAKES = {
+    "no raw": (lambda t: t.replace("raw_", "v_"), ("no raw channels", "--channels", "'v_0'", "line 1")),
+    "a gap": (lambda t: t.replace("raw_3", "x", 1), ("no column raw_3",)),
+    "twice": (lambda t: t.replace("raw_3", "raw_4", 1), ("raw channel 4 is there twice",)),
+    "no mz": (lambda t: t.replace("mz_Nm", "tz_Nm"), ("no column mz", "'tz_Nm'", "line 1")),
+    "unknown unit": (lambda t: t.replace("mz_Nm", "mz_lbf"), ("'lbf'", "known for mz are", "mNm")),
+    "wrong unit": (lambda t: t.replace("fx_N,", "fx_kN,"), ("beyond the sensor's range of 12", "line 2")),
+    "dead": (lambda t: "\n".join(["9" + r[r.index(","):] if r[0] != "r" else r for r in t.split()]), ("dead",)),
+    "units differ": (lambda t: t.replace("raw_3", "raw_3_mV", 1), ("different units",)),
+    "one sign": (lambda t: "\n".join([*t.split()[:-1], other_sign(t.split()[-1])]), ("left out",)),
+    "few": (lambda t: "\n".join(t.split()[:6]), ("5 loads: give 8 or more",)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MATRIX_MISTAKES)
+def test_wrong_loads_are_refused(name, tmp_path):
+    change, words = MATRIX_MISTAKES[name]
+    text = change(loads_csv(np.random.default_rng(3)))
+    loads = written(tmp_path, text)
+    task = MatrixConfig(loads, sensor_in(tmp_path), raw_unit="V", raw_range=(-10.0, 10.0))
+    refused(task, "in.csv", *words)
+
+
+def test_a_direction_without_loads_is_named(tmp_path):
+    rng = np.random.default_rng(3)
+    load = rng.uniform(-0.8, 0.8, (30, 6)) * RANGES
+    load[:, 5] = 0.0
+    names = ",".join(f"raw_{i}" for i in range(8))
+    loads = written(tmp_path, table(f"{names},{WRENCH}", np.hstack([raw_of(load, rng), load])))
+    refused(MatrixConfig(loads, sensor_in(tmp_path), raw_unit="V", raw_range=(-10.0, 10.0)), "Mz", "do not vary")
+
+
+def test_raw_unit_and_range_must_come_from_somewhere(tmp_path):
+    loads, sensor = written(tmp_path, loads_csv(np.random.default_rng(3))), sensor_in(tmp_path)
+    refused(MatrixConfig(loads, sensor, raw_unit="V"), "--raw-range")
+    refused(MatrixConfig(loads, sensor, raw_range=(-10.0, 10.0)), "--raw-unit")
+    refused(MatrixConfig(loads, sensor, raw_unit="V", raw_range=(-1.0, 1.0)), "saturated", "line 2")
+    loads = written(tmp_path, loads_csv(np.random.default_rng(3), unit="_mV"))
+    refused(MatrixConfig(loads, sensor, raw_unit="V", raw_range=(-10.0, 10.0)), "says mV")
+    refused(MatrixConfig(loads, sensor, out=loads, raw_unit="mV", raw_range=(-10.0, 10.0)), "is the input")
+
+
+# --- payload -----------------------------------------------------------------------------------------------------
+
+POSE_KINDS = ("gravity", "quaternion", "rotation")
+
+
+def pose_csv(rng, kind, n=24, payload=TRUE_PAYLOAD):
+    R, up = poses(rng, n)
+    if kind == "gravity":
+        header, pose = "gx,gy,gz", -up
+    elif kind == "quaternion":
+        header, pose = "qw,qx,qy,qz", R.as_quat()[:, [3, 0, 1, 2]]
+    else:
+        header, pose = ",".join(f"r{i}{j}" for i in range(3) for j in range(3)), R.as_matrix().reshape(-1, 9)
+    return table(f"{header},{WRENCH}", np.hstack([pose, shown(up, rng, payload)]))
+
+
+@pytest.mark.parametrize("kind", POSE_KINDS)
+def test_every_way_to_give_a_pose_finds_the_payload(kind, tmp_path):
+    sensor = sensor_in(tmp_path)
+    assert run(PayloadConfig(written(tmp_path, pose_csv(np.random.default_rng(4), kind)), sensor)) == 0
+    found = load_sensor_file(sensor)
+    assert abs(found.payload.mass - 0.030) < 0.02 * 0.030
+    assert np.abs(np.subtract(found.payload.center_of_mass, TRUE_PAYLOAD.center_of_mass)).max() < 2e-3
+    assert (np.abs(np.subtract(found.bias, BIAS)) < 2.0 * NOISE).all()
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=20, deadline=None)
+def test_the_three_ways_to_give_a_pose_say_the_same(tmp_path_factory, seed):
+    folder = tmp_path_factory.mktemp("poses")
+    forces = [
+        specific_forces(
+            read_csv(written(folder, pose_csv(np.random.default_rng(seed), kind))),
+            "base-from-sensor",
+            (0.0, 0.0, 1.0),
+            G,
+        )
+        for kind in POSE_KINDS
+    ]
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-9)
+    np.testing.assert_allclose(forces[2], forces[0], atol=1e-9)
+
+
+def test_inverse_rotations_are_found_out_and_the_option_is_named(tmp_path):
+    """A payload heavy against the noise cannot fit poses taken the wrong way round."""
+    poses_csv = written(tmp_path, pose_csv(np.random.default_rng(4), "rotation"))
+    refused(
+        PayloadConfig(poses_csv, sensor_in(tmp_path), rotation="sensor-from-base"),
+        "--rotation base-from-sensor it would fit",
+    )
+
+
+def test_no_payload_is_no_mistake(tmp_path, capsys):
+    sensor = sensor_in(tmp_path)
+    text = pose_csv(np.random.default_rng(4), "gravity", payload=Payload())
+    assert run(PayloadConfig(written(tmp_path, text), sensor)) == 0
+    assert load_sensor_file(sensor).payload.mass == 0.0
+    assert "UNRESOLVED" in capsys.readouterr().out
+
+
+PAYLOAD_MISTAKES = {
+    "no pose": (lambda t: t.replace("gx,gy,gz", "a,b,c"), ("no pose", "qw,qx,qy,qz", "'a'")),
+    "half a pose": (lambda t: t.replace("gz,", "c,"), ("no column gz",)),
+    "two kinds": (lambda t: t.replace("gx,gy,gz", "gx,gy,qw"), ("more than one kind",)),
+    "a gyroscope": (lambda t: t.replace("gx,", "gx_rad/s,"), ("rad/s", "none of acceleration")),
+    "up, not down": (lambda t: "\n".join(flipped(r) for r in t.split()), ("below zero", "wrong sign")),
+    "zero": (lambda t: "\n".join([*t.split(), "0,0,0,0,0,0,0,0,0"]), ("line 26", "direction")),
+    "no mz": (lambda t: t.replace("mz_Nm", "z"), ("no column mz", "'z'")),
+    "contact": (lambda t: t.replace("\n", "\n0,0,-9.8,3,0,0,0,0.01,0\n", 1), ("does not explain",)),
+}
+
+
+def flipped(row):
+    fields = row.split(",")
+    return row if row[0] == "g" else ",".join([*(repr(-float(x)) for x in fields[:3]), *fields[3:]])
+
+
+@pytest.mark.parametrize("name", PAYLOAD_MISTAKES)
+def test_wrong_poses_are_refused(name, tmp_path):
+    change, words = PAYLOAD_MISTAKES[name]
+    text = change(pose_csv(np.random.default_rng(4), "gravity"))
+    refused(PayloadConfig(written(tmp_path, text), sensor_in(tmp_path)), "in.csv", *words)
+
+
+def test_no_rotations_are_refused_with_their_line(tmp_path):
+    sensor = sensor_in(tmp_path)
+    row = ",0,0,0,0,0,0\n"
+    header = ",".join(f"r{i}{j}" for i in range(3) for j in range(3)) + f",{WRENCH}\n"
+    for pose, word in (("1,0,0,0,1,0,0,0,-1", "reflection"), ("1,0,0,0,1,0,0,0.01,1", "not orthonormal")):
+        refused(PayloadConfig(written(tmp_path, header + pose + row), sensor), word, "line 2")
+    for pose, word in (("0.5,0,0,0", "length 0.5"), ("1e300,0,0,0", "larger than 1")):
+        refused(PayloadConfig(written(tmp_path, f"qw,qx,qy,qz,{WRENCH}\n{pose}{row}"), sensor), word, "line 2")
+
+
+@pytest.mark.parametrize(
+    ("tilts", "reason"),
+    [
+        ([(0.0, 0.0, -1.0)] * 6, "same direction of gravity"),
+        ([(math.sin(x), 0.0, -math.cos(x)) for x in (0.0, 0.0, 0.5, 0.5)], "centre of mass along that direction"),
+        ([(0.0, 0.0, -1.0)] * 3, "3 poses: give 4 or more"),
+    ],
+)
+def test_singular_pose_sets_are_refused_with_the_reason(tilts, reason, tmp_path):
+    down = np.array(tilts)
+    rows = np.hstack([down, shown(-G * down, np.random.default_rng(4))])
+    poses_csv = written(tmp_path, table(f"gx,gy,gz,{WRENCH}", rows))
+    refused(PayloadConfig(poses_csv, sensor_in(tmp_path)), reason)
+
+
+# --- tare --------------------------------------------------------------------------------------------------------
+
+
+def test_the_weight_of_the_payload_is_taken_off_the_bias(tmp_path):
+    rng = np.random.default_rng(6)
+    sensor = sensor_in(
+        tmp_path,
+        msgspec.structs.replace(NANO, payload=PayloadEntry(mass=0.03, center_of_mass=(0.0005, 0.001, 0.018))),
+    )
+    rows = shown(np.tile([G, 0.0, 0.0], (400, 1)), rng)
+    rest = written(tmp_path, table(WRENCH, rows))
+    refused(TareConfig(sensor=sensor, readings=rest), "--gravity-direction", "0.03 kg")
+    assert run(TareConfig(sensor=sensor, readings=rest, gravity_direction=(-2.0, 0.0, 0.0))) == 0
+    # four standard errors
+    assert (np.abs(np.subtract(load_sensor_file(sensor).bias, BIAS)) < 4.0 * NOISE / 20.0).all()
+
+
+@pytest.mark.parametrize(
+    ("motion", "word"),
+    [
+        (np.sin(np.linspace(0.0, 40.0, 400)) * 10.0, "standard deviation"),
+        (np.linspace(0.0, 5.0, 400), "changed by"),
+        (np.where(np.arange(400) < 200, 0.0, 3.9), "moved"),
+    ],
+)
+def test_readings_that_moved_or_drifted_are_refused(motion, word, tmp_path):
+    rows = BIAS + NOISE * np.random.default_rng(7).normal(size=(400, 6))
+    rows[:, 1] += motion * NOISE[1]
+    rest = written(tmp_path, table(WRENCH, rows))
+    refused(TareConfig(sensor=sensor_in(tmp_path), readings=rest), "Fy", word, "in.csv")
+
+
+def test_noise_can_be_learned_but_a_trend_is_still_refused(tmp_path):
+    sensor = sensor_in(tmp_path)
+    rows = BIAS + 4.0 * NOISE * np.random.default_rng(8).normal(size=(1000, 6))
+    rest = written(tmp_path, table(WRENCH, rows))
+    refused(TareConfig(sensor=sensor, readings=rest), "standard deviation")
+    drifting = written(
+        tmp_path, table(WRENCH, rows + 30.0 * NOISE * np.linspace(0.0, 1.0, 1000)[:, None]), "drift.csv"
+    )
+    refused(TareConfig(sensor=sensor, readings=drifting, learn_noise=True), "changed by")
+    dead = written(tmp_path, table(WRENCH, rows * [1, 1, 0, 1, 1, 1]), "dead.csv")
+    refused(TareConfig(sensor=sensor, readings=dead, learn_noise=True), "Fz", "alive")
+    assert run(TareConfig(sensor=sensor, readings=rest, learn_noise=True)) == 0
+    np.testing.assert_allclose(load_sensor_file(sensor).noise, 4.0 * NOISE, rtol=0.1)
+
+
+def test_raw_channels_without_a_calibration_are_refused(tmp_path):
+    rest = written(tmp_path, table("raw_0,raw_1", np.zeros((200, 2))))
+    refused(TareConfig(sensor=sensor_in(tmp_path), readings=rest), "no calibration", "calibrate matrix")
+    refused(TareConfig(sensor=sensor_in(tmp_path, fingertip()), readings=rest, gravity_direction=(1, 0, 0)), "6")
+
+
+@pytest.mark.parametrize("payload", [PayloadEntry(), PayloadEntry(mass=0.05, center_of_mass=(0.0, 0.002, 0.02))])
+def test_live_the_stage_shows_the_bias_that_it_was_given(payload, tmp_path):
+    sensor = sensor_in(tmp_path, msgspec.structs.replace(NANO, payload=payload))
+    assert run(TareConfig(sensor=sensor, live="stage", duration=1.0, unknown_bias=tuple(BIAS.tolist()))) == 0
+    # five standard errors, and the 10 uN that a tip without a payload weighs
+    assert (np.abs(np.subtract(load_sensor_file(sensor).bias, BIAS)) < 5.0 * NOISE / math.sqrt(1000) + 1e-5).all()
+
+
+def test_live_refuses_noise_that_the_sensor_does_not_have_and_overload(tmp_path):
+    sensor = sensor_in(tmp_path)
+    refused(TareConfig(sensor=sensor, live="stage", duration=0.5, force_noise=0.1), "readings moved")
+    overload = (13.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    refused(TareConfig(sensor=sensor, live="stage", duration=0.5, unknown_bias=overload), "Fx", "range of 12")
+    refused(TareConfig(sensor=sensor, live="stage", duration=0.05), "50 readings: give 100")
+
+
+class SlowSensor:
+    """A back end whose sensor answers every third period only."""
+
+    def __init__(self, backend):
+        self.backend, self.period, self.count, self.closed = backend, backend.period, 0, False
+        self.commands = []
+
+    def start(self):
+        self.kept = self.backend.start()
+        return self.kept
+
+    def step(self, command):
+        self.commands.append(command)
+        sample = self.backend.step(command)
+        self.count += 1
+        if self.count % 3 == 0:
+            self.kept = sample
+        return dataclasses.replace(sample, wrenches=self.kept.wrenches)
+
+    def close(self):
+        self.closed = True
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def test_a_stale_sample_counts_once_and_the_back_end_stands_still_and_is_closed(tmp_path):
+    config = TareConfig(sensor=tmp_path, live="stage")
+    slow = SlowSensor(stage_backend(config, NANO))
+    rows, up = take_readings(slow, 0.3)
+    assert len(rows) == 100
+    assert len(np.unique(rows[:, 0])) == 100
+    np.testing.assert_allclose(up, (0.0, 0.0, G), atol=1e-6)
+    assert slow.closed
+    assert all(command == Command() for command in slow.commands)
+
+
+def test_a_back_end_is_closed_when_it_fails(tmp_path):
+    slow = SlowSensor(stage_backend(TareConfig(sensor=tmp_path, live="stage"), NANO))
+    slow.step = lambda _: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        take_readings(BiasedBackend(slow, (0.0,) * 6), 0.3)
+    assert slow.closed
+
+
+# --- a first file ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("preset", ["nano17", "wrist"])
+def test_a_first_file_loads_says_where_it_comes_from_and_makes_a_pipeline(preset, tmp_path):
+    path = tmp_path / "sensor.yaml"
+    assert run(NewSensorConfig(file=path, preset=preset)) == 0
+    sensor = load_sensor_file(path)
+    assert "template" in sensor.provenance
+    assert "#" in path.read_text()
+    FTPipeline(sensor)
+    before = path.read_bytes()
+    with pytest.raises(InvalidValueError, match="is there already"):
+        run(NewSensorConfig(file=path, preset=preset))
+    assert path.read_bytes() == before
+
+
+# --- files of all kinds ------------------------------------------------------------------------------------------
+
+FILES = {
+    "missing": (None, ("cannot read",)),
+    "empty": (b"", ("is empty",)),
+    "header only": (WRENCH, ("no rows",)),
+    "no header": ("1,2,3,4,5,6\n", ("line 1", "numbers where the header")),
+    "nan": (WRENCH + "\n\n1,2,nan,0,0,0", ("line 3", "fz_N = 'nan'", "finite")),
+    "inf": (WRENCH + "\n1,2,1e999,0,0,0", ("line 2", "1e999", "finite")),
+    "string": (WRENCH + "\n# remark\n1,2,zero,0,0,0", ("line 3", "'zero'", "a number")),
+    "empty field": (WRENCH + "\n1,2,,0,0,0", ("line 2", "''")),
+    "ragged": (WRENCH + "\n1,2,0,0,0,0\n1,2,0,0,0", ("line 3", "5 fields", "6 columns")),
+    "semicolons": (WRENCH.replace(",", ";"), ("commas",)),
+    "binary": (bytes(range(256)), ("line 1",)),
+    "utf-16": (WRENCH.encode("utf-16"), ("UTF-8",)),
+    "a sensor file": (b"palpate_sensor: 1\nmodel: x\n", ("line 2",)),
+    "quote": ('"fx,fy\n', ("quoted",)),
+    "twice": (WRENCH + ",FX\n0,0,0,0,0,0,0", ("fx is there twice",)),
+    "no unit": (WRENCH.replace("fx_N", "fx_") + "\n0,0,0,0,0,0", ("names no unit",)),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_that_is_wrong_is_refused_with_its_line(name, tmp_path):
+    text, words = FILES[name]
+    path = tmp_path / "in.csv" if text is None else written(tmp_path, text)
+    sensor = sensor_in(tmp_path)
+    words = ("no column" if name == "a sensor file" else words[0], *words[1:]) if name != "a sensor file" else ()
+    refused(TareConfig(sensor=sensor, readings=path), "in.csv", *words)
+
+
+def test_a_missing_or_wrong_sensor_file_is_said(tmp_path):
+    rest = written(tmp_path, rest_csv(np.random.default_rng(2)))
+    refused(TareConfig(sensor=tmp_path / "no.yaml", readings=rest), "no.yaml", "calibrate new")
+    refused(TareConfig(sensor=rest, readings=rest), "in.csv")
+    with pytest.raises(InvalidValueError, match="directory"):
+        run(TareConfig(sensor=tmp_path, readings=rest))
+
+
+def test_what_loggers_add_does_no_harm(tmp_path):
+    text = (
+        "\ufeff# log\r\ntime, "
+        + WRENCH.replace(",", " , ")
+        + ',"a, b",\r\n\r\n0.1,1,2,-3.5e-1,0,+0.01,0,"x, y",\r\n'
+    )
+    data = read_csv(written(tmp_path, text))
+    assert wrenches(data, NANO.axis_limits).tolist() == [[1.0, 2.0, -0.35, 0.0, 0.01, 0.0]]
+    assert data.lines == (4,)
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "word"),
+    [
+        (TareConfig, {"readings": None}, "none given"),
+        (TareConfig, {"readings": "a", "live": "stage"}, "both given"),
+        (TareConfig, {"readings": "a", "force_noise": 1.0}, "--live stage only"),
+        (TareConfig, {"live": "stage", "gravity_direction": (0, 0, -1)}, "--readings only"),
+        (TareConfig, {"readings": "a", "gravity_direction": (0, 0, 0)}, "direction"),
+        (TareConfig, {"live": "stage", "duration": math.nan}, "duration"),
+        (TareConfig, {"live": "stage", "duration": 1e9}, "600"),
+        (TareConfig, {"live": "stage", "force_noise": -1.0}, "force_noise"),
+        (TareConfig, {"live": "stage", "unknown_bias": (math.inf,) * 6}, "unknown_bias"),
+        (TareConfig, {"live": "stage", "seed": -1}, "seed"),
+        (PayloadConfig, {"poses": "a", "up": (0, 0, 0)}, "up"),
+        (PayloadConfig, {"poses": "a", "gravity": 0.0}, "gravity"),
+        (PayloadConfig, {"poses": "a", "averaged": 0}, "averaged"),
+        (MatrixConfig, {"loads": "a", "raw_range": (1.0, -1.0)}, "raw_range"),
+        (MatrixConfig, {"loads": "a", "raw_range": (-math.inf, 1.0)}, "raw_range"),
+        (MatrixConfig, {"loads": "a", "channels": ("a", "a")}, "twice"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(kind, options, word):
+    with pytest.raises(InvalidValueError, match=word):
+        kind(sensor="sensor.yaml", **options)
+
+
+# --- the command line --------------------------------------------------------------------------------------------
+
+
+def parsed(*arguments):
+    return tyro.cli(CalibrateConfig, args=arguments).task
+
+
+def test_the_examples_in_the_help_texts_are_understood():
+    """Every example parses to the task it stands with."""
+    count = 0
+    for kind in (NewSensorConfig, MatrixConfig, PayloadConfig, TareConfig):
+        for line in " ".join(kind.__doc__.split()).split("Example: palpate calibrate ")[1:]:
+            assert isinstance(parsed(*line.split()), kind)
+            count += 1
+    assert count == 5
+
+
+def test_the_configuration_imports_nothing_heavy():
+    code = (
+        "import sys, palpate.experiments.calibrate_config\n"
+        "sys.exit(', '.join({'mujoco', 'numba', 'scipy', 'rich.table'} & set(sys.modules) - {'rich.table'}) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+# --- fuzz --------------------------------------------------------------------------------------------------------
+
+# fmt: off
+WORDS = (
+    "nan", "-inf", "1e999", "1e308", "-1e308", "1e-320", "0", "", " ", "x", '"', '""', ",", "\n", "\r", "\x00",
+    "#", ";", "1_000", "0x1F", "\u0663", "fx", "raw_0", "gx", "qw", "r00", "fx_mN", "mz_kNm", "\ufeff", "é", "-",
+    "1,2", "9" * 400,
+)
+# fmt: on
+
+
+def damaged(text, rng):
+    kind = rng.randrange(5)
+    if kind == 0:
+        data = bytearray(text.encode())
+        for _ in range(rng.choice((1, 2, 5, 50))):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        return bytes(data)
+    if kind == 1:
+        return text.encode()[: rng.randrange(len(text) + 1)]
+    lines = text.splitlines()
+    for _ in range(rng.randrange(1, 4)):
+        i = rng.randrange(len(lines))
+        if kind == 2:
+            j = rng.randrange(len(lines))
+            lines[i], lines[j] = lines[j], lines[i]
+        else:
+            fields = lines[0 if kind == 3 else i].split(",")
+            fields[rng.randrange(len(fields))] = rng.choice(WORDS)
+            lines[0 if kind == 3 else i] = ",".join(fields)
+    return "\n".join(lines).encode("utf-8", "surrogatepass")
+
+
+def try_files(count, seed, folder):
+    """Return how many damaged files were refused and how many went through; anything else raises."""
+    rng = random.Random(seed)
+    data = np.random.default_rng(seed)
+    texts = [
+        ("matrix", loads_csv(data, n=12)),
+        *(("payload", pose_csv(data, kind, n=8)) for kind in POSE_KINDS),
+        ("tare", rest_csv(data, n=110)),
+    ]
+    sensor = sensor_in(folder)
+    before = sensor.read_bytes()
+    path, out = folder / "in.csv", folder / "out.yaml"
+    refusals = passes = 0
+    for _ in range(count):
+        task, text = rng.choice(texts)
+        path.write_bytes(damaged(text, rng))
+        out.unlink(missing_ok=True)
+        if task == "matrix":
+            config = MatrixConfig(path, sensor, out, raw_unit="V", raw_range=(-10.0, 10.0))
+        elif task == "payload":
+            config = PayloadConfig(path, sensor, out)
+        else:
+            config = TareConfig(sensor=sensor, readings=path, out=out)
+        try:
+            assert run(config) == 0
+        except InvalidValueError as error:
+            refusals, message = refusals + 1, str(error)
+            named = "in.csv" in message and "\n" not in message
+            if not named or out.exists():
+                raise
+        else:
+            passes += 1
+            FTPipeline(load_sensor_file(out))
+        assert sensor.read_bytes() == before
+    assert not list(folder.glob(".*"))
+    return refusals, passes
+
+
+def test_damaged_files_give_a_sensor_that_can_be_or_a_clear_refusal(tmp_path):
+    refusals, passes = try_files(300, 1, tmp_path)
+    assert refusals > 100
+    assert passes > 10
+
+
+@pytest.mark.slow
+def test_many_damaged_files(tmp_path):
+    refusals, passes = try_files(10_000, 2, tmp_path)
+    assert refusals > 3000
+    assert passes > 300
