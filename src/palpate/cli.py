@@ -1,5 +1,6 @@
 """The palpate command."""
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -9,6 +10,7 @@ import tyro
 
 from palpate import __version__
 from palpate.errors import InvalidValueError, PalpateError
+from palpate.experiments.calibrate_config import CalibrateConfig
 from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
 
@@ -43,6 +45,11 @@ COMMANDS = {
         "palpate.experiments.contact_tool:run_contact",
         "Turn wrenches, from a file or standard input, into contacts.",
     ),
+    "calibrate": Command(
+        CalibrateConfig,
+        "palpate.experiments.calibrate:run_calibrate",
+        "Find out about a force/torque sensor, and keep it in its sensor file.",
+    ),
 }
 
 MISTAKE = 2
@@ -68,6 +75,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PalpateError as error:
         sys.stderr.write(f"palpate: {error}; the robot was stopped\n")
         return UNFINISHED
+    except BrokenPipeError:
+        # whoever read the output has had enough; nothing more to say, at exit neither
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except OSError as error:
         sys.stderr.write(f"palpate: {error}\n")
         return UNFINISHED

@@ -46,7 +46,7 @@ class MatrixConfig:
     out: OutPath = None
     """Write here instead, and leave the sensor file as it is."""
     channels: Channels = ()
-    """Names of the raw channels' columns, in the order in which the device gives them. Left out: raw_0, raw_1, ..."""
+    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
     raw_unit: Annotated[str, tyro.conf.arg(metavar="UNIT")] = ""
     """Unit of the raw channels ("V", "counts"). Left out: as in the header, or in the sensor file."""
     raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = None
@@ -75,8 +75,8 @@ class PayloadConfig:
     tool's orientation (see --rotation).
 
     Four poses are the least, best are the six sides of a cube and more. Poses that leave something undetermined,
-    and wrenches that no payload explains, are refused (exit code 2), and the sensor file stays as it was; otherwise
-    it is updated, and the old one kept as SENSOR.YAML.bak.
+    and wrenches that no payload explains, are refused (exit code 2), and the sensor file stays as it was;
+    otherwise it is updated, and the old one kept as SENSOR.YAML.bak.
 
     Example: palpate calibrate payload --poses poses.csv --sensor sensor.yaml
     """
@@ -113,11 +113,11 @@ class TareConfig:
     """Find the bias from readings at rest: from a CSV file, or live.
 
     Input of --readings: CSV with a header line, then 100 or more equally spaced readings at rest, nothing touched.
-    Columns by name: fx, fy, fz, mx, my, mz as the sensor shows them, no bias taken off, optionally with units as in
-    fx_N, mx_mNm; or raw channels raw_0, raw_1, ..., if the sensor file has a calibration.
+    Columns by name: fx, fy, fz, mx, my, mz as the sensor shows them, no bias taken off, optionally with units as
+    in fx_N, mx_mNm; or raw channels raw_0, raw_1, ..., if the sensor file has a calibration.
 
-    --live stage runs the simulated stage, which stands still above an object and carries the payload that the
-    sensor file names: a way to try it out, with a bias of your choice (--unknown-bias).
+    Live: --live stage runs the simulated stage, which stands still above an object and carries the payload that
+    the sensor file names: a way to try it out, with a bias of your choice (--unknown-bias).
 
     The weight of the payload in the sensor file is taken off. Readings that moved or drifted are refused (exit
     code 2), and the sensor file stays as it was; otherwise it is updated, and the old one kept as SENSOR.YAML.bak.

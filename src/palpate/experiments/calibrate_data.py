@@ -73,7 +73,9 @@ class CsvData:
                 text = row[place].strip()
                 number = float(text) if _DECIMAL.fullmatch(text) else math.nan
                 if not math.isfinite(number):
-                    kind = "finite" if text.lower().lstrip("+-") in _NOT_FINITE or _DECIMAL.fullmatch(text) else "a"
+                    kind = (
+                        "finite" if text.lower().lstrip("+-") in _NOT_FINITE or _DECIMAL.fullmatch(text) else "a"
+                    )
                     raise self.wrong(i, f"{self.columns[place]} = {_short(text)}: must be {kind} number")
                 values[i, j] = number
         return values if factors is None else values * np.array(factors)
@@ -191,6 +193,8 @@ def raw_readings(
     if channels:
         if missing := [name for name in channels if name not in data.columns]:
             raise data.wrong_header(f"no column {', '.join(missing)}")
+        if twice := next((name for name in channels if data.columns.count(name) > 1), None):
+            raise data.wrong_header(f"{_short(twice)} is there twice; keep one")
         places = [data.columns.index(name) for name in channels]
     else:
         numbered: dict[int, tuple[int, str]] = {}
@@ -202,7 +206,9 @@ def raw_readings(
                 numbered[number] = (i, match["unit"] or "")
         order = sorted(numbered)
         if not order:
-            raise data.wrong_header("no raw channels; call their columns raw_0, raw_1, ... or name them by --channels")
+            raise data.wrong_header(
+                "no raw channels; call their columns raw_0, raw_1, ... or name them by --channels"
+            )
         if gap := next((n for n in range(order[0], order[-1]) if n not in numbered), None):
             raise data.wrong_header(f"no column raw_{gap} between raw_{order[0]} and raw_{order[-1]}")
         if len(units := sorted({numbered[n][1] for n in order})) > 1:
@@ -309,9 +315,7 @@ def _rotations_from_quaternions(data: CsvData, quat_wxyz: FloatArray) -> FloatAr
     bad = np.flatnonzero(np.abs(length - 1.0) > QUATERNION_TOLERANCE)
     if len(bad):
         i = int(bad[0])
-        raise data.wrong(
-            i, f"qw,qx,qy,qz has length {length[i]:.4g}: must be 1 (limit {QUATERNION_TOLERANCE:g})"
-        )
+        raise data.wrong(i, f"qw,qx,qy,qz has length {length[i]:.4g}: must be 1 (limit {QUATERNION_TOLERANCE:g})")
     w, x, y, z = (quat_wxyz / length[:, None]).T
     rows = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
@@ -321,7 +325,9 @@ def _rotations_from_quaternions(data: CsvData, quat_wxyz: FloatArray) -> FloatAr
     return np.array(rows).transpose(2, 0, 1)
 
 
-def _complete(data: CsvData, names: Sequence[str], found: dict[str, int] | dict[str, tuple[int, float]], example: str) -> None:
+def _complete(
+    data: CsvData, names: Sequence[str], found: dict[str, int] | dict[str, tuple[int, float]], example: str
+) -> None:
     if missing := [name for name in names if name not in found]:
         raise data.wrong_header(f"no column {', '.join(missing)} (for example {example})")
 

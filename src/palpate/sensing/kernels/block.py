@@ -24,8 +24,8 @@ from palpate.sensing.kernels.double_double import (
 from palpate.sensing.kernels.interleave import LANES, load_wrenches, store_vectors
 from palpate.surfaces.quadric import Packed
 
-BLOCK = 32
-"""Wrenches per block: 32 x 50 rows x 8 bytes = 13 kB of scratch stay in a 32 kB first-level cache."""
+BLOCK = 64
+"""Wrenches per block: 32 x 56 rows x 8 bytes = 14 kB of scratch stay in a 32 kB first-level cache."""
 
 # Rows of the scratch array, as offsets. A vector takes three rows; the low part of a double-double stands as
 # many rows behind its high part as it has components.
@@ -58,7 +58,9 @@ K_LOW = 41 * BLOCK
 LARGER_INVERSE = 42 * BLOCK
 MODULUS_INVERSE = 43 * BLOCK
 WRENCH = 44 * BLOCK
-SCRATCH_SIZE = 50 * BLOCK
+CANCELLED = 50 * BLOCK
+KEPT = 51 * BLOCK
+SCRATCH_SIZE = 56 * BLOCK
 
 OK = float(ContactStatus.OK)
 NO_CONTACT = float(ContactStatus.NO_CONTACT)

@@ -1,0 +1,130 @@
+"""Readings at rest from a back end, to tare a sensor with."""
+
+import math
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.calibrate_config import (
+    TareConfig,
+)
+from palpate.runtime import Backend, Command, Sample, WrenchSample
+from palpate.sensing.ft import (
+    SensorFile,
+)
+from palpate.spatial import Vector, Wrench
+
+LEAST_TIP_MASS = 1e-6
+"""[kg] of a simulated tip when the sensor file names no payload; a simulated body needs some. It weighs 10 uN."""
+
+
+STAGE_PERIOD = 1e-3
+"""Control period of the simulated stage [s]."""
+
+
+SETTLE_TIME = 0.2
+"""[s] that a back end stands still before readings count: 20 time constants of the stage's servos."""
+
+
+STANDING = Command()
+"""No velocity."""
+
+
+def take_readings(backend: Backend, duration: float) -> tuple[FloatArray, Vector]:
+    """Return what the first sensor of a back end shows while standing still; the back end is closed at the end.
+
+    Args:
+        backend: Simulated or real.
+        duration: How long [s], after `SETTLE_TIME`.
+
+    Returns:
+        Wrenches as the device gives them, shape (n, 6) [N, N m], and the mean specific force [m/s^2], both in the
+        sensor frame. A sample that the device had not renewed since the period before counts once.
+
+    Raises:
+        InvalidValueError: The back end has no sensor, or says nothing new.
+    """
+    taken: list[WrenchSample] = []
+    with backend:
+        sample = backend.start()
+        if not sample.wrenches:
+            raise InvalidValueError("the back end has no force/torque sensor")
+        for _ in range(math.ceil(SETTLE_TIME / backend.period)):
+            sample = backend.step(STANDING)
+        before = sample.wrenches[0].time
+        for _ in range(math.ceil(duration / backend.period)):
+            reading = backend.step(STANDING).wrenches[0]
+            if reading.time != before:
+                taken.append(reading)
+            before = reading.time
+    if not taken:
+        raise InvalidValueError(f"the sensor gave no new reading in {duration:g} s")
+    x, y, z = np.mean([reading.acceleration for reading in taken], axis=0).tolist()
+    return np.array([reading.wrench for reading in taken]), (x, y, z)
+
+
+class BiasedBackend:
+    """A back end whose first sensor shows a bias: to try out whether a tare finds it."""
+
+    def __init__(self, backend: Backend, bias: Wrench) -> None:
+        """Take a back end and what to add to the first sensor's wrench [N, N m]."""
+        self._backend = backend
+        self._bias = bias
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        return self._backend.period
+
+    def start(self) -> Sample:
+        """Start, and return the first sample."""
+        return self._biased(self._backend.start())
+
+    def step(self, command: Command) -> Sample:
+        """Apply `command` for one period."""
+        return self._biased(self._backend.step(command))
+
+    def close(self) -> None:
+        """Leave the robot stopped."""
+        self._backend.close()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close, whatever happened."""
+        self.close()
+
+    def _biased(self, sample: Sample) -> Sample:
+        first, *others = sample.wrenches
+        a, b, c, d, e, f = (x + y for x, y in zip(first.wrench, self._bias, strict=True))
+        shown = WrenchSample(first.time, (a, b, c, d, e, f), first.acceleration)
+        return Sample(sample.time, sample.arm, (shown, *others))
+
+
+def stage_backend(config: TareConfig, sensor: SensorFile) -> Backend:
+    """Return the simulated stage, above an object, with the payload and the noise of the sensor file.
+
+    Raises:
+        InvalidValueError: The stage cannot carry that payload.
+    """
+    # imported here: the simulator takes a second that the other tasks need not wait for
+    from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, WrenchNoise, build_stage_scene
+    from palpate.surfaces import Sphere
+
+    radius, clearance = 0.008, 0.01
+    center = sensor.payload.center_of_mass
+    tip = Tip(Sphere(radius, center=np.array(center)), max(sensor.payload.mass, LEAST_TIP_MASS))
+    target = SphereObject(0.04)
+    height = target.top + radius + clearance + abs(center[2])
+    law = ContactLaw(stiffness=20e3, friction=0.3, spin_length=0.004, smallest_force=0.2)
+    force = max(sensor.noise_force) if config.force_noise is None else config.force_noise
+    moment = max(sensor.noise_moment) if config.moment_noise is None else config.moment_noise
+    scene = build_stage_scene(tip, target, law, (0.0, 0.0, height))
+    backend = MujocoBackend(scene, STAGE_PERIOD, WrenchNoise(force, moment, config.seed))
+    return BiasedBackend(backend, config.unknown_bias) if config.unknown_bias else backend
