@@ -42,6 +42,12 @@ ON_THE_WAY = 1e-6
 MOST_STEPS = 40
 """Of Newton's iteration; 5 to 8 are usual."""
 
+LEAST_PUSH = 1e-9
+"""Normal force, relative to the force, below which rounding decides on which side a finger is touched."""
+
+LEAST_SPIN = 1e-14
+"""f.m, relative to |f||m|, that cannot be told from zero."""
+
 LONGEST_STEP = 0.5
 """Of a Newton step, relative to the distance from the centre."""
 
@@ -293,8 +299,6 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
             status: See there.
         """
         total = len(wrenches)
-        # lengths in units of the tip, forces in units of the force
-        unit = max(max(axes[0], axes[1]), axes[2])
         for i in range(total):
             w = wrenches[i]
             code = _OK
@@ -345,20 +349,19 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                         if not residual <= ACCEPTED:
                             c, residual = lead(p, rigid, f, m, start, s)
                         c, residual = soften(p, law, f, m, c)
+                code = _NOT_CONVERGED
                 if residual <= ACCEPTED:
                     n, phi, Q, rest, h = frame_at(p, law, f, m, c)
                     _d, determinant, bend = step_from(law, f, n, phi, Q, rest, h)
                     delta, _rate = indentation(law, phi)
-                    if not (phi < 0.0 and delta * bend < 1.0):
-                        code = _NOT_CONVERGED
-                elif abs(s) <= 1e-15 * unit and axis_misses(p, f, m):
+                    if phi < -LEAST_PUSH and delta * bend < 1.0:
+                        code = _OK
+                moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+                if code != _OK and abs(s) <= LEAST_SPIN * moment and axis_misses(p, f, m):
                     code = _NO_CONTACT
-                else:
-                    code = _NOT_CONVERGED
             if code == _OK:
                 c = (c[0] - delta * n[0], c[1] - delta * n[1], c[2] - delta * n[2])
                 reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-                moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
                 push = -phi * force
                 spin = along * phi if hard else Q
                 condition = (abs(Q) * bend + abs(phi)) / abs(determinant) * (1.0 + moment / reach)
