@@ -62,7 +62,7 @@ def vector(name: str, value: Sequence[float] | FloatArray, length: int, unit: st
     Raises:
         InvalidValueError: Another shape, not numbers, or not finite.
     """
-    array = _array(name, value)
+    array = numbers(name, value)
     if array.shape != (length,):
         raise InvalidValueError(f"{name} has shape {array.shape}: must be ({length},) [{unit}]")
     if not np.isfinite(array).all():
@@ -83,7 +83,7 @@ def rotation_matrix(name: str, value: Sequence[Sequence[float]] | FloatArray) ->
         InvalidValueError: Another shape, not finite, not orthonormal within `ORTHONORMAL_TOLERANCE`, or a
             reflection.
     """
-    matrix = _array(name, value)
+    matrix = numbers(name, value)
     if matrix.shape != (3, 3):
         raise InvalidValueError(f"{name} has shape {matrix.shape}: must be a rotation matrix (3, 3)")
     if not np.isfinite(matrix).all():
@@ -107,7 +107,12 @@ def _real(name: str, value: float, unit: str) -> float:
         raise InvalidValueError(f"{name} = {value!r}: must be a number [{unit}]") from None
 
 
-def _array(name: str, value: object) -> FloatArray:
+def numbers(name: str, value: object) -> FloatArray:
+    """Return `value` as a float64 copy of whatever shape.
+
+    Raises:
+        InvalidValueError: Not numbers in a regular array.
+    """
     try:
         return np.array(value, dtype=np.float64)
     except (TypeError, ValueError):

@@ -86,19 +86,34 @@ def contacts_from_wrenches(surface: Surface, wrenches: npt.ArrayLike, model: Con
     if rows.ndim != 2 or rows.shape[1] != 6:
         raise InvalidValueError(f"wrenches has shape {rows.shape}: must be (n, 6), force then moment in each row")
     n = len(rows)
-    result = np.empty(15 * n)
+    stride = -(-n // 8) * 8  # every field begins on a cache line, as the kernels' widest stores want it
+    result = _on_cache_line(15 * stride)
     status = np.empty(n, np.int8)
     solve(surface, rows, _hard(model), result, status)
+
+    def vectors(field: int) -> FloatArray:
+        return result[3 * field * stride :][: 3 * n].reshape(n, 3)
+
+    def scalars(field: int) -> FloatArray:
+        return result[(12 + field) * stride :][:n]
+
     return Contacts(
-        centroid=result[: 3 * n].reshape(n, 3),
-        normal=result[3 * n : 6 * n].reshape(n, 3),
-        force=result[6 * n : 9 * n].reshape(n, 3),
-        tangential_force=result[9 * n : 12 * n].reshape(n, 3),
-        normal_force=result[12 * n : 13 * n],
-        spin_torque=result[13 * n : 14 * n],
-        condition=result[14 * n :],
+        centroid=vectors(0),
+        normal=vectors(1),
+        force=vectors(2),
+        tangential_force=vectors(3),
+        normal_force=scalars(0),
+        spin_torque=scalars(1),
+        condition=scalars(2),
         status=status,
     )
+
+
+def _on_cache_line(size: int) -> FloatArray:
+    """Return an uninitialised array that begins on a 64-byte boundary."""
+    raw = np.empty(size + 7)
+    first = -(raw.ctypes.data // 8) % 8
+    return raw[first : first + size]
 
 
 def _hard(model: ContactModel) -> bool:

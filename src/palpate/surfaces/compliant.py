@@ -37,8 +37,9 @@ class CompliantTip:
     half_lengths: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        positive("stiffness", self.stiffness, "N/m^(1/exponent)")
-        if not 0.0 < self.exponent <= 1.0:
+        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^(1/exponent)"))
+        object.__setattr__(self, "exponent", positive("exponent", self.exponent, ""))
+        if self.exponent > 1.0:
             raise InvalidValueError(f"exponent = {self.exponent!r}: must be above 0 and at most 1; Hertz has 2/3")
         surface: object = self.surface
         if isinstance(surface, Implicit):
@@ -48,6 +49,8 @@ class CompliantTip:
             evaluate = evaluate_superellipsoid
             half_lengths = np.array(surface.half_lengths)
             parameters = np.array([*half_lengths, 2.0])
+            for array in (half_lengths, parameters):
+                array.setflags(write=False)
         else:
             raise InvalidValueError(
                 f"surface is {surface!r}: must be closed, a Sphere, an Ellipsoid or an implicit surface"

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, positive, rotation_matrix, vector
+from palpate.errors import FloatArray, InvalidValueError, numbers, positive, rotation_matrix, vector
 from palpate.surfaces.quadric import CenteredQuadric
 from palpate.surfaces.shapes import Cylinder, Plane, Sphere
 
@@ -33,7 +33,7 @@ class Patch:
             raise InvalidValueError(
                 f"patch surface is a {type(self.surface).__name__}: must be a Sphere, Ellipsoid, Cylinder or Plane"
             )
-        rows = np.array(self.half_spaces, dtype=np.float64)
+        rows = numbers("half_spaces", self.half_spaces)
         if rows.ndim != 2 or rows.shape[1] != 4 or not np.isfinite(rows).all():
             raise InvalidValueError(f"half_spaces has shape {rows.shape}: must be (k, 4), rows (a, b), all finite")
         length = np.linalg.norm(rows[:, :3], axis=1)
@@ -64,7 +64,10 @@ class Composite:
     _text: str = field(init=False)
 
     def __post_init__(self) -> None:
-        patches = tuple(self.patches)
+        try:
+            patches = tuple(self.patches)
+        except TypeError:
+            patches = ()
         if not patches or not all(isinstance(patch, Patch) for patch in patches):
             raise InvalidValueError(f"patches = {self.patches!r}: must be one Patch or more")
         most = max(len(patch.half_spaces) for patch in patches)

@@ -10,6 +10,7 @@ from numba import njit
 from numba.core.dispatcher import Dispatcher
 
 from palpate.errors import FloatArray, InvalidValueError, positive, rotation_matrix, vector
+from palpate.surfaces.shown import Shown
 
 Derivatives = tuple[float, float, float, float, float, float, float, float, float, float]
 """Value, gradient (x, y, z), and second derivatives (xx, yy, zz, yz, xz, xy)."""
@@ -27,8 +28,8 @@ CHECKED_DIRECTIONS = 60
 """On so many rays from the centre a surface is checked when it is built."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Implicit:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Implicit(Shown):
     """What the solver needs of an implicit surface.
 
     Attributes:
@@ -131,7 +132,7 @@ class _Checked:
                 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ImplicitSurface(Implicit):
     """A convex surface from a user's functions of a point, in the surface's own frame.
 
@@ -156,8 +157,18 @@ class ImplicitSurface(Implicit):
 
     def __post_init__(self) -> None:
         size = positive("size", self.size, "m")
+        for name in ("value", "gradient"):
+            if not callable(getattr(self, name)):
+                raise InvalidValueError(f"{name} = {getattr(self, name)!r}: must be a function of a point (3,)")
         evaluate = _from_functions(self.value, self.gradient)
         parameters = np.array([size * DIFFERENCE_STEP])
+        try:
+            evaluate(parameters, 0.1 * size, 0.2 * size, 0.3 * size)
+        except Exception as error:  # whatever the user's functions, or their compilation, raise
+            raise InvalidValueError(
+                f"value or gradient fails at a point (3,): {str(error).splitlines()[0]}; value must return a "
+                "number, gradient three"
+            ) from error
         check_shape(evaluate, parameters, size)
         self._settle(evaluate, parameters, size)
 
@@ -232,7 +243,7 @@ MOST_ANGULAR = 10.0
 """Largest exponent of a superellipsoid: beyond, its edges are sharper than the solver is tested on."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Superellipsoid(Implicit):
     """|x/a|^p + |y/b|^p + |z/c|^p = 1: an ellipsoid for p = 2, ever more a box with growing p.
 

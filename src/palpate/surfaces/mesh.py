@@ -30,7 +30,7 @@ LONGEST_WALK = 10_000
 _HEADER = 4
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MeshSurface(Implicit):
     """A closed convex triangle mesh with smooth normals.
 

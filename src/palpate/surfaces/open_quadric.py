@@ -14,6 +14,10 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, positive, rotation_matrix, vector
 from palpate.surfaces.quadric import pack_frame
+from palpate.surfaces.shown import Shown
+
+SMALLEST, LARGEST = 1e-60, 1e60
+"""Lengths [m] whose squares and their ratios stay within float64."""
 
 
 class PackedProjective(IntEnum):
@@ -30,8 +34,8 @@ class PackedProjective(IntEnum):
     SIZE = 22
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class OpenQuadric(ABC):
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class OpenQuadric(Shown, ABC):
     """A convex quadric with its apex at `center`, opening along -z of its own frame.
 
     Attributes:
@@ -79,7 +83,7 @@ def _mix(beta: float, eta: float) -> FloatArray:
     return mix.ravel()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Paraboloid(OpenQuadric):
     """An elliptic paraboloid z = -x^2/(2 R_1) - y^2/(2 R_2).
 
@@ -106,7 +110,7 @@ class Paraboloid(OpenQuadric):
         return a, b, 0.0, 1.0 / mean
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hyperboloid(OpenQuadric):
     """One sheet of a two-sheet hyperboloid, z = c (1 - sqrt(1 + x^2/a^2 + y^2/b^2)): a rounded cone.
 
@@ -139,4 +143,7 @@ def _lengths(name: str, value: Sequence[float], count: int) -> tuple[float, ...]
         lengths = ()
     if len(lengths) != count:
         raise InvalidValueError(f"{name} = {value!r}: must be {count} lengths [m]")
-    return tuple(positive(f"{name}[{i}]", length, "m") for i, length in enumerate(lengths))
+    lengths = tuple(positive(f"{name}[{i}]", length, "m") for i, length in enumerate(lengths))
+    if not SMALLEST <= min(lengths) <= max(lengths) <= LARGEST:
+        raise InvalidValueError(f"{name} = {lengths} m: must lie between {SMALLEST:g} m and {LARGEST:g} m")
+    return lengths

@@ -7,13 +7,14 @@ be infinite. The contact solver works from coefficients that are derived here on
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import IntEnum
 from fractions import Fraction
 
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, rotation_matrix, vector
+from palpate.surfaces.shown import Shown
 
 LARGEST_ASPECT_RATIO = 1e60
 """Of finite semi-axes. Beyond it the squares of the coefficients leave float64, and nothing is known with 60
@@ -52,7 +53,7 @@ class Packed(IntEnum):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class CenteredQuadric(ABC):
+class CenteredQuadric(Shown, ABC):
     """A surface (R'(x - center))' diag(1/semi_axes^2) (R'(x - center)) = 1 in sensor coordinates.
 
     Attributes:
@@ -69,16 +70,6 @@ class CenteredQuadric(ABC):
         object.__setattr__(self, "center", vector("center", self.center, 3, "m"))
         object.__setattr__(self, "rotation", rotation_matrix("rotation", self.rotation))
         object.__setattr__(self, "packed", _pack(self.half_lengths, self.center, self.rotation))
-
-    def __repr__(self) -> str:
-        """Show what was given, on one line; centre and rotation only where they are not the sensor's own."""
-        given = {each.name: getattr(self, each.name) for each in fields(self) if each.init}
-        center, rotation = given.pop("center"), given.pop("rotation")
-        if center.any():
-            given["center"] = center.tolist()
-        if (rotation != np.eye(3)).any():
-            given["rotation"] = rotation.tolist()
-        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
     @property
     @abstractmethod

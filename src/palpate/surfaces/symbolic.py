@@ -62,7 +62,7 @@ LARGEST_GRAPH = 20_000
 """More instructions than this take minutes to compile."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SymbolicSurface(Implicit):
     """A convex surface given by a CasADi expression that is negative inside, in the surface's own frame.
 

@@ -21,7 +21,7 @@ from palpate.sensing.kernels.double_double import (
     two_product,
     two_sum,
 )
-from palpate.sensing.kernels.interleave import LANES, load_wrenches, store_vectors
+from palpate.sensing.kernels.interleave import LANES, load_wrenches, store_vectors, stream_row, stream_vectors
 from palpate.surfaces.quadric import Packed
 
 BLOCK = 64
@@ -69,6 +69,9 @@ INVALID = float(ContactStatus.INVALID)
 
 _CENTER = int(Packed.CENTER)
 _ROTATION = int(Packed.ROTATION)
+
+_LEAST_STREAMED = 16_384
+"""Contacts from which results (2 MB) no longer stay in a second-level cache, and are written past it."""
 
 _NEVER = -(1 << 20)  # an exponent below any other
 _EXACT_DOT_BOUND = 2.0**-52
@@ -345,14 +348,41 @@ def _store_scalars(t, row, n, result, offset):
 
 
 @njit(error_model="numpy")
-def store(t, start, n, total, result, status):
-    """Write a block of contacts out, field by field."""
-    _store_vectors(t, C, n, result, 3 * start)
-    _store_vectors(t, N, n, result, 3 * (total + start))
-    _store_vectors(t, WRENCH, n, result, 3 * (2 * total + start))
-    _store_vectors(t, TANGENTIAL, n, result, 3 * (3 * total + start))
-    _store_scalars(t, PUSH, n, result, 12 * total + start)
-    _store_scalars(t, SPIN, n, result, 13 * total + start)
-    _store_scalars(t, KAPPA, n, result, 14 * total + start)
+def _stream_vectors(t, row, whole, result, offset):
+    for i in range(0, whole, LANES):
+        stream_vectors(result, offset + 3 * i, t, row + i, BLOCK)
+
+
+@njit(error_model="numpy")
+def _stream_scalars(t, row, whole, result, offset):
+    for i in range(0, whole, LANES):
+        stream_row(result, offset + i, t, row + i)
+
+
+@njit(error_model="numpy")
+def can_stream(total, stride, result):
+    """Whether results are large enough, and aligned, to be written past the caches."""
+    return total >= _LEAST_STREAMED and stride % LANES == 0 and result.ctypes.data % 64 == 0
+
+
+@njit(error_model="numpy")
+def store(t, start, n, stride, streaming, result, status):
+    """Write a block of contacts out, field by field; fields begin `stride` contacts apart."""
+    if streaming and n % LANES == 0:
+        _stream_vectors(t, C, n, result, 3 * start)
+        _stream_vectors(t, N, n, result, 3 * (stride + start))
+        _stream_vectors(t, WRENCH, n, result, 3 * (2 * stride + start))
+        _stream_vectors(t, TANGENTIAL, n, result, 3 * (3 * stride + start))
+        _stream_scalars(t, PUSH, n, result, 12 * stride + start)
+        _stream_scalars(t, SPIN, n, result, 13 * stride + start)
+        _stream_scalars(t, KAPPA, n, result, 14 * stride + start)
+    else:
+        _store_vectors(t, C, n, result, 3 * start)
+        _store_vectors(t, N, n, result, 3 * (stride + start))
+        _store_vectors(t, WRENCH, n, result, 3 * (2 * stride + start))
+        _store_vectors(t, TANGENTIAL, n, result, 3 * (3 * stride + start))
+        _store_scalars(t, PUSH, n, result, 12 * stride + start)
+        _store_scalars(t, SPIN, n, result, 13 * stride + start)
+        _store_scalars(t, KAPPA, n, result, 14 * stride + start)
     for i in range(n):
         status[start + i] = np.int8(t[STATUS + i])

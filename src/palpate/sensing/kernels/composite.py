@@ -37,7 +37,7 @@ def solve_composite(packed, domains, tolerance, wrenches, hard, result, status):
         result: Written, as in `solve_quadric`.
         status: Written, as in `solve_quadric`.
     """
-    total = len(wrenches)
+    total, stride = len(wrenches), len(result) // 15
     found = np.empty(15 * BLOCK)
     code = np.empty(BLOCK, np.int8)
     best = np.empty(BLOCK)
@@ -54,15 +54,15 @@ def solve_composite(packed, domains, tolerance, wrenches, hard, result, status):
                     status[start + i] = code[i]
                     for field in range(4):
                         for c in range(3):
-                            result[3 * (field * total + start + i) + c] = found[3 * (field * n + i) + c]
+                            result[3 * (field * stride + start + i) + c] = found[3 * (field * n + i) + c]
                     for field in range(3):
-                        result[(12 + field) * total + start + i] = found[(12 + field) * n + i]
+                        result[(12 + field) * stride + start + i] = found[(12 + field) * n + i]
         for i in range(n):
             if status[start + i] == _OK and best[i] > tolerance:
                 status[start + i] = _OUTSIDE
                 for field in (0, 1, 3):
                     for c in range(3):
-                        result[3 * (field * total + start + i) + c] = math.nan
-                result[12 * total + start + i] = math.nan
-                result[13 * total + start + i] = math.nan
-                result[14 * total + start + i] = math.inf
+                        result[3 * (field * stride + start + i) + c] = math.nan
+                result[12 * stride + start + i] = math.nan
+                result[13 * stride + start + i] = math.nan
+                result[14 * stride + start + i] = math.inf

@@ -168,7 +168,9 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
             reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
             if error <= RESIDUAL * (size + reach):
                 break
-            d, _determinant, _bend = step_from(law, f, n, phi, Q, r, h)
+            d, _determinant, bend = step_from(law, f, n, phi, Q, r, h)
+            delta, _rate = indentation(law, phi)
+            within = delta * bend < 1.0
             length = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
             if not length < math.inf:
                 break
@@ -180,7 +182,12 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                 new = (t * x, t * y, t * z)
                 n2, phi2, Q2, r2, h2 = frame_at(p, law, f, m, new)
                 error2 = math.sqrt(r2[0] * r2[0] + r2[1] * r2[1] + r2[2] * r2[2])
-                if phi2 < 0.0 and error2 < (1.0 - 0.1 * share) * error:
+                inside = True
+                if law[0] < math.inf:  # not where the surface would yield by more than its radius
+                    delta, _rate = indentation(law, phi2)
+                    _d, _determinant, bend2 = step_from(law, f, n2, phi2, Q2, r2, h2)
+                    inside = delta * bend2 < 1.0 or not within
+                if inside and phi2 < 0.0 and error2 < (1.0 - 0.1 * share) * error:
                     better = True
                     break
                 share *= 0.5
@@ -298,7 +305,7 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
             result: See there.
             status: See there.
         """
-        total = len(wrenches)
+        total, stride = len(wrenches), len(result) // 15
         for i in range(total):
             w = wrenches[i]
             code = _OK
@@ -307,7 +314,7 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                 defect += w[j] - w[j]
             force = math.hypot(math.hypot(w[0], w[1]), w[2])
             for j in range(3):
-                result[6 * total + 3 * i + j] = w[j]
+                result[6 * stride + 3 * i + j] = w[j]
             if defect != 0.0 or math.isnan(defect):
                 code = _INVALID
             elif force == 0.0:
@@ -368,19 +375,19 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                 for j in range(3):
                     nj = r[j, 0] * n[0] + r[j, 1] * n[1] + r[j, 2] * n[2]
                     result[3 * i + j] = center[j] + r[j, 0] * c[0] + r[j, 1] * c[1] + r[j, 2] * c[2]
-                    result[3 * (total + i) + j] = nj
-                    result[3 * (3 * total + i) + j] = w[j] + push * nj
-                result[12 * total + i] = push
-                result[13 * total + i] = spin * force
-                result[14 * total + i] = condition
+                    result[3 * (stride + i) + j] = nj
+                    result[3 * (3 * stride + i) + j] = w[j] + push * nj
+                result[12 * stride + i] = push
+                result[13 * stride + i] = spin * force
+                result[14 * stride + i] = condition
             else:
                 for j in range(3):
                     result[3 * i + j] = math.nan
-                    result[3 * (total + i) + j] = math.nan
-                    result[3 * (3 * total + i) + j] = math.nan
-                result[12 * total + i] = math.nan
-                result[13 * total + i] = math.nan
-                result[14 * total + i] = math.inf
+                    result[3 * (stride + i) + j] = math.nan
+                    result[3 * (3 * stride + i) + j] = math.nan
+                result[12 * stride + i] = math.nan
+                result[13 * stride + i] = math.nan
+                result[14 * stride + i] = math.inf
             status[i] = code
 
     return solve  # type: ignore[no-any-return]

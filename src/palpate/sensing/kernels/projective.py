@@ -12,8 +12,6 @@ import numpy as np
 from numba import njit
 
 from palpate.sensing.kernels.block import (
-    AA,
-    BB,
     BLOCK,
     F_LOW,
     FINITE,
@@ -35,6 +33,7 @@ from palpate.sensing.kernels.block import (
     M,
     N,
     S,
+    can_stream,
     clear_low_parts,
     dot3,
     finish,
@@ -46,6 +45,7 @@ from palpate.sensing.kernels.block import (
     to_sensor_axes,
     to_surface_axes,
 )
+from palpate.sensing.kernels.interleave import fence
 from palpate.sensing.kernels.quadric import centroid, root, square_of_w
 from palpate.surfaces.open_quadric import PackedProjective
 from palpate.surfaces.quadric import Packed
@@ -146,7 +146,23 @@ def _choose(q, n, hard, t):
                 kept0, kept1, kept2 = c0, c1, c2
         if code == OK:
             t[C + i], t[C + BLOCK + i], t[C + 2 * BLOCK + i] = kept0, kept1, kept2
-            t[KAPPA + i] = math.sqrt((t[AA + i] + t[BB + i]) * t[MODULUS_INVERSE + i])
+            # |dc/dm| from the curvatures at c, as for unbounded centred quadrics: Q, f and m are still to scale
+            v0, v1, v2 = kept0 / (a * a), kept1 / (b * b), beta * kept2 + eta
+            size = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+            n0, n1, n2 = v0 / size, v1 / size, v2 / size
+            p0, p1, p2 = 1.0 / (a * a), 1.0 / (b * b), beta
+            trace = (p0 * (1.0 - n0 * n0) + p1 * (1.0 - n1 * n1) + p2 * (1.0 - n2 * n2)) / size
+            gaussian = (p1 * p2 * n0 * n0 + p0 * p2 * n1 * n1 + p0 * p1 * n2 * n2) / (size * size)
+            bend = 0.5 * trace + math.sqrt(max(0.25 * trace * trace - gaussian, 0.0))
+            spin = abs(t[SPIN + i])
+            spread = (spin * bend + best) / (best * best + spin * spin * max(gaussian, 0.0))
+            force = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+            reach = math.sqrt(kept0 * kept0 + kept1 * kept1 + kept2 * kept2) + min(a, b)
+            m0 = kept1 * f2 - kept2 * f1
+            m1 = kept2 * f0 - kept0 * f2
+            m2 = kept0 * f1 - kept1 * f0
+            moment = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2) + spin
+            t[KAPPA + i] = spread * (force + moment / reach)
         if f0 == 0.0 and f1 == 0.0 and f2 == 0.0:
             code = NO_FORCE
         if t[FINITE + i] != 0.0:
@@ -159,7 +175,8 @@ def solve_projective(q, unit_sphere, wrenches, hard, result, status):
     """Solve n wrenches on one open quadric; arguments as in `solve_quadric`, `unit_sphere` packed likewise."""
     t = np.empty(_SIZE)
     length_exponent = int(q[_LENGTH_EXPONENT])
-    total = len(wrenches)
+    total, stride = len(wrenches), len(result) // 15
+    streaming = can_stream(total, stride, result)
     for start in range(0, total, BLOCK):
         n = min(BLOCK, total - start)
         load(wrenches, start, n, t)
@@ -187,4 +204,6 @@ def solve_projective(q, unit_sphere, wrenches, hard, result, status):
         if q[_ALIGNED] != 1.0:
             to_sensor_axes(q, n, t)
         finish(n, length_exponent, t)
-        store(t, start, n, total, result, status)
+        store(t, start, n, stride, streaming, result, status)
+    if streaming:
+        fence()

@@ -53,6 +53,7 @@ from palpate.sensing.kernels.block import (
     M,
     N,
     S,
+    can_stream,
     clear_low_parts,
     finish,
     load,
@@ -73,6 +74,7 @@ from palpate.sensing.kernels.double_double import (
     square,
     two_product,
 )
+from palpate.sensing.kernels.interleave import fence
 from palpate.surfaces.quadric import Packed
 
 _LENGTH_EXPONENT = int(Packed.LENGTH_EXPONENT)
@@ -346,14 +348,15 @@ def solve_quadric(q, wrenches, hard, result, status):
         q: The surface's packed coefficients, see `palpate.surfaces.quadric.Packed`.
         wrenches: Shape (n, 6), C order.
         hard: Whether to solve for hard fingers (wrench axis) instead of soft ones.
-        result: Written, shape (15 n,): centroids, normals, forces, tangential forces, each (n, 3), then normal
-            forces, spin torques, conditions, each (n,).
+        result: Written, shape (15 s,), s >= n: centroids, normals, forces, tangential forces, each (s, 3), then
+            normal forces, spin torques, conditions, each (s,); the last s - n of each are left alone.
         status: Written, shape (n,), int8.
     """
     t = np.empty(SCRATCH_SIZE)
     length_exponent = int(q[_LENGTH_EXPONENT])
     aligned = q[_ALIGNED] == 1.0
-    total = len(wrenches)
+    total, stride = len(wrenches), len(result) // 15
+    streaming = can_stream(total, stride, result)
     for start in range(0, total, BLOCK):
         n = min(BLOCK, total - start)
         load(wrenches, start, n, t)
@@ -377,4 +380,6 @@ def solve_quadric(q, wrenches, hard, result, status):
         if not aligned:
             to_sensor_axes(q, n, t)
         finish(n, length_exponent, t)
-        store(t, start, n, total, result, status)
+        store(t, start, n, stride, streaming, result, status)
+    if streaming:
+        fence()
