@@ -90,4 +90,4 @@ def _iterate(
     status: npt.NDArray[np.int8],
 ) -> None:
     shape = (surface.parameters, surface.half_lengths, surface.center, surface.rotation)
-    solver_for(surface.evaluate)(*shape, stiffness, exponent, wrenches, hard, result, status)
+    solver_for(surface.evaluate, surface.level)(*shape, stiffness, exponent, wrenches, hard, result, status)

@@ -48,7 +48,7 @@ def contact_from_wrench(surface: Surface, wrench: npt.ArrayLike, model: ContactM
     Raises:
         InvalidValueError: The wrench is not six numbers, or there is no such model.
     """
-    row = np.ascontiguousarray(_numbers(wrench, "wrench"))
+    row = _writeable(_numbers(wrench, "wrench"))
     if row.shape != (6,):
         raise InvalidValueError(f"wrench has shape {row.shape}: must be (6,), force then moment")
     result = np.empty(15)
@@ -82,7 +82,7 @@ def contacts_from_wrenches(surface: Surface, wrenches: npt.ArrayLike, model: Con
     Raises:
         InvalidValueError: The wrenches are not n rows of six numbers, or there is no such model.
     """
-    rows = np.ascontiguousarray(_numbers(wrenches, "wrenches"))
+    rows = _writeable(_numbers(wrenches, "wrenches"))
     if rows.ndim != 2 or rows.shape[1] != 6:
         raise InvalidValueError(f"wrenches has shape {rows.shape}: must be (n, 6), force then moment in each row")
     n = len(rows)
@@ -121,6 +121,12 @@ def _hard(model: ContactModel) -> bool:
         return _IS_HARD[model]
     except (KeyError, TypeError):
         raise InvalidValueError(f'model = {model!r}: must be "soft" or "hard"') from None
+
+
+def _writeable(array: FloatArray) -> FloatArray:
+    """Return it contiguous, a copy if it is read-only: a compiled solver would be compiled anew for that."""
+    array = np.ascontiguousarray(array)
+    return array if array.flags.writeable else array.copy()
 
 
 def _numbers(value: npt.ArrayLike, name: str) -> FloatArray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.surfaces.implicit import Evaluate, Implicit, evaluate_superellipsoid
+from palpate.surfaces.implicit import Evaluate, Implicit, Level, evaluate_superellipsoid
 from palpate.surfaces.quadric import CenteredQuadric
 
 LINEAR = 1.0
@@ -27,6 +27,7 @@ class CompliantTip:
         evaluate: As in `Implicit`.
         parameters: As in `Implicit`.
         half_lengths: As in `Implicit`.
+        level: As in `Implicit`.
     """
 
     surface: CenteredQuadric | Implicit
@@ -35,6 +36,7 @@ class CompliantTip:
     evaluate: Evaluate = field(init=False, repr=False)
     parameters: FloatArray = field(init=False, repr=False)
     half_lengths: FloatArray = field(init=False, repr=False)
+    level: Level | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^(1/exponent)"))
@@ -55,6 +57,8 @@ class CompliantTip:
             raise InvalidValueError(
                 f"surface is {surface!r}: must be closed, a Sphere, an Ellipsoid or an implicit surface"
             )
+        if isinstance(surface, Implicit):
+            object.__setattr__(self, "level", surface.level)
         for name, value in (("evaluate", evaluate), ("parameters", parameters), ("half_lengths", half_lengths)):
             object.__setattr__(self, name, value)
 

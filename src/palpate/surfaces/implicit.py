@@ -18,6 +18,9 @@ Derivatives = tuple[float, float, float, float, float, float, float, float, floa
 Evaluate = Callable[[FloatArray, float, float, float], Derivatives]
 """(parameters, x, y, z) -> Derivatives, in the surface's own frame."""
 
+Level = Callable[[FloatArray, float, float, float], tuple[float, float, float, float]]
+"""(parameters, x, y, z) -> value and gradient."""
+
 DIFFERENCE_STEP = 6e-6
 """Cube root of the rounding unit: the best step of a central difference, relative to the size."""
 
@@ -34,6 +37,7 @@ class Implicit(Shown):
 
     Attributes:
         evaluate: Value and derivatives in the surface's own frame, compiled by numba or plain Python.
+        level: Value and gradient alone, where that is cheaper.
         parameters: First argument of `evaluate`; surfaces that share `evaluate` share one compiled solver.
         center: A point inside, origin of the surface's own frame, in the sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
@@ -41,6 +45,7 @@ class Implicit(Shown):
     """
 
     evaluate: Evaluate = field(init=False, repr=False)
+    level: Level | None = field(init=False, repr=False, default=None)
     parameters: FloatArray = field(init=False, repr=False)
     half_lengths: FloatArray = field(init=False, repr=False)
     center: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -160,7 +165,7 @@ class ImplicitSurface(Implicit):
         for name in ("value", "gradient"):
             if not callable(getattr(self, name)):
                 raise InvalidValueError(f"{name} = {getattr(self, name)!r}: must be a function of a point (3,)")
-        evaluate = _from_functions(self.value, self.gradient)
+        evaluate, level = _from_functions(self.value, self.gradient)
         parameters = np.array([size * DIFFERENCE_STEP])
         try:
             evaluate(parameters, 0.1 * size, 0.2 * size, 0.3 * size)
@@ -171,42 +176,40 @@ class ImplicitSurface(Implicit):
             ) from error
         check_shape(evaluate, parameters, size)
         self._settle(evaluate, parameters, size)
+        object.__setattr__(self, "level", level)
 
 
-def _from_functions(value: Any, gradient: Any) -> Evaluate:
+def _from_functions(value: Any, gradient: Any) -> tuple[Evaluate, Level]:
     compiled = isinstance(value, Dispatcher) and isinstance(gradient, Dispatcher)
 
     def evaluate(parameters: FloatArray, x: float, y: float, z: float) -> Derivatives:
+        # one-sided differences: they steer the iteration only, and halve the calls
         step = parameters[0]
         point = np.array([x, y, z])
-        second = np.empty((3, 3))
-        for i in range(3):
-            at = point[i]
-            point[i] = at + step
-            above = gradient(point)
-            point[i] = at - step
-            below = gradient(point)
-            point[i] = at
-            for j in range(3):
-                second[i, j] = (above[j] - below[j]) / (2.0 * step)
+        at = gradient(point)
+        gx, gy, gz = at[0], at[1], at[2]
+        point[0] = x + step
+        ahead = gradient(point)
+        hxx, hyx, hzx = (ahead[0] - gx) / step, (ahead[1] - gy) / step, (ahead[2] - gz) / step
+        point[0], point[1] = x, y + step
+        ahead = gradient(point)
+        hxy, hyy, hzy = (ahead[0] - gx) / step, (ahead[1] - gy) / step, (ahead[2] - gz) / step
+        point[1], point[2] = y, z + step
+        ahead = gradient(point)
+        hxz, hyz, hzz = (ahead[0] - gx) / step, (ahead[1] - gy) / step, (ahead[2] - gz) / step
+        point[2] = z
+        mixed = (0.5 * (hyz + hzy), 0.5 * (hxz + hzx), 0.5 * (hxy + hyx))
+        return (value(point), gx, gy, gz, hxx, hyy, hzz, mixed[0], mixed[1], mixed[2])
+
+    def level(parameters: FloatArray, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+        point = np.array([x, y, z])
         g = gradient(point)
-        return (
-            value(point),
-            g[0],
-            g[1],
-            g[2],
-            second[0, 0],
-            second[1, 1],
-            second[2, 2],
-            0.5 * (second[1, 2] + second[2, 1]),
-            0.5 * (second[0, 2] + second[2, 0]),
-            0.5 * (second[0, 1] + second[1, 0]),
-        )
+        return (value(point), g[0], g[1], g[2])
 
     if not compiled:
-        return evaluate
-    jitted: Any = njit(evaluate)
-    return cast(Evaluate, jitted)
+        return evaluate, level
+    jitted: tuple[Any, Any] = (njit(evaluate), njit(level))
+    return cast(tuple[Evaluate, Level], jitted)
 
 
 @njit(error_model="numpy", cache=True)

@@ -25,7 +25,7 @@ from palpate.sensing.kernels.interleave import LANES, load_wrenches, store_vecto
 from palpate.surfaces.quadric import Packed
 
 BLOCK = 64
-"""Wrenches per block: 32 x 56 rows x 8 bytes = 14 kB of scratch stay in a 32 kB first-level cache."""
+"""Wrenches per block: 64 x 56 rows x 8 bytes = 29 kB of scratch stay in a 32 kB first-level cache."""
 
 # Rows of the scratch array, as offsets. A vector takes three rows; the low part of a double-double stands as
 # many rows behind its high part as it has components.

@@ -22,7 +22,7 @@ from numba import njit
 from numba.core.dispatcher import Dispatcher
 
 from palpate.sensing.contact import ContactStatus
-from palpate.surfaces.implicit import Evaluate
+from palpate.surfaces.implicit import Evaluate, Level
 
 _OK = int(ContactStatus.OK)
 _NO_CONTACT = int(ContactStatus.NO_CONTACT)
@@ -59,19 +59,30 @@ SMALLEST_LEAD = 1e-7
 
 
 @lru_cache(maxsize=64)
-def solver_for(evaluate: Evaluate) -> Callable[..., None]:
-    """Return the solver of surfaces given by `evaluate`: compiled if it is, else plain Python."""
+def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[..., None]:
+    """Return the solver of surfaces given by `evaluate`: compiled if it is, else plain Python.
+
+    Args:
+        evaluate: Value and derivatives.
+        cheaper: Value and gradient alone, where that saves time.
+    """
     compiled = isinstance(evaluate, Dispatcher)
 
     def jit(function: Any) -> Any:
         return njit(error_model="numpy")(function) if compiled else function
+
+    def first_four(p: Any, x: Any, y: Any, z: Any) -> Any:
+        value, gx, gy, gz, _a, _b, _c, _d, _e, _f = evaluate(p, x, y, z)
+        return value, gx, gy, gz
+
+    level = jit(first_four) if cheaper is None else cheaper
 
     @jit
     def project(p, x, y, z):
         """Move a point along its ray from the centre onto the surface: Newton between brackets."""
         low, high, t = 0.0, math.inf, 1.0
         for _ in range(100):
-            value, gx, gy, gz, _a, _b, _c, _d, _e, _f = evaluate(p, t * x, t * y, t * z)
+            value, gx, gy, gz = level(p, t * x, t * y, t * z)
             if value <= 0.0:
                 low = t
             else:
@@ -112,6 +123,29 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
         residual = (vx - Q * nx, vy - Q * ny, vz - Q * nz)
         hessian = (hxx / length, hyy / length, hzz / length, hyz / length, hxz / length, hxy / length)
         return (nx, ny, nz), phi, Q, residual, hessian
+
+    @jit
+    def softness(law, n, phi, h):
+        """Delta times the largest curvature: beyond 1 the yielding surface has folded over."""
+        if not law[0] < math.inf:
+            return 0.0
+        delta, _rate = indentation(law, phi)
+        along = (
+            n[0] * (n[0] * h[0] + 2.0 * n[1] * h[5])
+            + n[1] * (n[1] * h[1] + 2.0 * n[2] * h[3])
+            + n[2] * (n[2] * h[2] + 2.0 * n[0] * h[4])
+        )
+        mean = 0.5 * (h[0] + h[1] + h[2] - along)
+        # n' adj(H) n is the Gaussian curvature
+        gauss = (
+            n[0] * n[0] * (h[1] * h[2] - h[3] * h[3])
+            + n[1] * n[1] * (h[0] * h[2] - h[4] * h[4])
+            + n[2] * n[2] * (h[0] * h[1] - h[5] * h[5])
+            + 2.0 * n[1] * n[2] * (h[4] * h[5] - h[0] * h[3])
+            + 2.0 * n[0] * n[2] * (h[3] * h[5] - h[1] * h[4])
+            + 2.0 * n[0] * n[1] * (h[3] * h[4] - h[2] * h[5])
+        )
+        return delta * (mean + math.sqrt(max(mean * mean - gauss, 0.0)))
 
     @jit
     def step_from(law, f, n, phi, Q, r, h):
@@ -164,13 +198,13 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
         size = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
         n, phi, Q, r, h = frame_at(p, law, f, m, c)
         error = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+        if not softness(law, n, phi, h) < 1.0:
+            return c, math.inf
         for _ in range(MOST_STEPS):
             reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
             if error <= RESIDUAL * (size + reach):
                 break
-            d, _determinant, bend = step_from(law, f, n, phi, Q, r, h)
-            delta, _rate = indentation(law, phi)
-            within = delta * bend < 1.0
+            d, _determinant, _bend = step_from(law, f, n, phi, Q, r, h)
             length = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
             if not length < math.inf:
                 break
@@ -182,12 +216,8 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                 new = (t * x, t * y, t * z)
                 n2, phi2, Q2, r2, h2 = frame_at(p, law, f, m, new)
                 error2 = math.sqrt(r2[0] * r2[0] + r2[1] * r2[1] + r2[2] * r2[2])
-                inside = True
-                if law[0] < math.inf:  # not where the surface would yield by more than its radius
-                    delta, _rate = indentation(law, phi2)
-                    _d, _determinant, bend2 = step_from(law, f, n2, phi2, Q2, r2, h2)
-                    inside = delta * bend2 < 1.0 or not within
-                if inside and phi2 < 0.0 and error2 < (1.0 - 0.1 * share) * error:
+                falls = phi2 < 0.0 and error2 < (1.0 - 0.1 * share) * error
+                if falls and softness(law, n2, phi2, h2) < 1.0:
                     better = True
                     break
                 share *= 0.5
@@ -239,10 +269,12 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
         return c, residual
 
     @jit
-    def axis_misses(p, f, m):
+    def axis_misses(p, axes, f, m):
         """Whether the wrench axis stays outside: its least value, by golden section."""
         rx, ry, rz = f[1] * m[2] - f[2] * m[1], f[2] * m[0] - f[0] * m[2], f[0] * m[1] - f[1] * m[0]
-        low, high = -4.0, 4.0
+        # nearest to the centre at r: where it hits, it hits within the tip's size of there
+        reach = 2.0 * max(max(axes[0], axes[1]), axes[2])
+        low, high = -reach, reach
         golden = 0.5 * (math.sqrt(5.0) - 1.0)
         a, b = high - golden * (high - low), low + golden * (high - low)
         at_a = evaluate(p, rx + a * f[0], ry + a * f[1], rz + a * f[2])[0]
@@ -309,14 +341,14 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
         for i in range(total):
             w = wrenches[i]
             code = _OK
-            defect = 0.0
             for j in range(6):
-                defect += w[j] - w[j]
+                if not math.isfinite(w[j]):
+                    code = _INVALID
             force = math.hypot(math.hypot(w[0], w[1]), w[2])
             for j in range(3):
                 result[6 * stride + 3 * i + j] = w[j]
-            if defect != 0.0 or math.isnan(defect):
-                code = _INVALID
+            if code == _INVALID:
+                pass
             elif force == 0.0:
                 code = _NO_FORCE
             elif not math.isfinite(force):
@@ -364,7 +396,7 @@ def solver_for(evaluate: Evaluate) -> Callable[..., None]:
                     if phi < -LEAST_PUSH and delta * bend < 1.0:
                         code = _OK
                 moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
-                if code != _OK and abs(s) <= LEAST_SPIN * moment and axis_misses(p, f, m):
+                if code != _OK and abs(s) <= LEAST_SPIN * moment and axis_misses(p, axes, f, m):
                     code = _NO_CONTACT
             if code == _OK:
                 c = (c[0] - delta * n[0], c[1] - delta * n[1], c[2] - delta * n[2])

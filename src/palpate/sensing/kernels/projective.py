@@ -22,6 +22,7 @@ from palpate.sensing.kernels.block import (
     NO_CONTACT,
     NO_FORCE,
     OK,
+    P_,
     PUSH,
     S_LOW,
     SCRATCH_SIZE,
@@ -125,7 +126,8 @@ def _choose(q, n, hard, t):
     beta, eta = q[_BETA], q[_ETA]
     for i in range(n):
         f0, f1, f2 = t[FORCE + i], t[FORCE + BLOCK + i], t[FORCE + 2 * BLOCK + i]
-        solved = math.isfinite(t[MODULUS_INVERSE + i])
+        # without spin there is a contact only where the axis hits: else the root is a point of the limb
+        solved = math.isfinite(t[MODULUS_INVERSE + i]) and (t[P_ + i] > 0.0 or t[S + i] != 0.0)
         code = NO_CONTACT
         best = 0.0
         for which in range(2):
@@ -138,8 +140,10 @@ def _choose(q, n, hard, t):
             gradient = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
             n0, n1, n2 = v0 / gradient, v1 / gradient, v2 / gradient
             push = -(f0 * n0 + f1 * n1 + f2 * n2)
-            if solved and w > 0.0 and push > best:
-                best, code = push, OK
+            # of two, the nearer: where a force along the axis puts the other at infinity, rounding may bring it
+            # back on either side
+            if solved and w > best and push > 0.0:
+                best, code = w, OK
                 t[SPIN + i] = -t[HARD_SPIN + i] * push if hard else K_ * gradient
                 t[N + i], t[N + BLOCK + i], t[N + 2 * BLOCK + i] = n0, n1, n2
                 t[PUSH + i] = push
@@ -155,7 +159,8 @@ def _choose(q, n, hard, t):
             gaussian = (p1 * p2 * n0 * n0 + p0 * p2 * n1 * n1 + p0 * p1 * n2 * n2) / (size * size)
             bend = 0.5 * trace + math.sqrt(max(0.25 * trace * trace - gaussian, 0.0))
             spin = abs(t[SPIN + i])
-            spread = (spin * bend + best) / (best * best + spin * spin * max(gaussian, 0.0))
+            push = t[PUSH + i]
+            spread = (spin * bend + push) / (push * push + spin * spin * max(gaussian, 0.0))
             force = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
             reach = math.sqrt(kept0 * kept0 + kept1 * kept1 + kept2 * kept2) + min(a, b)
             m0 = kept1 * f2 - kept2 * f1
