@@ -78,10 +78,8 @@ CLOSED = ("egg", "superellipsoid", "functions", "soft", "soft Hertz")
 PYTHON = "functions"  # a thousand times slower: left out where hypothesis asks for many
 
 
-def every(names, **known):
-    marks = {name: pytest.mark.xfail(reason=reason) for name, reason in known.items()}
-    rows = [pytest.param(name, marks=marks[name]) if name in marks else name for name in names]
-    return pytest.mark.parametrize("name", rows)
+def every(names):
+    return pytest.mark.parametrize("name", names)
 
 
 every_tip = every(TIPS)
@@ -167,7 +165,7 @@ def test_the_unit_of_force_changes_nothing(name, wrench, exponent):
     agree(found, own.centroid, own.normal, scale * own.normal_force, scale * own.spin_torque, R, R)
 
 
-@every(COMPILED, paraboloid="pushed along its axis, the contact at infinity is taken")
+@every(COMPILED)
 @given(wrenches, st.floats(-2, 2))
 def test_the_unit_of_length_changes_nothing(name, wrench, exponent):
     k = 10.0**exponent
@@ -212,7 +210,7 @@ def nothing_but_the_status(found, status):
     assert found.condition == math.inf
 
 
-@every(TIPS, functions="plain Python takes inf - inf, and numpy warns")
+@every(TIPS)
 @pytest.mark.parametrize("model", ["soft", "hard"])
 def test_wrenches_that_are_none(name, model):
     """Each entry not finite: INVALID; no force: NO_FORCE, with or without a moment."""
@@ -280,7 +278,7 @@ def test_a_contact_where_a_composite_has_no_patch_is_outside():
         assert found.status == (ContactStatus.OK if z > 0 else ContactStatus.OUTSIDE)
 
 
-@every(COMPILED, hyperboloid="where the axis misses, a point of the limb is taken for a contact")
+@every(COMPILED)
 @given(wrenches)
 def test_the_hard_model_finds_where_the_wrench_axis_enters(name, wrench):
     """The moment about the centroid is along the force; there the soft model, without spin, says the same."""
@@ -302,7 +300,7 @@ def test_the_hard_model_finds_where_the_wrench_axis_enters(name, wrench):
 OPEN = {"paraboloid": Paraboloid((R, 1.5 * R)), "hyperboloid": Hyperboloid((R, 1.5 * R, 2 * R))}
 
 
-@every(OPEN, paraboloid="of two points, one at infinity, rounding chooses")
+@every(OPEN)
 def test_an_open_tip_pressed_along_its_axis(name):
     """The most usual push of all: z f_z, with any moment. A paraboloid's other point then lies at infinity."""
     rng = np.random.default_rng(1)
@@ -326,7 +324,7 @@ def test_an_open_tip_pressed_along_its_axis(name):
         np.testing.assert_allclose(found.centroid[well], c[well], atol=1e-11 * R)
 
 
-@every(OPEN, paraboloid="see above: the limb", hyperboloid="see above: the limb")
+@every(OPEN)
 def test_without_spin_an_open_tip_is_touched_on_the_wrench_axis_or_not_at_all(name):
     """Both by the hard model and by wrenches whose f.m is exactly zero."""
     rng = np.random.default_rng(2)

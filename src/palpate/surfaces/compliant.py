@@ -40,9 +40,13 @@ class CompliantTip:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^(1/exponent)"))
-        object.__setattr__(self, "exponent", positive("exponent", self.exponent, ""))
-        if self.exponent > 1.0:
-            raise InvalidValueError(f"exponent = {self.exponent!r}: must be above 0 and at most 1; Hertz has 2/3")
+        given = self.exponent
+        try:
+            object.__setattr__(self, "exponent", float(self.exponent))
+        except (TypeError, ValueError):
+            object.__setattr__(self, "exponent", math.nan)
+        if not 0.0 < self.exponent <= 1.0:
+            raise InvalidValueError(f"exponent = {given!r}: must be a number above 0 and at most 1; Hertz has 2/3")
         surface: object = self.surface
         if isinstance(surface, Implicit):
             evaluate, parameters = surface.evaluate, surface.parameters
