@@ -109,5 +109,8 @@ def test_the_condition_number_bounds_the_error_of_the_centroid(name):
     off = every_tip.contacts_from_wrenches(tip.surface, built.wrench + noise)
     both = (found.status == 0) & (off.status == 0) & (found.condition < 1e3)
     assert both.mean() > 0.9
-    error = np.linalg.norm(off.centroid - found.centroid, axis=1) / np.linalg.norm(found.centroid, axis=1)
+    # an open quadric has the origin, its apex, on the surface: there errors are relative to its size too
+    size = min(tip.surface.coefficients[:2]) if name in ("paraboloid", "hyperboloid") else 0.0
+    error = np.linalg.norm(off.centroid - found.centroid, axis=1)
+    error /= np.linalg.norm(found.centroid, axis=1) + size
     assert (error <= 2.0 * 1e-7 * found.condition)[both].all()
