@@ -44,6 +44,7 @@ build: $(VENV)/.build  ## Build the wheel, install it into a fresh environment, 
 bench: $(VENV)/.test  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/python tests/reference/worst.py
 	$(BIN)/python benchmarks/contact
+	$(BIN)/python benchmarks/every_tip.py
 	$(BIN)/python benchmarks/exploration.py
 
 pictures: $(VENV)/.run  ## Make the pictures of README and docs anew
