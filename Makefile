@@ -15,13 +15,13 @@ help:  ## Show this list
 	@echo
 	@echo "Each installs what it needs into $(VENV) first. Another Python: make test PYTHON=python3.12"
 
-demo: $(VENV)/.run  ## Explore a simulated sphere by touch and write a report to runs/demo
+demo: $(VENV)/.run $(VENV)/.kernels  ## Explore a simulated sphere by touch and write a report to runs/demo
 	$(BIN)/palpate explore --object sphere --force 2 --speed 0.05 --out $(OUT)
 
-test: $(VENV)/.test  ## Run the tests
+test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests
 	$(BIN)/python -m pytest -m "not slow" -n auto
 
-test-all: $(VENV)/.test  ## Run every test, the long ones too (fuzzing at full length)
+test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too (fuzzing at full length)
 	$(BIN)/python -m pytest -n auto
 
 check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imports
@@ -41,13 +41,13 @@ build: $(VENV)/.build  ## Build the wheel, install it into a fresh environment, 
 	build/smoke/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt dist/*.whl
 	cd build/smoke && bin/python $(CURDIR)/tests/smoke.py
 
-bench: $(VENV)/.test  ## Measure speed against error of contact sensing, and the cost of a control period
+bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/python tests/reference/worst.py
 	$(BIN)/python benchmarks/contact
 	$(BIN)/python benchmarks/every_tip.py
 	$(BIN)/python benchmarks/exploration.py
 
-pictures: $(VENV)/.run  ## Make the pictures of README and docs anew
+pictures: $(VENV)/.run $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python benchmarks/contact --picture docs/contact_speed_error.png
 
@@ -58,6 +58,11 @@ clean:  ## Remove environments, builds, caches and runs
 $(BIN)/python:
 	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'palpate needs Python 3.11 or newer; this is ' + sys.version.split()[0] + '. Try make PYTHON=python3.11')"
 	$(PYTHON) -m venv $(VENV)
+
+# numba looks only at the file of a cached function, not at what it inlines from others: forget all when one changes
+$(VENV)/.kernels: $(BIN)/python $(wildcard src/palpate/sensing/kernels/*.py src/palpate/surfaces/*.py)
+	find src -name '*.nbi' -delete
+	@touch $@
 
 $(VENV)/.run: $(BIN)/python pyproject.toml constraints.txt
 	$(PIP) --editable .

@@ -570,7 +570,7 @@ class Tip:
         m = np.cross(c, f) + spin[:, None] * normal
         wrench = np.column_stack([f, m]).astype(np.float64)
         df, dm = wrench[:, :3] - f, wrench[:, 3:] - m
-        # S = dc/dm, rigid surfaces (facts, section 3)
+        # S = dc/dm, rigid surfaces (palpate.sensing.contact_jacobian)
         W = R @ W @ R.T
         trace = np.trace(W, axis1=1, axis2=2)
         gauss = (trace**2 - (W * W).sum(axis=(1, 2))) / 2
