@@ -135,6 +135,27 @@ def square_of_w(q, n, t):
 
 
 @njit(error_model="numpy")
+def _float_root(P, Q, s):
+    """Return z = -sqrt(P + i Q) as g, k, and 1/max(|g|, |k|), |P + i Q|; the sign of k is that of -s.
+
+    The larger part comes by a square root, the other by division, so that neither cancels; P and Q are scaled by
+    an exact power of two to keep their squares in range.
+    """
+    exponent = max((bits(max(abs(P), abs(Q))) >> 52) - 1023, -1022)
+    down = power_of_two(-exponent)
+    x = P * down
+    y = Q * down
+    modulus = math.sqrt(x * x + y * y) * power_of_two(exponent)
+    larger = math.sqrt(0.5 * (modulus + abs(P)))
+    larger_inverse = 1.0 / larger
+    smaller = abs(0.5 * Q * larger_inverse)
+    hits = P > 0.0
+    g = -(larger if hits else smaller)
+    k = smaller if hits else larger
+    return g, (-k if s > 0.0 else k), larger_inverse, modulus
+
+
+@njit(error_model="numpy")
 def quick(q, n, t):
     """Take z, K and c in float64, from w.w and f.m in double-double.
 
@@ -146,18 +167,8 @@ def quick(q, n, t):
     cancelled = 0
     for i in range(n):
         P, Q, s = t[P_ + i], t[Q_ + i], t[S + i]
-        exponent = max((bits(max(abs(P), abs(Q))) >> 52) - 1023, -1022)
-        down = power_of_two(-exponent)
-        x = P * down
-        y = Q * down
-        modulus = math.sqrt(x * x + y * y) * power_of_two(exponent)
-        larger = math.sqrt(0.5 * (modulus + abs(P)))
-        larger_inverse = 1.0 / larger
-        smaller = abs(0.5 * Q * larger_inverse)
+        g, k, larger_inverse, modulus = _float_root(P, Q, s)
         hits = P > 0.0
-        g = -(larger if hits else smaller)
-        k = smaller if hits else larger
-        k = -k if s > 0.0 else k
         K_ = -s * larger_inverse if hits else k * D_inverse
 
         f0, f1, f2 = t[F + i], t[F + BLOCK + i], t[F + 2 * BLOCK + i]
@@ -218,20 +229,7 @@ def root(n, t):
     """Take the root z = g + i k = -sqrt(P + i Q) in double-double."""
     for i in range(n):
         P, Pl, Q, Ql = t[P_ + i], t[P_LOW + i], t[Q_ + i], t[Q_LOW + i]
-        # in float64 first: the larger part by a square root, the other by division, so that neither cancels;
-        # P and Q scaled by an exact power of two to keep their squares in range
-        exponent = max((bits(max(abs(P), abs(Q))) >> 52) - 1023, -1022)
-        down = power_of_two(-exponent)
-        x = P * down
-        y = Q * down
-        modulus = math.sqrt(x * x + y * y) * power_of_two(exponent)
-        larger = math.sqrt(0.5 * (modulus + abs(P)))
-        larger_inverse = 1.0 / larger
-        smaller = abs(0.5 * Q * larger_inverse)
-        hits = P > 0.0
-        g = -(larger if hits else smaller)
-        k = smaller if hits else larger
-        k = -k if t[S + i] > 0.0 else k
+        g, k, larger_inverse, modulus = _float_root(P, Q, t[S + i])
 
         # one Newton step on z^2 = w.w in double-double; each residual is proportional to the part it corrects
         gg, ggl = two_product(g, g)
