@@ -5,7 +5,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from palpate.errors import FloatArray
+
 IndexArray = npt.NDArray[np.intp]
 
 LARGEST_TURN = math.radians(30.0)

@@ -7,10 +7,8 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.arc_bins import stretch_means, stretch_starts
-
-FloatArray = npt.NDArray[np.float64]
 
 UNIT_TOLERANCE = 1e-6
 """How far the length of a normal may be from 1: far above rounding, far below any error of a sensor."""

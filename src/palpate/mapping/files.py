@@ -10,14 +10,13 @@ import os
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate.atomic_file import replacing
+from palpate.errors import FloatArray
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.height_map import HeightMap
 from palpate.mapping.triangulation import height_map_triangles
 
-FloatArray = npt.NDArray[np.float64]
 PathLike = str | os.PathLike[str]
 
 _PROPERTIES = ("x", "y", "z", "nx", "ny", "nz", "time", "normal_force", "fx", "fy", "fz", "spin_torque")

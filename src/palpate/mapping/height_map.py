@@ -8,11 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.local_quadric import LocalContacts, heights_at
-
-FloatArray = npt.NDArray[np.float64]
 
 REACH_SPACINGS = 3.0
 """Default reach in grid spacings."""

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import KDTree
 
+from palpate.errors import FloatArray
 from palpate.mapping.cloud import TouchCloud
-
-FloatArray = npt.NDArray[np.float64]
 
 RIDGE = 1e-3
 """Weight that holds curvatures at zero, relative to the weight of the data. Contacts on one straight row

@@ -7,9 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
 
-from palpate.errors import InvalidValueError
-
-FloatArray = npt.NDArray[np.float64]
+from palpate.errors import FloatArray, InvalidValueError
 
 FEWEST_POINTS = 4
 """Unknowns of a sphere: three of the center, one radius."""

@@ -3,9 +3,9 @@
 import numpy as np
 import numpy.typing as npt
 
+from palpate.errors import FloatArray
 from palpate.mapping.height_map import HeightMap
 
-FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.int32]
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping import HeightMap, SphereFit, TouchCloud
 
-FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.integer]
 
 

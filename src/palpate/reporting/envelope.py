@@ -1,9 +1,8 @@
 """Long series drawn with few points and no peak lost."""
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from palpate.errors import FloatArray
 
 DRAWN_BINS = 900
 """Bins of a drawn line: about one per pixel of a report's width, so the picture is the same as with every

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
-from palpate.reporting.data import FloatArray
 from palpate.reporting.style import (
     ERROR_COLOURS,
     FONT_SIZE,

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from palpate.reporting.data import FloatArray
+from palpate.errors import FloatArray
 from palpate.reporting.envelope import envelope
 from palpate.reporting.style import MEASURED, TRUE
 

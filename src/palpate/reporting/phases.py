@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.axes import Axes
 
-from palpate.reporting.data import FloatArray, TimeSeries
+from palpate.errors import FloatArray
+from palpate.reporting.data import TimeSeries
 from palpate.reporting.style import OTHER_PHASE, PHASE_COLOURS
 from palpate.runtime.data import Phase
 

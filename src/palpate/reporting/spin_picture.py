@@ -3,8 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
-from palpate.reporting.data import FloatArray, TimeSeries
+from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope
 from palpate.reporting.lines import draw_true_and_measured
 from palpate.reporting.phases import shade

@@ -12,8 +12,9 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
+from palpate.errors import FloatArray
 from palpate.mapping import HeightMap, TouchCloud, height_map_triangles
-from palpate.reporting.data import FloatArray, IndexArray, TrueSurface
+from palpate.reporting.data import IndexArray, TrueSurface
 from palpate.reporting.style import (
     FONT_SIZE,
     HEIGHT_COLOURS,

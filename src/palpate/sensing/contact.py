@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from palpate.errors import FloatArray
 
 ContactModel = Literal["soft", "hard"]
 """"soft": force and spin torque through the contact (exact). "hard": force only, the wrench-axis method."""

@@ -2,9 +2,8 @@
 
 import json
 import os
-import secrets
-from pathlib import Path
 
+from palpate.atomic_file import replacing
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.filter_specs import FilterSpec, Notch
 from palpate.sensing.ft.sensor_file import CalibrationEntry, SensorFile
@@ -16,15 +15,9 @@ def save_sensor_file(path: str | os.PathLike[str], sensor: SensorFile) -> None:
     Raises:
         OSError: The folder does not exist or cannot be written to.
     """
-    target = Path(path)
     text = sensor_text(sensor)
-    # A sibling, since only within one file system a file can take another's place in one step.
-    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with replacing(path) as file:
+        file.write(text.encode("utf-8"))
 
 
 def sensor_text(sensor: SensorFile) -> str:
