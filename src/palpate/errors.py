@@ -21,6 +21,10 @@ class InvalidValueError(PalpateError, ValueError):
     """A value that can never be right: the message says which would be."""
 
 
+class OverrunError(PalpateError, TimeoutError):
+    """A control period was over before its work was done."""
+
+
 class SimulationDivergedError(PalpateError, FloatingPointError):
     """A simulation left the range of anything physical."""
 

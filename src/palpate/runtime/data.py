@@ -21,12 +21,27 @@ class ArmSample:
         position_base_tip: Origin of the tip frame in base coordinates [m].
         rotation_base_tip: Maps tip to base coordinates.
         velocity_base_tip: Velocity of the tip frame's origin in base coordinates [m/s].
+        joint_position: Of each joint [rad, or m if it slides]; empty if the arm does not tell.
     """
 
     time: float
     position_base_tip: Vector
     rotation_base_tip: Matrix
     velocity_base_tip: Vector
+    joint_position: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class HandSample:
+    """What a hand said.
+
+    Attributes:
+        time: When it was sampled [s].
+        joint_position: Of each joint [rad, or m if it slides].
+    """
+
+    time: float
+    joint_position: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +51,13 @@ class WrenchSample:
     Attributes:
         time: When it was sampled [s].
         wrench: Load on the sensor's tip side as the device gives it, in the sensor frame [N, N m]: contact
-            plus the weight and inertia of what is mounted on it.
+            plus the weight and inertia of what is mounted on it. Raw channels, if the sensor file calibrates.
         acceleration: Specific force at the sensor's origin in the sensor frame [m/s^2], as an accelerometer
             gives it: at rest it points up and has length g.
     """
 
     time: float
-    wrench: Wrench
+    wrench: tuple[float, ...]
     acceleration: Vector
 
 
@@ -51,14 +66,16 @@ class Sample:
     """What the devices said in one period.
 
     Attributes:
-        time: Time of the period on the back end's clock [s].
+        time: Time of the period on the back end's clock [s]; it advances from sample to sample.
         arm: State of the arm.
         wrenches: One per finger.
+        hand: State of the hand; None if there is none.
     """
 
     time: float
     arm: ArmSample
     wrenches: tuple[WrenchSample, ...]
+    hand: HandSample | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +83,14 @@ class FingerObservation:
     """What touch makes of one finger's wrench. Its sensor frame is the tip frame of `ArmSample`.
 
     Attributes:
+        time: When the wrench was sampled [s].
         wrench: What the object exerts on the finger: the device's wrench with weight and inertia taken off.
         contact: The contact that explains it.
         touching: Whether the force says that there is a contact at all (threshold with hysteresis).
         health: What is wrong with the sensor, if anything.
     """
 
+    time: float
     wrench: Wrench
     contact: Contact
     touching: bool
@@ -86,11 +105,13 @@ class Observation:
         time: As in the sample [s].
         arm: State of the arm.
         fingers: One per wrench of the sample.
+        hand: State of the hand; None if there is none.
     """
 
     time: float
     arm: ArmSample
     fingers: tuple[FingerObservation, ...]
+    hand: HandSample | None = None
 
 
 class Phase(StrEnum):
@@ -113,12 +134,15 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What the arm is to do during the next period.
+    """What arm and hand are to do during the next period.
 
     Attributes:
         velocity_base_tip: Velocity of the tip frame's origin in base coordinates [m/s].
         phase: What the controller is doing.
+        grip_force: Normal force with which each finger of the hand is to press [N]; None: as before. So no
+            command that says nothing of the hand, a stop above all, makes it let go.
     """
 
     velocity_base_tip: Vector = ZERO
     phase: Phase = Phase.HOLD
+    grip_force: tuple[float, ...] | None = None

@@ -4,6 +4,7 @@ from types import TracebackType
 from typing import Protocol, Self
 
 from palpate.runtime.data import Command, Observation, Sample
+from palpate.runtime.pacing import Pacer
 
 
 class Backend(Protocol):
@@ -14,12 +15,22 @@ class Backend(Protocol):
         """Control period [s]."""
         ...
 
+    @property
+    def pacer(self) -> Pacer:
+        """Where its time comes from; the loop starts and stops it, `step` waits with it."""
+        ...
+
     def start(self) -> Sample:
         """Bring the devices up, standing still, and return the first sample."""
         ...
 
     def step(self, command: Command) -> Sample:
-        """Apply `command`, wait (or simulate) one period, and return what the devices say then."""
+        """Apply `command`, wait (or simulate) one period, and return what the devices say then.
+
+        Raises:
+            OSError: A device was lost (or another exception of the back end's).
+            OverrunError: The period was over before its work was done, and the pacer does not tolerate that.
+        """
         ...
 
     def close(self) -> None:

@@ -153,5 +153,5 @@ class Touch:
             wrench, touching, health = pipeline.step(given.wrench, given.acceleration)
             contact = contact_from_wrench(finger.surface, np.array(wrench))
             touching = touching and contact.status is ContactStatus.OK
-            observed.append(FingerObservation(wrench, contact, touching, health))
-        return Observation(sample.time, sample.arm, tuple(observed))
+            observed.append(FingerObservation(given.time, wrench, contact, touching, health))
+        return Observation(sample.time, sample.arm, tuple(observed), sample.hand)
