@@ -2,7 +2,10 @@
 
 In the contact frame given by the centroid's normal, the normal direction is under force control and the tangents
 under motion control (Raibert & Craig 1981). The tip lands slowly, lets the force settle, sweeps the path, and
-lifts off; if it loses the surface it seeks it once, slowly and not far, and otherwise gives up.
+lifts off; if it loses the surface it seeks it once, slowly and not far, and otherwise gives up. Whatever it does,
+the commanded velocity changes from one period to the next by no more than a slew limit allows.
+
+Force, speed and force gain may be changed while it runs: see `live_parameters`.
 """
 
 import math
@@ -13,6 +16,7 @@ from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.raster import PathFollower, Raster
 from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.live import LiveParameter, LiveParameters
 from palpate.spatial import ZERO, Vector, add_scaled, norm, rotate, scale, subtract
 
 DOWN: Vector = (0.0, 0.0, -1.0)
@@ -20,6 +24,11 @@ DOWN: Vector = (0.0, 0.0, -1.0)
 STEEPEST = math.radians(70.0)
 """Steepest slope that is swept [rad]: beyond it the path, given from above, makes no progress, and a tip that
 came over an edge would slide down the side for ever."""
+
+FORCE_RATE = 1.0 / 3.0
+"""How far the set force moves in one delay of force control, in least forces. With dF/dt = k K (F_set - F)(t - T)
+the force trails a ramp r by r T / (k K T); where the ramp ends it overshoots by about 0.2 r T at k K T = 0.6, the
+largest live gain, and by 0.09 r T at the default 0.5: less than 5 % of where a ramp upwards can end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +49,11 @@ class ExploreParameters:
         seek_distance: How far a lost surface is sought [m].
         lift_distance: How far the tip is lifted at the end [m].
         lift_speed: Of lifting [m/s].
+        slew: Bound on the change of commanded velocity [m/s^2]. By default 10 mm/s in a millisecond: twice the
+            landing speed, so that landing never waits for it, and far below what the supervisor stops at.
+        force_range: Least and largest force that may be asked for while it runs [N]. By default from one and a
+            half times the touch threshold of a `Finger` to three quarters of the supervisor's limit.
+        speed_range: Likewise for the speed [m/s].
     """
 
     force: float
@@ -54,6 +68,9 @@ class ExploreParameters:
     seek_distance: float = 0.005
     lift_distance: float = 0.005
     lift_speed: float = 0.02
+    slew: float = 10.0
+    force_range: tuple[float, float] = (0.3, 15.0)
+    speed_range: tuple[float, float] = (0.001, 0.1)
 
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():
@@ -72,19 +89,60 @@ _UNITS = {
     "seek_distance": "m",
     "lift_distance": "m",
     "lift_speed": "m/s",
+    "slew": "m/s^2",
 }
 
 
+def live_parameters(parameters: ExploreParameters) -> LiveParameters:
+    """Return what may be changed while an exploration runs. What was asked for at the start is always in bounds.
+
+    `force` moves at `FORCE_RATE`; `speed` at the path's bound on acceleration, which the tip can keep to downwards
+    too; `force_gain` within and at the rate that `ForceGain` states.
+    """
+    force, speed, gain = parameters.force, parameters.speed, parameters.gain
+    (least, most), (slowest, fastest) = parameters.force_range, parameters.speed_range
+    weakest, strongest = gain.live_range
+    force_rate = FORCE_RATE * min(least, force) / gain.delay
+    return LiveParameters(
+        LiveParameter(
+            "force", force, min(least, force), max(most, force), force_rate, "N", "normal force to hold"
+        ),
+        LiveParameter(
+            "speed",
+            speed,
+            min(slowest, speed),
+            max(fastest, speed),
+            parameters.acceleration,
+            "m/s",
+            "speed along the surface",
+        ),
+        LiveParameter(
+            "force_gain",
+            gain.gain,
+            weakest,
+            strongest,
+            gain.live_rate,
+            "m/s/N",
+            "normal velocity per force error",
+        ),
+    )
+
+
 class ExploreController:
-    """Lands, settles, sweeps a raster, lifts off. Uses the first finger."""
+    """Lands, settles, sweeps a raster, lifts off. Uses the first finger.
+
+    Attributes:
+        live: What may be changed while it runs: force, speed and force gain.
+    """
 
     def __init__(self, parameters: ExploreParameters, raster: Raster, period: float) -> None:
         """Take what is wanted, where, and the control period [s]."""
+        self.live = live_parameters(parameters)
         self._parameters = parameters
         self._raster = raster
         self._period = period
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
-        self._follower = PathFollower(raster.corners(), parameters.speed, parameters.acceleration)
+        self._follower = PathFollower(raster.corners(), parameters.acceleration)
         self._phase = Phase.APPROACH
         self._since = 0.0
         self._from: Vector = ZERO
@@ -92,13 +150,15 @@ class ExploreController:
         self._landed = False
         self._outcome = Phase.DONE
         self._start: Vector = ZERO
+        self._most_change = parameters.slew * period
+        self._command = Command()
 
     def start(self, first: Observation) -> None:
-        """Begin the approach from where the tip is."""
+        """Begin the approach from where the tip is, from rest."""
+        self.live.restart()
+        self._command = Command()
         self._tracker.reset()
-        self._follower = PathFollower(
-            self._raster.corners(), self._parameters.speed, self._parameters.acceleration
-        )
+        self._follower = PathFollower(self._raster.corners(), self._parameters.acceleration)
         self._sought = False
         self._landed = False
         self._outcome = Phase.DONE
@@ -106,13 +166,24 @@ class ExploreController:
         self._enter(Phase.APPROACH, first)
 
     def step(self, now: Observation) -> Command:
-        """Return the velocity for the next period."""
+        """Return the velocity for the next period; a final phase only once that is zero."""
         finger = now.fingers[0]
         if finger.touching:
             x, y, z = finger.contact.normal.tolist()
             self._tracker.update(rotate(now.arm.rotation_base_tip, (x, y, z)))
         self._change_phase(now, finger.touching)
-        return Command(self._velocity(now), self._phase)
+        velocity = self._within_slew(self._velocity(now))
+        # the run ends with the final phase: first come to rest as gently as ever
+        braking = self._phase.is_final and velocity != ZERO
+        self._command = Command(velocity, self._command.phase if braking else self._phase)
+        return self._command
+
+    def _within_slew(self, wanted: Vector) -> Vector:
+        """The wanted velocity, or as much of the way to it as one period allows."""
+        before = self._command.velocity_base_tip
+        change = subtract(wanted, before)
+        size = norm(change)
+        return wanted if size <= self._most_change else add_scaled(before, self._most_change / size, change)
 
     def _enter(self, phase: Phase, now: Observation) -> None:
         self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip
@@ -158,7 +229,7 @@ class ExploreController:
         self._sought = True
 
     def _velocity(self, now: Observation) -> Vector:
-        wanted, phase = self._parameters, self._phase
+        wanted, live, phase = self._parameters, self.live.value, self._phase
         if phase is Phase.APPROACH:
             return scale(wanted.landing_speed, DOWN)
         if phase is Phase.SEEK:
@@ -167,19 +238,19 @@ class ExploreController:
             return scale(-wanted.lift_speed, self._tracker.normal)
         if phase in (Phase.DONE, Phase.LOST):
             return ZERO
-        normal = self._tracker.predicted
-        fastest = wanted.landing_speed if phase is Phase.SETTLE else max(wanted.landing_speed, wanted.speed)
-        push = wanted.gain.gain * (wanted.force - now.fingers[0].contact.normal_force)
+        normal, speed = self._tracker.predicted, live("speed")
+        fastest = wanted.landing_speed if phase is Phase.SETTLE else max(wanted.landing_speed, speed)
+        push = live("force_gain") * (live("force") - now.fingers[0].contact.normal_force)
         push = min(max(push, -fastest), fastest)
-        along = self._along_surface(now, normal) if phase is Phase.SCAN else ZERO
+        along = self._along_surface(now, normal, speed) if phase is Phase.SCAN else ZERO
         return add_scaled(along, push, normal)
 
-    def _along_surface(self, now: Observation, normal: Vector) -> Vector:
+    def _along_surface(self, now: Observation, normal: Vector, speed: float) -> Vector:
         """The path's horizontal velocity, raised or lowered so that it lies in the tangent plane."""
         nx, ny, nz = normal
         x, y, _ = now.arm.position_base_tip
         ux, uy = self._follower.heading
         climb = -(nx * ux + ny * uy) / nz
         slope = 1.0 / (1.0 + climb * climb) ** 0.5
-        vx, vy = self._follower.velocity((x, y), slope, self._period)
+        vx, vy = self._follower.velocity((x, y), slope, speed, self._period)
         return (vx, vy, -(nx * vx + ny * vy) / nz)

@@ -73,8 +73,8 @@ class PathFollower:
     SLOWEST = 1e-3
     """Least speed on the way to a corner [m/s]: without it the last tenth of a millimetre would take for ever."""
 
-    def __init__(self, corners: tuple[Point, ...], speed: float, acceleration: float) -> None:
-        """Take a path of at least two corners, a speed [m/s] and a bound on acceleration [m/s^2]."""
+    def __init__(self, corners: tuple[Point, ...], acceleration: float) -> None:
+        """Take a path of at least two corners and a bound on acceleration [m/s^2]."""
         if len(corners) < 2:
             raise InvalidValueError(f"the path has {len(corners)} corners: it needs at least 2")
         headings = []
@@ -87,7 +87,6 @@ class PathFollower:
             headings.append(((b[0] - a[0]) / length, (b[1] - a[1]) / length))
         self._headings = tuple(headings)
         self._corners = corners
-        self._speed = positive("speed", speed, "m/s")
         self._acceleration = positive("acceleration", acceleration, "m/s^2")
         self._target = 1
         self._current = 0.0
@@ -106,13 +105,15 @@ class PathFollower:
         """Unit direction of the present leg; zero when finished."""
         return (0.0, 0.0) if self.finished else self._headings[self._target - 1]
 
-    def velocity(self, position: Point, slope: float, period: float) -> Point:
+    def velocity(self, position: Point, slope: float, speed: float, period: float) -> Point:
         """Return the horizontal velocity from here [m/s].
 
         Args:
             position: Where the tip is (x, y) [m].
             slope: Horizontal distance per distance along the surface, in (0, 1]: the path is followed with the
                 wanted speed along the surface.
+            speed: That wanted speed [m/s]. It may change: a rise is spread out here; a fall is followed at once,
+                so whoever lowers it keeps to the acceleration.
             period: Time until the next call [s].
         """
         if self.finished:
@@ -127,10 +128,10 @@ class PathFollower:
         # from v, braking by a T in every period T, the tip stops within v^2 / 2a + v T / 2
         step = 0.5 * self._acceleration * period
         allowed = math.sqrt(step * step + 2.0 * self._acceleration * (remaining - self.ARRIVED)) - step
-        self._current = min(self._current + self._acceleration * period, self._speed, max(allowed, self.SLOWEST))
+        self._current = min(self._current + self._acceleration * period, speed, max(allowed, self.SLOWEST))
         offset = self.STEERING * (dy * ux - dx * uy)
         # both together keep to the speed: far from its line the tip first goes back to it
-        fastest = self._speed * slope
+        fastest = speed * slope
         offset = min(max(offset, -fastest), fastest)
         forward = min(self._current * slope, math.sqrt(fastest**2 - offset**2))
         return (forward * ux - offset * uy, forward * uy + offset * ux)

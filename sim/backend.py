@@ -8,6 +8,7 @@ import mujoco
 
 from palpate.errors import InvalidValueError, SimulationDivergedError, positive
 from palpate.runtime.data import ArmSample, Command, Sample, WrenchSample
+from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.noise import NoiseSource, WrenchNoise
 from palpate.sim.scene import StageScene
 from palpate.spatial import IDENTITY, Vector, add_scaled, norm, subtract
@@ -40,13 +41,20 @@ class MujocoBackend:
     time says so.
     """
 
-    def __init__(self, scene: StageScene, period: float = 1e-3, noise: WrenchNoise | None = None) -> None:
+    def __init__(
+        self,
+        scene: StageScene,
+        period: float = 1e-3,
+        noise: WrenchNoise | None = None,
+        pacer: Pacer | None = None,
+    ) -> None:
         """Take a scene.
 
         Args:
             scene: What to simulate.
             period: Control period [s], a whole number of time steps.
             noise: Of the force/torque sensor; none if not given.
+            pacer: Where time comes from; as fast as it can be computed if not given.
 
         Raises:
             InvalidValueError: The period is not a whole number of time steps.
@@ -58,6 +66,7 @@ class MujocoBackend:
             )
         self.scene = scene
         self._period = period
+        self._pacer = pacer or SimulatedTime()
         self._steps = steps
         self._given_noise = noise or WrenchNoise()
         self._noise = NoiseSource(self._given_noise)
@@ -72,6 +81,11 @@ class MujocoBackend:
     def period(self) -> float:
         """Control period [s]."""
         return self._period
+
+    @property
+    def pacer(self) -> Pacer:
+        """See `Backend`."""
+        return self._pacer
 
     def start(self) -> Sample:
         """Put the stage at its start, standing still, and return the first sample."""
@@ -101,6 +115,7 @@ class MujocoBackend:
             raise SimulationDivergedError(
                 f"the simulation diverged at t = {data.time:.4f} s: take a softer contact or a smaller time step"
             )
+        self._pacer.wait()
         return sample
 
     def close(self) -> None:

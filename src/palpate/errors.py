@@ -25,6 +25,10 @@ class OverrunError(PalpateError, TimeoutError):
     """A control period was over before its work was done."""
 
 
+class LatchedError(PalpateError, RuntimeError):
+    """The supervisor has tripped earlier and nobody has reset it."""
+
+
 class SimulationDivergedError(PalpateError, FloatingPointError):
     """A simulation left the range of anything physical."""
 

@@ -1,6 +1,7 @@
 """The exploration's phases and velocities, on a made-up plane that pushes back like a spring."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,9 @@ from palpate.spatial import IDENTITY
 from palpate.surfaces import Sphere
 
 PERIOD, RADIUS, STIFFNESS, FORCE, SPEED = 1e-3, 0.01, 20e3, 2.0, 0.02
+SLEWING = 3
+"""Periods in which the slew limit of 10 m/s^2 takes the tip from any phase's speed here to any other's, both up to
+23 mm/s."""
 GAIN = force_gain(STIFFNESS, 0.0215)
 WANTED = ExploreParameters(force=FORCE, speed=SPEED, gain=GAIN, lead=0.0215)
 RASTER = Raster(0.006, 0.002, 0.002)
@@ -111,20 +115,20 @@ def test_the_force_settles_and_stays():
 
 def test_it_lifts_off_along_the_normal_by_the_wanted_distance():
     plane = Plane(TILT)
-    lift = [row for row in explore(plane) if row[1] is Phase.LIFT]
-    for row in lift:
-        assert row[2] == pytest.approx(WANTED.lift_speed * plane.out, abs=1e-9)
-    assert len(lift) * PERIOD * WANTED.lift_speed == pytest.approx(WANTED.lift_distance, rel=0.02)
+    lift = [row[2] for row in explore(plane) if row[1] is Phase.LIFT]
+    for velocity in lift[SLEWING:-SLEWING]:
+        assert velocity == pytest.approx(WANTED.lift_speed * plane.out, abs=1e-9)
+    assert PERIOD * sum(lift) @ plane.out == pytest.approx(WANTED.lift_distance, rel=0.02)
 
 
 def test_a_lost_surface_is_sought_slowly_and_not_far_then_given_up():
     rows = explore(Plane(TILT), vanish=1.0)
     assert phases(rows)[-3:] == [Phase.SCAN, Phase.SEEK, Phase.LOST]
-    seek = [row for row in rows if row[1] is Phase.SEEK]
+    seek = [row[2] for row in rows if row[1] is Phase.SEEK]
     into = -Plane(TILT).out
-    for row in seek:
-        assert row[2] == pytest.approx(WANTED.landing_speed * into, abs=1e-9)
-    assert len(seek) * PERIOD * WANTED.landing_speed == pytest.approx(WANTED.seek_distance, rel=0.02)
+    for velocity in seek[SLEWING:]:
+        assert velocity == pytest.approx(WANTED.landing_speed * into, abs=1e-9)
+    assert PERIOD * sum(seek) @ into == pytest.approx(WANTED.seek_distance, rel=0.02)
     assert np.all(rows[-1][2] == 0.0)
 
 
@@ -222,8 +226,35 @@ def test_starting_again_forgets_everything():
     assert runs[0] == runs[1]
 
 
+@pytest.mark.parametrize("tilt", [0.0, TILT])
+@pytest.mark.parametrize("vanish", [None, 1.0], ids=["done", "lost"])
+@pytest.mark.parametrize("slew", [2.0, 10.0])
+def test_from_rest_to_rest_no_phase_begins_or_ends_with_a_leap(tilt, vanish, slew):
+    """20 mm/s tangential to 5 mm/s into the surface, or 20 mm/s of lifting to rest, would be 20 m/s^2."""
+    rows = explore(Plane(tilt), vanish=vanish, parameters=replace(WANTED, slew=slew))
+    assert rows[-1][1] is (Phase.DONE if vanish is None else Phase.LOST)
+    velocities = np.array([np.zeros(3), *[row[2] for row in rows]])
+    changes = np.linalg.norm(np.diff(velocities, axis=0), axis=1)
+    assert changes.max() <= slew * PERIOD * (1 + 1e-9)
+    assert changes.max() >= 0.5 * slew * PERIOD  # the limit was at work
+    assert np.all(velocities[-1] == 0.0)
+
+
+def test_force_control_does_not_wait_for_the_slew_limit_on_landing():
+    """From descending at landing speed to retreating at it in one period: a bounce is answered at once."""
+    plane, touch = Plane(gap=0.001), Touch(Finger(Sphere(RADIUS)))
+    controller = ExploreController(WANTED, RASTER, PERIOD)
+    controller.start(touch.sense(plane.sample()))
+    for _ in range(50):
+        plane.move(controller.step(touch.sense(plane.sample())))
+    plane.position[2] = RADIUS - 8.0 / STIFFNESS  # the object comes up: 8 N at once
+    command = controller.step(touch.sense(plane.sample()))
+    assert command.phase is Phase.SETTLE
+    assert command.velocity_base_tip == pytest.approx((0.0, 0.0, WANTED.landing_speed))
+
+
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-@pytest.mark.parametrize("name", ["force", "speed", "lead", "landing_speed", "approach_distance"])
+@pytest.mark.parametrize("name", ["force", "speed", "lead", "landing_speed", "approach_distance", "slew"])
 def test_parameters_that_cannot_be_are_refused_by_name(name, bad):
     given = {"force": 2.0, "speed": 0.02, "lead": 0.02} | {name: bad}
     with pytest.raises(InvalidValueError, match=name):

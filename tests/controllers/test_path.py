@@ -55,11 +55,11 @@ def test_rasters_that_cannot_be_are_refused(bad):
 
 def follow(corners, lag=0.0, slope=1.0, start=None, seconds=60.0, drift=(0.0, 0.0)):
     """Drive an ideal point, or one behind a servo with a lag; positions and commanded velocities."""
-    follower = PathFollower(corners, SPEED, ACCELERATION)
+    follower = PathFollower(corners, ACCELERATION)
     reference = position = np.array(start or corners[0], dtype=float)
     positions, commands = [position], []
     for _ in range(round(seconds / PERIOD)):
-        v = follower.velocity((float(position[0]), float(position[1])), slope, PERIOD)
+        v = follower.velocity((float(position[0]), float(position[1])), slope, SPEED, PERIOD)
         if follower.finished:
             return np.array(positions), np.array(commands), follower
         reference = reference + PERIOD * (np.array(v) + drift)
@@ -80,7 +80,7 @@ def test_every_corner_is_reached_in_order(corners, lag):
         last += near[0]
     assert follower.finished
     assert follower.heading == (0.0, 0.0)
-    assert follower.velocity((0.0, 0.0), 1.0, PERIOD) == (0.0, 0.0)
+    assert follower.velocity((0.0, 0.0), 1.0, SPEED, PERIOD) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(("lag", "bound"), [(0.0, 1.1e-4), (0.02, 4e-4)])
@@ -123,25 +123,41 @@ def test_on_a_slope_the_speed_along_the_surface_is_kept(slope):
     assert along.max() == pytest.approx(SPEED)
 
 
+@settings(max_examples=50, deadline=None, derandomize=True)
+@given(st.lists(st.floats(PathFollower.SLOWEST, 0.1), min_size=1, max_size=8), st.integers(50, 300))
+def test_a_speed_that_changes_no_faster_than_the_acceleration_makes_no_jump(targets, hold):
+    """While cruising as while braking for a corner; at a corner the tip rests from and to the slowest speed."""
+    follower, speed, position, before = PathFollower(L_SHAPE, ACCELERATION), SPEED, np.zeros(2), np.zeros(2)
+    most = ACCELERATION * PERIOD
+    for i in range(hold * len(targets)):
+        speed += min(max(targets[i // hold] - speed, -most), most)
+        x, y = position.tolist()
+        now = np.array(follower.velocity((x, y), 1.0, speed, PERIOD))
+        if follower.finished:
+            break
+        change = np.linalg.norm(now - before)
+        assert change <= 1.1 * (most if now.any() and before.any() else PathFollower.SLOWEST)
+        assert np.linalg.norm(now) <= speed * (1 + 1e-9)
+        position, before = position + PERIOD * now, now
+
+
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
 def test_followers_that_cannot_be_are_refused(bad):
     with pytest.raises(InvalidValueError, match="at least 2"):
-        PathFollower(((0.0, 0.0),), SPEED, ACCELERATION)
-    with pytest.raises(InvalidValueError, match="speed"):
-        PathFollower(L_SHAPE, bad, ACCELERATION)
+        PathFollower(((0.0, 0.0),), ACCELERATION)
     with pytest.raises(InvalidValueError, match="acceleration"):
-        PathFollower(L_SHAPE, SPEED, bad)
+        PathFollower(L_SHAPE, bad)
 
 
 def test_two_equal_corners_in_a_row_are_refused():
     with pytest.raises(InvalidValueError, match="corner"):
-        PathFollower(((0.0, 0.0), (0.0, 0.0), (0.1, 0.0)), SPEED, ACCELERATION)
+        PathFollower(((0.0, 0.0), (0.0, 0.0), (0.1, 0.0)), ACCELERATION)
 
 
 def test_after_a_stop_the_tip_starts_again_from_rest():
-    follower = PathFollower(((0.0, 0.0), (1.0, 0.0)), SPEED, ACCELERATION)
+    follower = PathFollower(((0.0, 0.0), (1.0, 0.0)), ACCELERATION)
     for _ in range(1000):
-        follower.velocity((0.5, 0.0), 1.0, PERIOD)
+        follower.velocity((0.5, 0.0), 1.0, SPEED, PERIOD)
     follower.stop()
-    speed = math.hypot(*follower.velocity((0.5, 0.0), 1.0, PERIOD))
+    speed = math.hypot(*follower.velocity((0.5, 0.0), 1.0, SPEED, PERIOD))
     assert speed == pytest.approx(ACCELERATION * PERIOD)

@@ -3,6 +3,7 @@
 import math
 
 from palpate.runtime.data import ArmSample, Command, Phase, Sample, WrenchSample
+from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.touch import Finger, Touch
 from palpate.spatial import IDENTITY
 from palpate.surfaces import Sphere
@@ -31,6 +32,7 @@ class PuppetBackend:
 
     def __init__(self, script=None, slow_down=3):
         self.period = PERIOD
+        self.pacer = SimulatedTime()
         self.script = script or {}
         self.commands = []
         self.closed = 0

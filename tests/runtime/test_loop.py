@@ -2,14 +2,16 @@
 
 import gc
 import math
+import signal
 
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, LatchedError
 from palpate.runtime.data import Command, Phase
-from palpate.runtime.loop import Ending, run
-from palpate.runtime.supervisor import Limits, Supervisor
+from palpate.runtime.loop import run
+from palpate.runtime.result import Ending
+from palpate.runtime.supervision import Limits, Supervisor
 from runtime.puppets import PERIOD, PUSH, REST, PuppetBackend, PuppetController, touch
 
 NAN, INF = math.nan, math.inf
@@ -26,7 +28,7 @@ def test_the_controller_ends_the_run(phase, ending):
     assert result.ending is ending
     assert result.trip is None
     assert result.duration == pytest.approx(20 * PERIOD)
-    assert len(result.compute_time) == 21
+    assert len(result.timing.compute) == 21
     assert result.stopped
     assert backend.at_rest
     assert backend.closed == 1
@@ -37,7 +39,7 @@ def test_time_ends_the_run():
     result = go(backend)
     assert result.ending is Ending.TIME_UP
     assert result.duration == pytest.approx(0.05)
-    assert len(result.compute_time) == 50
+    assert len(result.timing.compute) == 50
     assert result.stopped
     assert backend.at_rest
     assert backend.closed == 1
@@ -78,26 +80,39 @@ def test_a_command_out_of_bounds_never_reaches_the_robot(velocity):
     backend = PuppetBackend()
     result = go(backend, PuppetController({20: Command(velocity, Phase.SCAN)}))
     assert result.ending is Ending.TRIPPED
-    assert result.trip.measure == "commanded speed"
+    assert result.trip.measure in ("commanded velocity", "commanded speed")
     assert backend.moved_as_told_finitely
     assert max(math.hypot(*c.velocity_base_tip) for c in backend.commands) <= 0.25
     assert backend.at_rest
     assert backend.closed == 1
 
 
-@pytest.mark.parametrize("error", [RuntimeError("no idea"), KeyboardInterrupt(), SystemExit(3)])
 @pytest.mark.parametrize("where", ["controller", "observer"])
-def test_an_exception_propagates_once_the_robot_rests(error, where):
-    backend, count = PuppetBackend(), []
+def test_an_exception_is_a_trip_and_comes_with_the_result(where):
+    error, backend, count = RuntimeError("no idea"), PuppetBackend(), []
 
     def observer(sample, now, command):
         count.append(now.time)
         if where == "observer" and len(count) == 11:
             raise error
 
-    script = {10: error} if where == "controller" else {}
+    result = go(backend, PuppetController({10: error} if where == "controller" else {}), observers=(observer,))
+    assert result.ending is Ending.TRIPPED
+    assert result.error is error
+    assert result.trip.measure == where
+    assert "RuntimeError: no idea" in result.trip.value
+    assert {c.velocity_base_tip for c in backend.commands[10:]} == {REST}
+    assert result.stopped
+    assert backend.at_rest
+    assert backend.closed == 1
+    assert backend.closed_after == len(backend.commands)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), SystemExit(3)])
+def test_what_ends_the_process_propagates_once_the_robot_rests(error):
+    backend = PuppetBackend()
     with pytest.raises(type(error)) as raised:
-        go(backend, PuppetController(script), observers=(observer,))
+        go(backend, PuppetController({10: error}))
     assert raised.value is error
     assert backend.at_rest
     assert backend.closed == 1
@@ -106,9 +121,11 @@ def test_an_exception_propagates_once_the_robot_rests(error, where):
 
 def test_a_back_end_that_fails_once_is_still_brought_to_rest():
     backend = PuppetBackend({10: OSError("a packet was lost")})
-    with pytest.raises(OSError, match="packet") as raised:
-        go(backend)
-    assert raised.value is backend.script[10]
+    result = go(backend)
+    assert result.ending is Ending.TRIPPED
+    assert result.error is backend.script[10]
+    assert result.trip.measure == "back end"
+    assert result.stopped
     assert backend.at_rest
     assert backend.closed == 1
 
@@ -116,9 +133,10 @@ def test_a_back_end_that_fails_once_is_still_brought_to_rest():
 def test_a_back_end_that_fails_for_good_is_closed_and_the_first_failure_is_the_one_reported():
     first = OSError("the cable is out")
     backend = PuppetBackend({10: first} | {step: OSError("not connected") for step in range(11, 999)})
-    with pytest.raises(OSError, match="the cable is out") as raised:
-        go(backend)
-    assert raised.value is first
+    result = go(backend)
+    assert result.error is first
+    assert "the cable is out" in str(result.trip)
+    assert not result.stopped
     assert backend.closed == 1
 
 
@@ -154,10 +172,11 @@ def test_a_turning_point_of_an_oscillation_is_not_rest():
 def test_observers_are_called_once_per_period_with_what_was_commanded():
     backend, calls = PuppetBackend(), []
     go(backend, observers=(lambda *seen: calls.append(seen),) * 2)
-    assert len(calls) == 2 * 50
     assert calls[0::2] == calls[1::2]
-    assert [c for _, _, c in calls[0::2]] == backend.commands[:50]
-    assert [s.time for s, _, _ in calls[0::2]] == pytest.approx(np.arange(50) * PERIOD)
+    seen = calls[0::2]
+    assert [c for _, _, c in seen[:50]] == backend.commands[:50]
+    assert {c for _, _, c in seen[50:]} == {Command(phase=Phase.STOP)}  # coming to rest is seen too
+    assert [s.time for s, _, _ in seen] == pytest.approx(np.arange(len(seen)) * PERIOD)
     assert all(s.time == o.time for s, o, _ in calls)
 
 
@@ -165,8 +184,9 @@ def test_observers_see_the_stop_not_what_the_controller_wanted():
     calls = []
     backend = PuppetBackend({20: {"wrench": (0.0, 0.0, 99.0, 0.0, 0.0, 0.0)}})
     go(backend, observers=(lambda *seen: calls.append(seen),))
-    assert calls[-1][2] == Command(REST, Phase.HOLD)
-    assert calls[-2][2].velocity_base_tip != REST
+    assert calls[19][2].velocity_base_tip == (0.01, 0.0, 0.0)
+    assert calls[20][2].velocity_base_tip == pytest.approx((0.0, 0.0, 0.02))  # the way out
+    assert calls[-1][2] == Command(REST, Phase.STOP)
 
 
 def test_the_controller_is_started_once_with_the_first_observation():
@@ -214,23 +234,98 @@ def test_a_wrong_number_of_wrenches_is_refused():
 
 def test_wrenches_that_change_in_number_stop_the_robot():
     backend = PuppetBackend({20: {"wrenches": ()}})
-    with pytest.raises(InvalidValueError, match="0 wrenches"):
-        go(backend)
+    result = go(backend)
+    assert result.trip.measure == "touch"
+    assert "0 wrenches" in result.trip.value
+    assert {c.velocity_base_tip for c in backend.commands[20:]} == {REST}
     assert backend.at_rest
     assert backend.closed == 1
 
 
-def test_compute_time_counts_overruns():
+def test_every_period_is_timed():
     result = go(PuppetBackend())
-    assert result.compute_time.shape == (50,)
-    assert np.all(result.compute_time > 0.0)
-    assert result.overruns == np.sum(result.compute_time > PERIOD)
+    assert result.timing.compute.shape == (50,)
+    assert np.all(result.timing.compute > 0.0)
+    assert result.timing.period_time.shape == (49,)
+    assert np.all(result.timing.period_time >= result.timing.compute[:-1])
+    assert result.timing.overruns == 0  # simulated time cannot be late
     assert result.real_time_factor == pytest.approx(result.duration / result.wall_time)
 
 
-def test_a_tripped_supervisor_stays_tripped_in_the_next_run():
+def test_a_tripped_supervisor_lets_nothing_move_until_it_is_reset():
     supervisor = Supervisor(Limits(speed=0.005))
     assert go(PuppetBackend(), supervisor=supervisor).ending is Ending.TRIPPED
     backend = PuppetBackend()
-    assert go(backend, supervisor=supervisor).ending is Ending.TRIPPED
-    assert {c.velocity_base_tip for c in backend.commands} == {REST}
+    with pytest.raises(LatchedError, match=r"commanded speed was .* call its reset"):
+        go(backend, supervisor=supervisor)
+    assert backend.commands == []
+    supervisor.reset()
+    assert go(PuppetBackend(), PuppetController(velocity=(0.004, 0.0, 0.0)), supervisor=supervisor).trip is None
+
+
+class AskingController(PuppetController):
+    """Sends its own process a signal at a period."""
+
+    def __init__(self, number, period):
+        super().__init__()
+        self._number, self._period = number, period
+
+    def step(self, now):
+        if len(self.seen) == self._period:
+            signal.raise_signal(self._number)
+        return super().step(now)
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_ends_the_run_between_periods_with_all_that_is_known(name):
+    number = getattr(signal, name)
+    before, backend = signal.getsignal(number), PuppetBackend()
+    with pytest.raises(KeyboardInterrupt) as raised:
+        go(backend, AskingController(number, 20))
+    result = raised.value.result
+    assert result.ending is Ending.INTERRUPTED
+    assert result.stopped
+    assert result.trip is None
+    assert len(result.timing.compute) == 21
+    assert {c.velocity_base_tip for c in backend.commands[20:]} == {REST}
+    assert backend.at_rest
+    assert backend.closed == 1
+    assert signal.getsignal(number) is before
+
+
+def test_the_second_ctrl_c_ends_a_loop_that_hangs():
+    class Hanging(PuppetBackend):
+        def step(self, command):
+            if len(self.commands) == 10:
+                self.commands.append(command)
+                signal.raise_signal(signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)  # nothing happened, so once more
+                raise AssertionError("went on")
+            return super().step(command)
+
+    backend = Hanging()
+    with pytest.raises(KeyboardInterrupt):
+        go(backend)
+    assert backend.closed == 1
+    assert backend.at_rest
+
+
+def test_what_is_held_is_not_dropped_however_the_run_ends():
+    """The puppet lets go unless every command keeps the grip: zero newtons, or none where some were."""
+    grip = (3.0, 3.0)
+    squeeze = Command((0.01, 0.0, 0.0), Phase.HOLD, grip)
+    endings = {
+        "done": {20: Command(REST, Phase.DONE)},
+        "exception": {20: RuntimeError("no idea")},
+        "too fast": {20: Command((9.0, 0.0, 0.0), Phase.HOLD, (0.0, 0.0))},
+        "lets go by mistake": {20: Command((0.01, 0.0, 0.0), Phase.HOLD, (NAN, 3.0))},
+        "forgets a finger": {20: Command((0.01, 0.0, 0.0), Phase.HOLD, (3.0,))},
+        "time is up": {},
+    }
+    for name, script in endings.items():
+        backend = PuppetBackend()
+        go(backend, PuppetController(dict.fromkeys(range(50), squeeze) | script))
+        assert {c.grip_force for c in backend.commands} == {grip}, name
+    backend = PuppetBackend({20: {"wrench": (NAN,) * 6}})
+    go(backend, PuppetController(dict.fromkeys(range(50), squeeze)))
+    assert {c.grip_force for c in backend.commands} == {grip}

@@ -15,8 +15,9 @@ from palpate.controllers import (
 )
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.loop import Ending, run
+from palpate.runtime.replay import replay
 from palpate.runtime.recorder import Recorder
-from palpate.runtime.supervisor import Limits, Supervisor
+from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import Payload
 from palpate.sim import (
@@ -178,15 +179,9 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
 @pytest.mark.parametrize("noise", [None, WrenchNoise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])
 def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
     original = Exploration(SphereObject(), Raster(0.006, 0.002, 0.002), noise=noise)
-    touch, controller, supervisor = Touch(original.finger), original.controller(), Supervisor()
-    touch.start()
-    controller.start(touch.sense(original.samples[0]))
-    commands = []
-    for sample in original.samples:
-        now = touch.sense(sample)
-        commands.append(supervisor.check(now, controller.step(now)))
-    assert len(commands) > 1000
-    assert commands == original.commands
+    done = replay(original.samples, PERIOD, Touch(original.finger), original.controller())
+    assert len(done.commands) > 1000
+    assert list(done.commands) == original.commands
 
 
 def test_the_same_seed_gives_the_same_run_and_another_seed_another():

@@ -1,86 +1,352 @@
 """Limits that no controller can pass."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import InvalidValueError
-from palpate.runtime.data import Command, Phase
-from palpate.runtime.supervisor import Limits, Supervisor
-from runtime.puppets import PUSH, REST, sample, touch
+from palpate.errors import InvalidValueError, LatchedError
+from palpate.runtime.data import Command, HandSample, Phase
+from palpate.runtime.supervision import (
+    CONTACT_FORCE,
+    AtLeast,
+    AtMost,
+    Guard,
+    Hold,
+    Limits,
+    Retract,
+    Stop,
+    Supervisor,
+)
+from palpate.sensing.ft.health import Measure, Verdict
+from runtime.puppets import PERIOD, PUSH, REST, sample, touch
 
 any_float = st.floats(allow_nan=True, allow_infinity=True)
 GOOD = Command((0.01, 0.0, 0.0), Phase.SCAN)
+STOP = Command(REST, Phase.STOP)
 
 
-def observation(**told):
-    return touch().sense(sample(**told))
+def observation(fingers=1, **told):
+    return touch(fingers).sense(sample(**told))
+
+
+def started(limits=None, guards=()):
+    supervisor = Supervisor(limits, guards)
+    supervisor.start(PERIOD)
+    return supervisor
+
+
+def step(supervisor, now, command=GOOD):
+    """One period as the loop does it."""
+    return supervisor.check(now, command) if supervisor.admits(now) else supervisor.react(now)
 
 
 def test_good_commands_pass_unchanged():
-    supervisor = Supervisor()
-    assert supervisor.check(observation(), GOOD) is GOOD
+    supervisor = started()
+    assert step(supervisor, observation()) is GOOD
     assert supervisor.trip is None
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(st.tuples(any_float, any_float, any_float))
-def test_whatever_is_commanded_what_passes_is_finite_and_not_too_fast(velocity):
-    supervisor = Supervisor()
-    passed = supervisor.check(observation(), Command(velocity, Phase.SCAN)).velocity_base_tip
-    assert math.hypot(*passed) <= supervisor.limits.speed * (1 + 1e-15)
-    acceptable = all(map(math.isfinite, velocity)) and math.hypot(*velocity) <= 0.25 * (1 - 1e-12)
-    if acceptable:
+def test_whatever_is_commanded_what_passes_is_finite_and_within_the_limits(velocity):
+    supervisor = started()
+    passed = step(supervisor, observation(), Command(velocity, Phase.SCAN)).velocity_base_tip
+    size = math.hypot(*passed)
+    assert size <= 0.25 * (1 + 1e-8)
+    assert size / PERIOD <= 25.0 * (1 + 1e-8)  # it came from rest
+    if all(map(math.isfinite, velocity)) and math.hypot(*velocity) <= 25.0 * PERIOD * (1 - 1e-12):
         assert passed == velocity
     assert (supervisor.trip is None) == (passed == velocity)
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(st.tuples(*[any_float] * 6), st.tuples(*[any_float] * 3), st.tuples(*[any_float] * 3))
-def test_whatever_is_sensed_motion_goes_on_only_within_the_limits(wrench, position, velocity):
-    supervisor = Supervisor()
-    passed = supervisor.check(observation(wrench=wrench, position=position, velocity=velocity), GOOD)
+def test_whatever_is_sensed_the_controller_goes_on_only_within_the_limits(wrench, position, velocity):
+    supervisor = started()
+    now = observation(wrench=wrench, position=position, velocity=velocity)
+    admitted = supervisor.admits(now)
     within = (
         all(map(math.isfinite, (*wrench, *position, *velocity)))
         and math.hypot(*wrench[:3]) <= 20.0
+        and math.hypot(*velocity) <= 1.1 * 0.25
         and all(-1.0 <= x <= 1.0 for x in position)
     )
     if not within:
-        assert passed == Command(REST, Phase.HOLD)
+        assert not admitted
         assert supervisor.trip is not None
-    elif max(map(abs, (*wrench, *velocity))) < 1e300:
-        assert passed is GOOD
+        assert math.hypot(*supervisor.react(now).velocity_base_tip) <= 0.02 * (1 + 1e-12)
+    elif max(map(abs, (*wrench, *velocity))) < 1e300 and abs(wrench[5]) < 1e-3:
+        assert admitted or supervisor.trip.measure == "spin torque"
 
 
-def test_it_latches_and_keeps_the_first_reason():
-    supervisor = Supervisor()
-    supervisor.check(observation(time=0.5, wrench=(0.0, 0.0, 25.0, 0.0, 0.0, 0.0)), GOOD)
+OUT_OF_BOUNDS = {
+    "force": (Limits(force=5.0), {"wrench": (0.0, 0.0, 5.1, 0.0, 0.0, 0.0)}, "contact force was 5.1 N", "5 N"),
+    "spin": (
+        Limits(spin_torque=0.01),
+        {"wrench": (0.0, 0.0, 2.0, 0.0, 0.0, 0.02)},
+        "spin torque was 0.02 N m",
+        "0.01 N m",
+    ),
+    "speed": (Limits(speed=0.01), {"velocity": (0.0, 0.012, 0.0)}, "measured speed of the tip was 0.012", "0.011"),
+    "workspace": (Limits(), {"position": (0.0, 0.0, -1.1)}, "tip position", "between"),
+}
+
+
+@pytest.mark.parametrize("name", OUT_OF_BOUNDS)
+def test_a_trip_names_measure_value_and_limit(name):
+    limits, told, text, limit = OUT_OF_BOUNDS[name]
+    supervisor = started(limits)
+    assert not supervisor.admits(observation(**told))
+    assert text in str(supervisor.trip)
+    assert limit in supervisor.trip.limit
+
+
+def test_it_latches_and_keeps_the_first_reason_over_runs_until_reset():
+    supervisor = started()
+    step(supervisor, observation(time=0.5, wrench=(0.0, 0.0, 25.0, 0.0, 0.0, 0.0)))
     first = supervisor.trip
-    assert str(first) == "contact force was 25.00 N at t = 0.500 s; the limit is 20 N"
-    for _ in range(3):
-        assert supervisor.check(observation(time=1.0), GOOD) == Command(REST, Phase.HOLD)
-    supervisor.check(observation(position=(9.0, 0.0, 0.0)), GOOD)
+    assert str(first) == "contact force was 25 N at t = 0.500 s; the limit is 20 N"
+    for i in range(3):
+        assert step(supervisor, observation(time=1.0 + i)) == STOP
+    step(supervisor, observation(position=(9.0, 0.0, 0.0), time=9.0))
     assert supervisor.trip is first
+    with pytest.raises(LatchedError, match="contact force was 25 N"):
+        supervisor.start(PERIOD)
+    supervisor.reset()
+    supervisor.start(PERIOD)
+    assert step(supervisor, observation()) is GOOD
 
 
 def test_any_finger_may_trip_it():
-    supervisor = Supervisor()
-    wrenches = (PUSH, (0.0, 15.0, 15.0, 0.0, 0.0, 0.0))
-    supervisor.check(touch(2).sense(sample(wrenches=wrenches)), GOOD)
+    supervisor = started()
+    step(supervisor, observation(2, wrenches=(PUSH, (0.0, 15.0, 15.0, 0.0, 0.0, 0.0))))
     assert supervisor.trip.measure == "contact force"
 
 
+def test_a_hand_is_guarded_against_crushing_what_it_holds():
+    squeeze = observation(wrench=(0.0, 0.0, 6.0, 0.0, 0.0, 0.0))
+    limits = Limits(grip_force=5.0)
+    assert started(limits).admits(squeeze)  # no hand: it is the arm that presses
+    supervisor = started(limits)
+    assert not supervisor.admits(replace(squeeze, hand=HandSample(0.0, (0.1,))))
+    assert supervisor.trip.measure == "grip force"
+    supervisor = started(limits)
+    assert step(supervisor, observation(), Command(REST, Phase.HOLD, (5.1,))).grip_force is None
+    assert supervisor.trip.measure == "commanded grip force"
+
+
+@pytest.mark.parametrize(
+    ("joints", "measure"),
+    [
+        ((0.5, 0.0), None),
+        ((1.1, 0.0), "joint 1"),
+        ((0.0, -2.1), "joint 2"),
+        ((0.0, math.nan), "joint"),
+        ((), "number"),
+    ],
+)
+def test_joints_stay_in_their_range(joints, measure):
+    supervisor = started(Limits(joint_lower=(-1.0, -2.0), joint_upper=(1.0, 2.0)))
+    now = observation()
+    supervisor.admits(replace(now, arm=replace(now.arm, joint_position=joints)))
+    assert (supervisor.trip is None) == (measure is None)
+    if measure:
+        assert measure in supervisor.trip.measure
+
+
+def test_a_jump_of_the_command_trips_a_ramp_does_not():
+    supervisor = started()
+    for i in range(1, 11):  # 0.02 m/s in a millisecond is 20 m/s^2
+        command = Command((0.02 * i, 0.0, 0.0), Phase.SCAN)
+        assert step(supervisor, observation(time=i * PERIOD), command) is command
+    step(supervisor, observation(time=0.02), Command((0.17, 0.0, 0.0), Phase.SCAN))
+    assert str(supervisor.trip).startswith("commanded acceleration was 30 m/s^2")
+
+
+def stale(arm=0.0, finger=0.0, time=0.1):
+    now = observation(time=time)
+    fingers = (replace(now.fingers[0], time=time - finger),)
+    return replace(now, arm=replace(now.arm, time=time - arm), fingers=fingers)
+
+
+@pytest.mark.parametrize("device", ["arm", "finger"])
+@pytest.mark.parametrize("age", [0.021, 5.0, -0.001, math.nan, math.inf, -math.inf])
+def test_a_sample_too_old_or_from_the_future_trips(device, age):
+    supervisor = started()
+    assert not supervisor.admits(stale(**{device: age}))
+    assert "age of the sample" in supervisor.trip.measure
+    assert ("arm" if device == "arm" else "sensor 1") in supervisor.trip.measure
+
+
+def test_a_device_slower_than_the_loop_repeats_itself_unpunished_until_it_is_too_old():
+    """125 Hz read at 1 kHz: eight periods with the same stamp; a sensor that froze trips after the limit."""
+    supervisor = started()
+    for i in range(100):
+        last = 8 * (i // 8) * PERIOD
+        now = observation(time=i * PERIOD)
+        assert supervisor.admits(replace(now, arm=replace(now.arm, time=last)))
+    for i in range(100, 200):
+        now = observation(time=i * PERIOD)
+        admitted = supervisor.admits(replace(now, arm=replace(now.arm, time=96 * PERIOD)))
+        assert admitted == (i - 96 <= 20)
+        if not admitted:
+            break
+    assert i == 117
+
+
+@pytest.mark.parametrize("step_back", [0.0, 1e-3, 5.0])
+def test_time_goes_on(step_back):
+    supervisor = started()
+    assert supervisor.admits(observation(time=10.0))
+    assert not supervisor.admits(observation(time=10.0 - step_back))
+    assert supervisor.trip.measure == "time of the sample"
+
+
+def test_the_time_stamp_of_a_device_does_not_go_back():
+    supervisor = started()
+    assert supervisor.admits(stale(finger=0.001, time=0.100))
+    assert not supervisor.admits(stale(finger=0.003, time=0.101))
+    assert supervisor.trip.measure == "time stamp of force/torque sensor 1"
+
+
+class Shapeless:
+    def __repr__(self):
+        raise RuntimeError("not even that")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        None,
+        (0.0, 0.0, 0.0),
+        Shapeless(),
+        Command((0.0, 0.0)),
+        Command((0.0, 0.0, 0.0, 0.0)),
+        Command(None),
+        Command(("a", "b", "c")),
+        Command((0.0, math.nan, 0.0)),
+        Command((math.inf, -math.inf, 0.0)),
+        Command((1e308, 1e308, 1e308)),
+        Command((Shapeless(),) * 3),
+        Command(REST, "fast"),
+        Command(REST, Phase.HOLD, 3.0),
+        Command(REST, Phase.HOLD, ()),
+        Command(REST, Phase.HOLD, (-1.0,)),
+        Command(REST, Phase.HOLD, (math.nan, 1.0)),
+        Command(REST, Phase.HOLD, ("tight",)),
+    ],
+)
+def test_what_is_no_command_never_reaches_the_robot(command):
+    supervisor = started()
+    assert step(supervisor, observation(), command) == STOP
+    assert supervisor.trip is not None
+    assert supervisor.finished
+
+
+def test_a_guard_of_ones_own_waits_for_its_duration_and_forgets_interruptions():
+    """A guarded motion: go on until more than 1 N is felt for 5 ms."""
+    supervisor = started(
+        guards=(Guard(AtMost(CONTACT_FORCE, 1.0), duration=0.005, reaction=(Hold(0.01), Stop())),)
+    )
+    press, free = (0.0, 0.0, 2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.5, 0.0, 0.0, 0.0)
+    pushes = [press] * 4 + [free] + [press] * 6
+    admitted = [supervisor.admits(observation(time=i * PERIOD, wrench=w)) for i, w in enumerate(pushes)]
+    assert admitted == [True] * 10 + [False]
+    for i in range(11, 40):
+        assert supervisor.react(observation(time=i * PERIOD, wrench=press)) == (STOP if i >= 21 else Command())
+        assert supervisor.finished == (i >= 21)
+
+
+def test_a_guard_may_want_contact():
+    supervisor = started(guards=(Guard(AtLeast(CONTACT_FORCE, 1.0)),))
+    assert supervisor.admits(observation(time=0.0))
+    assert not supervisor.admits(observation(time=0.001, wrench=(0.0, 0.0, 0.9, 0.0, 0.0, 0.0)))
+    assert "at least 1 N" in str(supervisor.trip)
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.floats(0.0, math.pi), st.floats(-math.pi, math.pi), st.floats(0.0, 0.9))
+def test_the_way_out_is_along_the_contact_normal_out_of_the_object(tilt, turn, friction):
+    """On a sphere about the origin, whatever tangential force comes with it."""
+    n = (math.sin(tilt) * math.cos(turn), math.sin(tilt) * math.sin(turn), math.cos(tilt))
+    t = (math.cos(tilt) * math.cos(turn), math.cos(tilt) * math.sin(turn), -math.sin(tilt))
+    f = tuple(-30.0 * a + 30.0 * friction * b for a, b in zip(n, t, strict=True))
+    c = tuple(0.01 * a for a in n)
+    m = (c[1] * f[2] - c[2] * f[1], c[2] * f[0] - c[0] * f[2], c[0] * f[1] - c[1] * f[0])
+    supervisor = started()
+    now = observation(wrench=(*f, *m))
+    assert not supervisor.admits(now)
+    away = supervisor.react(now).velocity_base_tip
+    assert away == pytest.approx([-0.02 * a for a in n], abs=1e-12)
+    assert not supervisor.finished
+
+
+def test_retracting_ends_with_relief_with_the_distance_with_time_and_with_anything_new():
+    def tripped():
+        supervisor = started()
+        hard = observation(wrench=(0.0, 0.0, 30.0, 0.0, 0.0, 0.0))
+        assert step(supervisor, hard).velocity_base_tip == (0.0, 0.0, 0.02)
+        return supervisor
+
+    def goes_on(**told):
+        supervisor = tripped()
+        told = {"time": PERIOD, "wrench": (0.0, 0.0, 30.0, 0.0, 0.0, 0.0)} | told
+        moving = supervisor.react(observation(**told)) != STOP
+        assert moving is not supervisor.finished
+        return moving
+
+    assert goes_on()
+    assert goes_on(wrench=(0.0, 0.0, 10.1, 0.0, 0.0, 0.0))
+    assert not goes_on(wrench=(0.0, 0.0, 9.9, 0.0, 0.0, 0.0))
+    assert goes_on(position=(0.0, 0.0, 0.0049))
+    assert not goes_on(position=(0.0, 0.0, 0.0051))
+    assert not goes_on(time=1.1)
+    assert not goes_on(time=0.0)  # time stands still
+    assert not goes_on(position=(0.0, 0.0, math.nan))
+    assert not goes_on(wrench=(0.0, 0.0, math.nan, 0.0, 0.0, 0.0))
+    assert not goes_on(velocity=(0.0, 0.0, 0.3))
+
+
+def test_a_saturated_sensor_is_drawn_out_of_it_a_frozen_one_stands_still():
+    for measure, moves in ((Measure.SATURATED, True), (Measure.OVERLOAD_AXIS, True), (Measure.FROZEN, False)):
+        now = observation(wrench=(0.0, 0.0, 15.0, 0.0, 0.0, 0.0))
+        now = replace(now, fingers=(replace(now.fingers[0], health=Verdict(measure, "Fz", 1.0, 0.5)),))
+        supervisor = started()
+        assert not supervisor.admits(now)
+        assert (supervisor.react(now) != STOP) is moves
+        assert measure.value in str(supervisor.trip)
+
+
+def test_a_hand_that_holds_something_does_not_retract():
+    supervisor = started()
+    grip = Command(REST, Phase.HOLD, (3.0, 3.0))
+    assert step(supervisor, observation(2, wrenches=(PUSH, PUSH)), grip) is grip
+    hard = observation(2, time=PERIOD, wrenches=(PUSH, (0.0, 0.0, 30.0, 0.0, 0.0, 0.0)))
+    assert step(supervisor, hard) == Command(REST, Phase.STOP, (3.0, 3.0))
+    assert supervisor.finished
+
+
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-def test_limits_that_limit_nothing_are_refused(bad):
-    with pytest.raises(InvalidValueError, match="force limit"):
-        Limits(force=bad)
-    with pytest.raises(InvalidValueError, match="speed limit"):
-        Limits(speed=bad)
+@pytest.mark.parametrize("name", ["force", "spin_torque", "grip_force", "speed", "acceleration", "sample_age"])
+def test_limits_that_limit_nothing_are_refused(name, bad):
+    with pytest.raises(InvalidValueError, match=f"{name.replace('_', ' ')} limit"):
+        Limits(**{name: bad})
 
 
 @pytest.mark.parametrize("upper", [-1.0, -2.0, math.nan])
-def test_an_empty_workspace_is_refused(upper):
+def test_an_empty_workspace_or_joint_range_is_refused(upper):
     with pytest.raises(InvalidValueError, match="workspace along y"):
         Limits(workspace_upper=(1.0, upper, 1.0))
+    with pytest.raises(InvalidValueError, match="range of joint 2"):
+        Limits(joint_lower=(-1.0, -1.0), joint_upper=(1.0, upper))
+    with pytest.raises(InvalidValueError, match="1 lower and 2 upper"):
+        Limits(joint_lower=(-1.0,), joint_upper=(1.0, 2.0))
+
+
+@pytest.mark.parametrize("make", [lambda: Retract(-1.0), lambda: Retract(1.0, 0.0), lambda: Hold(-1.0)])
+def test_reactions_that_cannot_be_are_refused(make):
+    with pytest.raises(InvalidValueError):
+        make()

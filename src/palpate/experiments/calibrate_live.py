@@ -10,7 +10,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.calibrate_config import (
     TareConfig,
 )
-from palpate.runtime import Backend, Command, Sample, WrenchSample
+from palpate.runtime import Backend, Command, Pacer, Sample, WrenchSample
 from palpate.sensing.ft import (
     SensorFile,
 )
@@ -77,6 +77,11 @@ class BiasedBackend:
     def period(self) -> float:
         """Control period [s]."""
         return self._backend.period
+
+    @property
+    def pacer(self) -> Pacer:
+        """Where its time comes from."""
+        return self._backend.pacer
 
     def start(self) -> Sample:
         """Start, and return the first sample."""

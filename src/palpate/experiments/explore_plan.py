@@ -6,9 +6,11 @@ import numpy as np
 
 from palpate.controllers import ExploreParameters, Raster, force_gain, series_stiffness, tracking_delay
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.runtime import Finger, Limits
-from palpate.sensing.compensation import Payload
+from palpate.experiments.explore_config import LEAST_FORCE, MOST_FORCE, ExploreConfig
+from palpate.experiments.robot_in_scene import build
+from palpate.experiments.simulated_stage import Task
+from palpate.runtime import FingerDescription, Limits
+from palpate.runtime.robot import Robot, load_robot
 from palpate.sim import (
     Box,
     ContactLaw,
@@ -18,12 +20,8 @@ from palpate.sim import (
     PairParameters,
     SceneObject,
     SphereObject,
-    Stage,
-    Tip,
     WrenchNoise,
-    build_stage_scene,
 )
-from palpate.surfaces import Ellipsoid, Sphere
 
 CLEARANCE = 0.003
 """How far above the object's top the tip starts [m]."""

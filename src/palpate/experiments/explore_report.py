@@ -39,7 +39,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
             true_force=true_force,
             true_spin_torque=true_spin,
         ),
-        timing=TimingSummary(result.compute_time, result.period),
+        timing=TimingSummary(result.timing.compute, result.timing.period),
         height_map=exploration.height_map,
         sphere=exploration.sphere,
         true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
@@ -79,8 +79,8 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
         figures.append(KeyFigure("fitted sphere, radius", 1e3 * sphere.radius, "mm", note, digits=5))
     figures += [
         KeyFigure("simulated time", result.duration, "s"),
-        KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.period:g} Hz"),
-        KeyFigure("sensing and control, median", 1e6 * float(np.median(result.compute_time)), "µs", "per period"),
+        KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
+        KeyFigure("sensing and control, median", 1e6 * float(np.median(result.timing.compute)), "µs", "per period"),
     ]
     return tuple(figures)
 

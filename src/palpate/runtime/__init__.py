@@ -10,11 +10,16 @@ from palpate.runtime.data import (
     Sample,
     WrenchSample,
 )
-from palpate.runtime.loop import Ending, Observer, RunResult, run
+from palpate.runtime.loop import Observer, run
+from palpate.runtime.pacing import Pacer, Punctuality, SimulatedTime
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.recorder import Record, Recorder
-from palpate.runtime.supervisor import Limits, Supervisor, Trip
+from palpate.runtime.recorder import Record
+from palpate.runtime.recorder import Recorder as _OldRecorder
+from palpate.runtime.result import Ending, RunInterrupted, RunResult
+from palpate.runtime.supervision import Limits, Supervisor, Trip
 from palpate.runtime.touch import Finger, FingerDescription, PlainPipeline, SensorFinger, Touch, WrenchPipeline
+
+Recorder = _OldRecorder  # until runtime/log is there
 
 __all__ = [
     "ArmSample",
@@ -29,13 +34,17 @@ __all__ = [
     "Limits",
     "Observation",
     "Observer",
+    "Pacer",
     "Phase",
     "PlainPipeline",
+    "Punctuality",
     "Record",
     "Recorder",
+    "RunInterrupted",
     "RunResult",
     "Sample",
     "SensorFinger",
+    "SimulatedTime",
     "Supervisor",
     "Touch",
     "Trip",

@@ -115,7 +115,8 @@ class Observation:
 
 
 class Phase(StrEnum):
-    """What a controller is doing: for reports, and to tell the periods of a scan; DONE and LOST end a run."""
+    """What a controller is doing: for reports, and to tell the periods of a scan; DONE and LOST end a run,
+    STOP is the supervisor's or the loop's bringing it to rest."""
 
     APPROACH = "approach"
     SETTLE = "settle"
@@ -123,6 +124,7 @@ class Phase(StrEnum):
     SEEK = "seek"
     LIFT = "lift"
     HOLD = "hold"
+    STOP = "stop"
     DONE = "done"
     LOST = "lost"
 

@@ -6,19 +6,26 @@ of YAML 1.2 without octal and hexadecimal), and repeated keys, aliases and tags 
 """
 
 import re
+from collections.abc import Sequence
 
 import yaml
 
 from palpate.errors import InvalidValueError
 
 LONGEST = 1_000_000
-"""Characters. A calibration has some thousand; more is another file."""
+"""Characters. A calibration has some thousand; more is no file of ours."""
 
 DEEPEST = 16
 """Levels of nesting. Ours has four."""
 
-LONGEST_INTEGER = 18
-"""Digits that surely fit 64 bits; longer whole numbers are read as floats."""
+LARGEST_INTEGER = 2**63 - 1
+"""Whole numbers beyond it are read as floats."""
+
+_MOST_DIGITS = 20
+"""Of a word that may be an integer of that size, with its sign; `int` of thousands of digits is slow."""
+
+Key = str | int
+"""A key of a mapping, or the index of an item of a list."""
 
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _WORDS: dict[str, object] = {
@@ -40,12 +47,9 @@ def read_yaml(text: str) -> object:
             long or too deep; the message says where.
     """
     if len(text) > LONGEST:
-        raise InvalidValueError(
-            f"{len(text)} characters: a sensor file has at most {LONGEST}; is it the right file?"
-        )
+        raise InvalidValueError(f"{len(text)} characters: at most {LONGEST} are read; is it the right file?")
     try:
-        # The base loader resolves nothing: every word comes as text, and explicit tags show.
-        root = yaml.compose(text, Loader=yaml.BaseLoader)
+        root = _composed(text)
     except RecursionError:
         raise InvalidValueError(f"nested too deep: at most {DEEPEST} levels") from None
     except yaml.MarkedYAMLError as error:
@@ -53,6 +57,38 @@ def read_yaml(text: str) -> object:
     except yaml.YAMLError as error:
         raise InvalidValueError(f"no valid YAML: {' '.join(str(error).split())}") from None
     return None if root is None else _value(root, set(), 0)
+
+
+def place_of(text: str, path: Sequence[Key]) -> str:
+    """Return where something stands in a document that `read_yaml` has read, as " (line 3, column 5)".
+
+    Args:
+        text: The document.
+        path: Keys and indices that lead to it; as far as they exist.
+    """
+    node, mark = _composed(text), None
+    for step in path:
+        found = _child(node, step)
+        if found is None:
+            break
+        node, mark = found
+    return _place(mark)
+
+
+def _child(node: yaml.Node | None, step: Key) -> tuple[yaml.Node, yaml.Mark] | None:
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            if key.value == step:
+                return value, key.start_mark
+    if isinstance(node, yaml.SequenceNode) and isinstance(step, int) and 0 <= step < len(node.value):
+        item = node.value[step]
+        return item, item.start_mark
+    return None
+
+
+def _composed(text: str) -> yaml.Node | None:
+    # The base loader resolves nothing: every word comes as text, and explicit tags show.
+    return yaml.compose(text, Loader=yaml.BaseLoader)
 
 
 def _value(node: yaml.Node, seen: set[int], depth: int) -> object:
@@ -99,7 +135,7 @@ def _scalar(word: str) -> object:
         return _WORDS[word]
     if not _NUMBER.fullmatch(word):
         return word
-    if word.lstrip("+-").isdigit() and len(word) <= LONGEST_INTEGER:
+    if word.lstrip("+-").isdigit() and len(word) <= _MOST_DIGITS and abs(int(word)) <= LARGEST_INTEGER:
         return int(word)
     return float(word)
 

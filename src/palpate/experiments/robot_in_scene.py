@@ -1,0 +1,36 @@
+"""From a robot file to a robot that can move: which builder makes which kind of back end."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_backend import BackendEntry, StageEntry
+
+Builder = Callable[[Robot, Task], RobotInScene]
+"""Raises InvalidValueError if the robot cannot be what its file says, or not do the task."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of back end: its entry in the file, and what makes it."""
+
+    entry: type[BackendEntry]
+    build: Builder
+
+
+KINDS = (_Kind(StageEntry, build_stage),)
+"""Every kind of `backend` that experiments can carry out."""
+
+
+def build(robot: Robot, task: Task) -> RobotInScene:
+    """Return a robot that stands ready for a task.
+
+    Raises:
+        InvalidValueError: It cannot be what its file says, or not do the task; the message says what to change.
+    """
+    for kind in KINDS:
+        if isinstance(robot.file.backend, kind.entry):
+            return kind.build(robot, task)
+    raise InvalidValueError(f"backend.kind: no experiment runs on a {type(robot.file.backend).__name__} yet")

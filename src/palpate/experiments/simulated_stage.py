@@ -1,0 +1,172 @@
+"""The simulated stage of a robot file, above the object that it is to touch."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import InvalidValueError
+from palpate.runtime import Finger, FingerDescription, SensorFinger
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_backend import StageEntry
+from palpate.runtime.robot_file import FingerEntry
+from palpate.runtime.robot_surface import EllipsoidEntry, SphereEntry
+from palpate.sensing.compensation import Payload
+from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
+from palpate.sim import ContactLaw, MujocoBackend, SceneObject, Stage, Tip, WrenchNoise, build_stage_scene
+from palpate.spatial import Vector
+from palpate.surfaces import Ellipsoid, Sphere
+
+SAME_PLACE = 1e-9
+"""[m] between two numbers that people meant to be the same."""
+
+SAME_RATE = 1e-9
+"""Relative, likewise."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """What a robot is to touch, and how it is sensed.
+
+    Attributes:
+        tip: Half lengths of the fingertip: one (a sphere's radius) or three (semi-axes) [m].
+        compression: How far the tip gives way at the set force [m]: it is sensed as smaller by this.
+        target: What is touched.
+        law: Contact between the two.
+        start: Where the tip frame starts, base frame [m].
+        period: Control period [s].
+        noise: Of the sensor.
+        touch_force: Force that counts as a touch on a sensor without a sensor file [N].
+    """
+
+    tip: tuple[float, ...]
+    compression: float
+    target: SceneObject
+    law: ContactLaw
+    start: Vector
+    period: float
+    noise: WrenchNoise
+    touch_force: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotInScene:
+    """A robot that stands ready.
+
+    Attributes:
+        backend: The robot.
+        finger: For touch.
+        lag: How far it runs behind a ramp [s].
+        stiffness: With which it holds its tip [N/m].
+        touch_force: Force that counts as a touch [N].
+    """
+
+    backend: MujocoBackend
+    finger: FingerDescription
+    lag: float
+    stiffness: float
+    touch_force: float
+
+
+def build_stage(robot: Robot, task: Task) -> RobotInScene:
+    """Return the simulated stage of a robot file.
+
+    Raises:
+        InvalidValueError: The simulation cannot be what the file says, or not do the task.
+    """
+    entry = robot.file.backend
+    if not isinstance(entry, StageEntry):
+        raise TypeError(f"a {type(entry).__name__} is no stage")
+    finger, sensor = only_finger(robot), robot.sensors[0]
+    payload = _payload(finger, sensor)
+    if sensor is not None:
+        _check_sensor(sensor, task)
+    stage = Stage(entry.mass, entry.bandwidth, entry.leash)
+    tip = Tip(_surface(finger, task.tip), payload.mass)
+    scene = build_stage_scene(tip, task.target, task.law, task.start, stage, entry.time_step)
+    sensed = _surface(finger, tuple(length - task.compression for length in task.tip))
+    described: FingerDescription
+    if sensor is None:
+        touch_force = task.touch_force
+        described = Finger(sensed, Payload(tip.mass, tip.center_of_mass), touch_force, touch_force / 2.0)
+    else:
+        touch_force = sensor.contact.touch_force
+        described = SensorFinger(sensed, sensor)
+    backend = MujocoBackend(scene, task.period, task.noise)
+    return RobotInScene(backend, described, stage.lag, stage.stiffness(tip.mass), touch_force)
+
+
+def only_finger(robot: Robot) -> FingerEntry:
+    """Return the finger of a robot with one, whose tip can be simulated.
+
+    Raises:
+        InvalidValueError: It has several, or a tip of another shape.
+    """
+    if len(robot.file.fingers) != 1:
+        raise InvalidValueError(f"fingers: there are {len(robot.file.fingers)}; a stage carries one")
+    finger = robot.file.fingers[0]
+    if not isinstance(finger.surface, SphereEntry | EllipsoidEntry):
+        kind = finger.surface.__struct_config__.tag
+        raise InvalidValueError(
+            f"fingers[0].surface.kind = {kind}: a simulated fingertip is a sphere or an ellipsoid"
+        )
+    return finger
+
+
+def tip_sizes(robot: Robot) -> tuple[float, ...]:
+    """Return the half lengths of a simulated robot's fingertip [m]: one of a sphere, three of an ellipsoid.
+
+    Raises:
+        InvalidValueError: As in `only_finger`.
+    """
+    surface = only_finger(robot).surface
+    return (surface.radius,) if isinstance(surface, SphereEntry) else surface.semi_axes  # type: ignore[union-attr]
+
+
+def _surface(finger: FingerEntry, lengths: tuple[float, ...]) -> Sphere | Ellipsoid:
+    """The fingertip of these half lengths [m], where the robot file puts it."""
+    center, rotation = np.array(finger.surface.center), finger.surface.rotation
+    if len(lengths) == 1:
+        return Sphere(lengths[0], center=center, rotation=rotation)
+    return Ellipsoid((lengths[0], lengths[1], lengths[2]), center=center, rotation=rotation)
+
+
+def _payload(finger: FingerEntry, sensor: SensorFile | None) -> PayloadEntry:
+    """What the tip weighs, and where; the simulation has it at the centre of the surface."""
+    key = "payload" if sensor is None else f"payload in {finger.sensor}"
+    payload = sensor.payload if sensor is not None else finger.payload
+    assert payload is not None  # FingerEntry has made sure that one of the two is given
+    if not payload.mass > 0.0:
+        raise InvalidValueError(
+            f"fingers[0], {key}: mass_kg = {payload.mass:g}: a simulated tip weighs something; 0.03 is usual"
+        )
+    if math.dist(payload.center_of_mass, finger.surface.center) > SAME_PLACE:
+        raise InvalidValueError(
+            f"fingers[0], {key}: center_of_mass_m = {list(payload.center_of_mass)}: a simulated tip has it at the "
+            f"centre of its surface; write center_of_mass_m: {list(finger.surface.center)}, or move "
+            "surface.center_m there"
+        )
+    return payload
+
+
+def _check_sensor(sensor: SensorFile, task: Task) -> None:
+    """Refuse a sensor that the simulation would not show as its file describes it."""
+    name = "fingers[0].sensor"
+    if sensor.calibration is not None:
+        raise InvalidValueError(f"{name}: calibration: a simulated sensor gives wrenches, not raw channels; leave it out")
+    if any(sensor.bias):
+        raise InvalidValueError(f"{name}: bias = {list(sensor.bias)}: a simulated sensor has none; write zeros")
+    if sensor.device_delay > 0.0:
+        raise InvalidValueError(
+            f"{name}: device_delay_s = {sensor.device_delay:g}: a simulated sensor has none; write 0"
+        )
+    if abs(sensor.sample_rate * task.period - 1.0) > SAME_RATE:
+        raise InvalidValueError(
+            f"{name}: sample_rate_Hz = {sensor.sample_rate:g}: a simulated sensor is read once per control period, "
+            f"{task.period:g} s; write {1.0 / task.period:g}, or change period_s (--period)"
+        )
+    if not (task.noise.force > 0.0 and task.noise.moment > 0.0):
+        raise InvalidValueError(
+            f"{name}: a reading that never changes is taken for a dead sensor; give the simulated sensor some noise "
+            f"(--force-noise {max(sensor.noise_force):g} --moment-noise {max(sensor.noise_moment):g})"
+        )

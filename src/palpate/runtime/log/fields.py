@@ -1,0 +1,187 @@
+"""The quantities of one period: names, units and order. All else in this package follows from these tables."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from palpate.runtime.data import Phase
+from palpate.runtime.log.layout import Layout
+from palpate.sensing.contact import ContactStatus
+from palpate.sensing.ft.health import Measure
+
+_XYZ = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One quantity.
+
+    Attributes:
+        name: What it is.
+        ros_type: Its type in the schema, without the length of an array.
+        dtype: Of one component in the file, little endian.
+        components: Name of each component; one empty name for a scalar.
+        units: Unit of each component; empty where it has none.
+        comment: What a reader of the schema has to know.
+        is_array: Whether it is an array of the schema (and not a message or a scalar).
+        codes: Names of the values 0, 1, ... of an enumeration; empty for anything else.
+    """
+
+    name: str
+    ros_type: str
+    dtype: str
+    components: tuple[str, ...]
+    units: tuple[str, ...]
+    comment: str
+    is_array: bool = False
+    codes: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of components."""
+        return len(self.components)
+
+    @property
+    def is_vector(self) -> bool:
+        """Whether it is more than a number, be it with one component."""
+        return self.is_array or self.count > 1
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Quantities that belong together: a message inside the message.
+
+    Attributes:
+        name: Its name in the message; empty for the quantities of the message itself.
+        type_name: Its type in the schema.
+        fields: Its quantities.
+    """
+
+    name: str
+    type_name: str
+    fields: tuple[Field, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Codes:
+    """Names behind the small numbers in a log, so that a log outlives a reordered enumeration.
+
+    Attributes:
+        phases: Of `Phase`.
+        statuses: Of `ContactStatus`.
+        measures: Of `Measure`, what is wrong with a sensor.
+    """
+
+    phases: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in Phase))
+    statuses: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in ContactStatus))
+    measures: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in Measure))
+
+
+def period_groups(layout: Layout, codes: Codes) -> tuple[Group, ...]:
+    """Return all quantities of a period, in the order of rows and messages."""
+    groups = [_group("", "", _number("time", "s", "of the period, on the back end's clock")), _arm(layout.joints)]
+    if layout.hand_joints is not None:
+        groups.append(_hand(layout.hand_joints))
+    groups += [_finger(index, channels, codes) for index, channels in enumerate(layout.channels)]
+    groups.append(
+        _group(
+            "",
+            "",
+            _number("compute_time", "s", "sensing, control and supervision of this period"),
+            _number("lateness", "s", "of the wake-up that this period began with"),
+        )
+    )
+    groups.append(_command(layout.grips, codes))
+    return tuple(groups)
+
+
+def walk(groups: tuple[Group, ...]) -> Iterator[tuple[Group, Field]]:
+    """Yield every quantity with its group, in order."""
+    for group in groups:
+        for quantity in group.fields:
+            yield group, quantity
+
+
+def path_of(group: Group, quantity: Field) -> str:
+    """Return "group.quantity", or "quantity" for one of the message itself."""
+    return f"{group.name}.{quantity.name}" if group.name else quantity.name
+
+
+def _arm(joints: int) -> Group:
+    return _group(
+        "arm",
+        "palpate/Arm",
+        _number("time", "s", "when it was sampled"),
+        _vector("position", "m", "origin of the tip frame in base coordinates"),
+        _array("rotation", tuple(f"{i}{j}" for i in range(3) for j in range(3)), "", "tip to base, row by row"),
+        _vector("velocity", "m/s", "of the tip frame's origin in base coordinates"),
+        *_joints(joints),
+    )
+
+
+def _hand(joints: int) -> Group:
+    return _group("hand", "palpate/Hand", _number("time", "s", "when it was sampled"), *_joints(joints))
+
+
+def _joints(count: int) -> tuple[Field, ...]:
+    return (_array("joint_position", _indices(count), "", "rad, or m if it slides"),) if count else ()
+
+
+def _finger(index: int, channels: int, codes: Codes) -> Group:
+    name = f"finger_{index}"
+    return _group(
+        name,
+        f"palpate/Finger{index}",
+        _number("time", "s", "when the wrench was sampled"),
+        _array("reading", _indices(channels), "", "as the device gives it: N and N m, or raw channels"),
+        _vector("acceleration", "m/s^2", "specific force, sensor frame"),
+        _wrench("wrench", "what the object exerts on the finger, sensor frame"),
+        _vector("centroid", "m", "of the contact, sensor frame; NaN unless status is OK, and so on down"),
+        _vector("normal", "", "outward normal of the fingertip there, sensor frame"),
+        _vector("tangential_force", "N", "sensor frame"),
+        _number("normal_force", "N", "positive when pushing"),
+        _number("spin_torque", "N m", "about the normal"),
+        _number("condition", "", "relative error of the centroid per relative error of the wrench"),
+        _code("status", codes.statuses, "of the contact"),
+        Field("touching", "bool", "u1", ("",), ("",), "whether there is a contact at all"),
+        _code("health", codes.measures, "what is wrong with the sensor"),
+    )
+
+
+def _command(grips: int, codes: Codes) -> Group:
+    return _group(
+        "command",
+        "palpate/Command",
+        _vector("velocity", "m/s", "of the tip frame's origin in base coordinates"),
+        _array("grip_force", _indices(grips), "N", "of each finger of the hand; NaN beyond grip_count"),
+        Field("grip_count", "int8", "i1", ("",), ("",), "how many grip forces are given; -1: as before"),
+        _code("phase", codes.phases, "what the controller is doing"),
+    )
+
+
+def _group(name: str, type_name: str, *fields: Field) -> Group:
+    return Group(name, type_name, fields)
+
+
+def _number(name: str, unit: str, comment: str) -> Field:
+    return Field(name, "float64", "<f8", ("",), (unit,), comment)
+
+
+def _vector(name: str, unit: str, comment: str) -> Field:
+    return Field(name, "geometry_msgs/Vector3", "<f8", _XYZ, (unit,) * 3, comment)
+
+
+def _wrench(name: str, comment: str) -> Field:
+    components = ("fx", "fy", "fz", "mx", "my", "mz")
+    return Field(name, "geometry_msgs/Wrench", "<f8", components, ("N",) * 3 + ("N m",) * 3, comment)
+
+
+def _array(name: str, components: tuple[str, ...], unit: str, comment: str) -> Field:
+    return Field(name, "float64", "<f8", components, (unit,) * len(components), comment, is_array=True)
+
+
+def _code(name: str, codes: tuple[str, ...], comment: str) -> Field:
+    return Field(name, "uint8", "u1", ("",), ("",), comment, codes=codes)
+
+
+def _indices(count: int) -> tuple[str, ...]:
+    return tuple(str(i) for i in range(count))

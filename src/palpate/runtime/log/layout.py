@@ -1,0 +1,47 @@
+"""How much of everything there is in one run: what a row of the log has room for."""
+
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import Sample
+
+MOST = 1000
+"""Joints, fingers, channels: more of any is a damaged file, not a robot."""
+
+FEWEST_GRIPS = 2
+"""A gripper has two fingers, however few joints it tells of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Numbers that stay the same for a whole run.
+
+    Attributes:
+        joints: Of the arm, 0 if it does not tell.
+        hand_joints: Of the hand; None if there is no hand.
+        channels: Of each finger's force/torque sensor.
+        grips: Largest number of grip forces in a command.
+    """
+
+    joints: int
+    hand_joints: int | None
+    channels: tuple[int, ...]
+    grips: int
+
+    def __post_init__(self) -> None:
+        counts = (self.joints, self.hand_joints or 0, len(self.channels), self.grips, *self.channels)
+        if not all(0 <= count <= MOST for count in counts) or not self.channels or min(self.channels) < 1:
+            raise InvalidValueError(f"{self}: from 1 to {MOST} fingers and channels, at most {MOST} of all else")
+        if self.grips < 1:
+            raise InvalidValueError(f"{self}: room for 1 grip force or more")
+
+    @staticmethod
+    def of(sample: Sample) -> "Layout":
+        """Return the layout of a run whose first sample is given."""
+        hand_joints = None if sample.hand is None else len(sample.hand.joint_position)
+        return Layout(
+            joints=len(sample.arm.joint_position),
+            hand_joints=hand_joints,
+            channels=tuple(len(given.wrench) for given in sample.wrenches),
+            grips=max(FEWEST_GRIPS, len(sample.wrenches), hand_joints or 0),
+        )

@@ -1,0 +1,139 @@
+"""A robot as its files describe it: the robot file, and the sensor files that it names."""
+
+import difflib
+import importlib.resources
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.robot_file import RobotFile, read_robot_file
+from palpate.sensing.ft.sensor_file import SensorFile
+from palpate.sensing.ft.sensor_reader import read_sensor
+from palpate.strict_decode import load_text
+
+ROBOT_TEXT = "robot.yaml"
+"""Under this name a log keeps the robot file; sensor files go by the names that the robot file gives them."""
+
+SUFFIXES = (".yaml", ".yml")
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A robot, read and checked.
+
+    Attributes:
+        file: What the robot file says.
+        sensors: One per finger; None for a sensor without flaws.
+        texts: Of all its files, by the names in `ROBOT_TEXT`: enough to read the very same robot again.
+    """
+
+    file: RobotFile
+    sensors: tuple[SensorFile | None, ...]
+    texts: Mapping[str, str]
+
+
+def read_robot(texts: Mapping[str, str]) -> Robot:
+    """Return the robot that texts describe: those of a `Robot`, or of a log.
+
+    Args:
+        texts: The robot file's under `ROBOT_TEXT`, the sensor files' under the names that it gives them; others
+            are not looked at.
+
+    Raises:
+        InvalidValueError: One is missing, or something in one is wrong.
+    """
+
+    def text_of(name: str) -> str:
+        if name not in texts:
+            raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")
+        return texts[name]
+
+    return _assembled(text_of(ROBOT_TEXT), text_of)
+
+
+def load_robot(name: str) -> Robot:
+    """Return the robot of a robot file.
+
+    Args:
+        name: Of a robot that comes with palpate (`stage`), or the path of a robot file.
+
+    Raises:
+        OSError: A file cannot be read.
+        InvalidValueError: There is no such robot, or something in its files is wrong; the message names the file.
+    """
+    path = robot_path(name)
+
+    def sensor_text(sensor: str) -> str:
+        try:
+            return load_text(path.parent / sensor, "a sensor file")
+        except OSError as error:
+            raise InvalidValueError(
+                f"cannot read {path.parent / sensor}: {error.strerror}; the path is relative to the robot file"
+            ) from None
+
+    text = load_text(path, "a robot file")
+    try:
+        return _assembled(text, sensor_text)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{path}: {error}") from None
+
+
+def shipped_robots() -> dict[str, Path]:
+    """Return the robot files that come with palpate, by name."""
+    folder = Path(str(importlib.resources.files("palpate").joinpath("robots")))
+    return {file.stem: file for file in sorted(folder.glob("*.yaml"), key=lambda file: file.stem)}
+
+
+def robot_path(name: str) -> Path:
+    """Return the file of a robot.
+
+    A bare name is that of a shipped robot. A name with a folder or an ending is a path; without a folder, and if
+    there is no such file, the shipped robot of that name.
+
+    Raises:
+        InvalidValueError: There is neither.
+    """
+    shipped = shipped_robots()
+    path, stem = Path(name), _without_suffix(name)
+    if stem != name and path.is_file():
+        return path
+    if path.name == name and stem in shipped:
+        return shipped[stem]
+    if path.is_dir():
+        raise InvalidValueError(f"robot = {name!r}: is a folder; give a robot file in it")
+    if path.name != name and path.is_file():
+        return path
+    near = difflib.get_close_matches(_without_suffix(path.name), shipped, n=1, cutoff=0.5)
+    meant = f"did you mean {near[0]}? " if near else ""
+    other = f"; or a file: ./{name}" if path.name == name and path.is_file() else ""
+    raise InvalidValueError(
+        f"robot = {name!r}: no such file and no such robot; {meant}palpate comes with {', '.join(shipped)}{other}"
+    )
+
+
+def _without_suffix(name: str) -> str:
+    for suffix in SUFFIXES:
+        name = name.removesuffix(suffix)
+    return name
+
+
+def _assembled(text: str, sensor_text: Callable[[str], str]) -> Robot:
+    file = read_robot_file(text)
+    texts = {ROBOT_TEXT: text}
+    sensors: list[SensorFile | None] = []
+    for i, finger in enumerate(file.fingers):
+        if finger.sensor is None:
+            sensors.append(None)
+            continue
+        if PurePosixPath(finger.sensor) == PurePosixPath(ROBOT_TEXT):
+            raise InvalidValueError(
+                f"fingers[{i}].sensor = {finger.sensor!r}: a log keeps the robot file under this name; rename the "
+                "sensor file"
+            )
+        try:
+            texts[finger.sensor] = sensor_text(finger.sensor)
+            sensors.append(read_sensor(texts[finger.sensor]))
+        except InvalidValueError as error:
+            raise InvalidValueError(f"fingers[{i}].sensor, {finger.sensor}: {error}") from None
+    return Robot(file, tuple(sensors), texts)

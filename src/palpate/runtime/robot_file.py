@@ -1,0 +1,121 @@
+"""What is known of one robot, as one YAML file: back end, fingers, limits.
+
+Read strictly, like sensor files: a key that is misspelt or has another unit, a value that cannot be, is refused
+with the reason and the place.
+"""
+
+from typing import Annotated
+
+import msgspec
+
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.runtime.robot_backend import BackendEntry
+from palpate.runtime.robot_limits import LimitsEntry
+from palpate.runtime.robot_surface import AnySurfaceEntry, at_most
+from palpate.sensing.ft.sensor_file import PayloadEntry
+from palpate.strict_decode import decode_file
+from palpate.yaml_text import yaml_text
+
+VERSION = 1
+"""Of the file format, under the key `palpate_robot`."""
+
+LONGEST_PERIOD = 1.0
+"""[s]: more is a number in milliseconds."""
+
+LARGEST_NOISE = 1e3
+"""[N, N m] of a simulated sensor: more than any sensor's range."""
+
+MOST_FINGERS = 16
+"""Three hands with a finger to spare; more is a list gone wrong."""
+
+
+class NoiseEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """White noise of a simulated sensor.
+
+    Attributes:
+        force: Standard deviation of a reading, each axis [N].
+        moment: Likewise [N m].
+    """
+
+    force: float = msgspec.field(name="force_N", default=0.0)
+    moment: float = msgspec.field(name="moment_Nm", default=0.0)
+
+    def __post_init__(self) -> None:
+        for key, value, unit in (("force_N", self.force, "N"), ("moment_Nm", self.moment, "N m")):
+            not_negative(key, value, unit)
+            at_most(key, value, LARGEST_NOISE, unit)
+
+
+class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A fingertip and the sensor behind it.
+
+    Attributes:
+        surface: The fingertip, in the sensor frame.
+        payload: What a sensor without flaws carries; None if a sensor file says it.
+        sensor: Path of a sensor file, relative to the robot file; None for a sensor without flaws.
+        noise: Of a simulated sensor.
+    """
+
+    surface: AnySurfaceEntry
+    payload: PayloadEntry | None = None
+    sensor: str | None = None
+    noise: NoiseEntry = NoiseEntry()
+
+    def __post_init__(self) -> None:
+        if (self.payload is None) == (self.sensor is None):
+            found = "neither" if self.payload is None else "both"
+            raise InvalidValueError(
+                f"{found} given of payload (what a sensor without flaws carries) and sensor (a sensor file, which "
+                "says it too): give one"
+            )
+        if self.sensor is not None and (not self.sensor.strip() or not self.sensor.isprintable()):
+            raise InvalidValueError(f"sensor = {self.sensor!r}: must be the path of a sensor file")
+
+
+class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """One robot. Units stand in the keys of the file.
+
+    Attributes:
+        palpate_robot: Version of the format.
+        name: One line for people.
+        backend: What carries the fingers.
+        period: Control period [s].
+        fingers: One or more.
+        limits: What must not be exceeded.
+    """
+
+    palpate_robot: int = VERSION
+    name: str
+    backend: BackendEntry
+    period: float = msgspec.field(name="period_s")
+    fingers: Annotated[tuple[FingerEntry, ...], msgspec.Meta(min_length=1, max_length=MOST_FINGERS)]
+    limits: LimitsEntry = LimitsEntry()
+
+    def __post_init__(self) -> None:
+        if self.palpate_robot != VERSION:
+            raise InvalidValueError(
+                f"palpate_robot = {self.palpate_robot!r}: this palpate reads version {VERSION}"
+            )
+        if not self.name.strip() or not self.name.isprintable() or len(self.name) > 200:
+            raise InvalidValueError(f"name = {self.name[:40]!r}: must be one line of 1 to 200 printable characters")
+        positive("period_s", self.period, "s")
+        at_most("period_s", self.period, LONGEST_PERIOD, "s")
+
+
+def read_robot_file(text: str) -> RobotFile:
+    """Return the robot described by the text of a robot file; sensor files it names are not looked at.
+
+    Raises:
+        InvalidValueError: It is no robot file, or something in it is wrong; the message names key, line and remedy.
+    """
+    return decode_file(text, RobotFile, "robot file", "palpate_robot", VERSION)
+
+
+def robot_file_text(robot: RobotFile) -> str:
+    """Return the text of a robot file, every value written out; it reads back to the same."""
+    written: dict[str, object] = msgspec.to_builtins(robot)
+    written["fingers"] = [
+        {key: value for key, value in finger.items() if value is not None}
+        for finger in msgspec.to_builtins(robot.fingers)
+    ]
+    return yaml_text(written)

@@ -1,0 +1,154 @@
+"""Fingertips in robot files: what `fingers[].surface` may be."""
+
+from typing import ClassVar
+
+import msgspec
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.sensing.solver import Surface
+from palpate.spatial import ZERO, Vector
+from palpate.surfaces import Capsule, Cylinder, Ellipsoid, Paraboloid, Plane, RoundedBox, Sphere
+
+LARGEST_TIP = 0.5
+"""[m] of a fingertip's radius: more is a number in millimetres."""
+
+LARGEST_OFFSET = 2.0
+"""[m] from the sensor to the surface's centre, likewise (as in sensor files)."""
+
+
+class SurfaceEntry(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="surface"
+):
+    """Where a fingertip's surface sits in the sensor frame; what it is, the kinds below say.
+
+    Attributes:
+        center: Of the surface [m]; of a capsule, of its hemisphere; of a paraboloid, its apex.
+        rotvec: How its axes are turned against the sensor's: axis times angle [rad].
+    """
+
+    center: Vector = msgspec.field(name="center_m", default=ZERO)
+    rotvec: Vector = msgspec.field(name="rotvec_rad", default=ZERO)
+
+    LENGTHS: ClassVar[tuple[tuple[str, str], ...]] = ()
+    """(attribute, key) of everything that is one or several lengths."""
+
+    def __post_init__(self) -> None:
+        for attribute, key in self.LENGTHS:
+            value = getattr(self, attribute)
+            for length in value if isinstance(value, tuple) else (value,):
+                positive(key, length, "m")
+                at_most(key, length, LARGEST_TIP, "m")
+        for coordinate in self.center:
+            at_most("center_m", coordinate, LARGEST_OFFSET, "m")
+        for angle in self.rotvec:
+            at_most("rotvec_rad", angle, 2.0 * np.pi, "rad")
+        self.surface()  # refuses what only all of it together shows
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Columns are the surface's axes in sensor coordinates, shape (3, 3)."""
+        return np.asarray(Rotation.from_rotvec(self.rotvec).as_matrix()) if any(self.rotvec) else np.eye(3)
+
+    def surface(self) -> Surface:
+        """Return the fingertip.
+
+        Raises:
+            InvalidValueError: It cannot be built.
+        """
+        raise NotImplementedError
+
+
+class SphereEntry(SurfaceEntry, tag="sphere"):
+    """A sphere of this radius [m]."""
+
+    radius: float = msgspec.field(name="radius_m")
+    LENGTHS = (("radius", "radius_m"),)
+
+    def surface(self) -> Sphere:
+        """See `SurfaceEntry`."""
+        return Sphere(self.radius, center=np.array(self.center), rotation=self.rotation)
+
+
+class EllipsoidEntry(SurfaceEntry, tag="ellipsoid"):
+    """An ellipsoid with these semi-axes [m]."""
+
+    semi_axes: Vector = msgspec.field(name="semi_axes_m")
+    LENGTHS = (("semi_axes", "semi_axes_m"),)
+
+    def surface(self) -> Ellipsoid:
+        """See `SurfaceEntry`."""
+        return Ellipsoid(self.semi_axes, center=np.array(self.center), rotation=self.rotation)
+
+
+class CylinderEntry(SurfaceEntry, tag="cylinder"):
+    """An endless cylinder about z with this radius [m]."""
+
+    radius: float = msgspec.field(name="radius_m")
+    LENGTHS = (("radius", "radius_m"),)
+
+    def surface(self) -> Cylinder:
+        """See `SurfaceEntry`."""
+        return Cylinder(self.radius, center=np.array(self.center), rotation=self.rotation)
+
+
+class PlaneEntry(SurfaceEntry, tag="plane"):
+    """Flat at z = +- this distance [m]."""
+
+    distance: float = msgspec.field(name="distance_m")
+    LENGTHS = (("distance", "distance_m"),)
+
+    def surface(self) -> Plane:
+        """See `SurfaceEntry`."""
+        return Plane(self.distance, center=np.array(self.center), rotation=self.rotation)
+
+
+class ParaboloidEntry(SurfaceEntry, tag="paraboloid"):
+    """A paraboloid that opens along -z, with these radii of curvature at its apex [m]."""
+
+    radii: tuple[float, float] = msgspec.field(name="radii_m")
+    LENGTHS = (("radii", "radii_m"),)
+
+    def surface(self) -> Paraboloid:
+        """See `SurfaceEntry`."""
+        return Paraboloid(self.radii, center=np.array(self.center), rotation=self.rotation)
+
+
+class CapsuleEntry(SurfaceEntry, tag="capsule"):
+    """A thimble: a hemisphere of this radius on a cylinder down to z = -length [m]."""
+
+    radius: float = msgspec.field(name="radius_m")
+    length: float = msgspec.field(name="length_m")
+    LENGTHS = (("radius", "radius_m"), ("length", "length_m"))
+
+    def surface(self) -> Capsule:
+        """See `SurfaceEntry`."""
+        return Capsule(self.radius, self.length, self.center, self.rotation)
+
+
+class RoundedBoxEntry(SurfaceEntry, tag="rounded_box"):
+    """A box of these half lengths, rounding included, with edges of this radius [m]."""
+
+    half_lengths: Vector = msgspec.field(name="half_lengths_m")
+    radius: float = msgspec.field(name="radius_m")
+    LENGTHS = (("half_lengths", "half_lengths_m"), ("radius", "radius_m"))
+
+    def surface(self) -> RoundedBox:
+        """See `SurfaceEntry`."""
+        return RoundedBox(self.half_lengths, self.radius, self.center, self.rotation)
+
+
+AnySurfaceEntry = (
+    SphereEntry | EllipsoidEntry | CylinderEntry | PlaneEntry | ParaboloidEntry | CapsuleEntry | RoundedBoxEntry
+)
+
+
+def at_most(key: str, value: float, largest: float, unit: str) -> None:
+    """Refuse what is larger in size than anything sensible, or not a number.
+
+    Raises:
+        InvalidValueError: It is.
+    """
+    if not abs(value) <= largest:
+        raise InvalidValueError(f"{key} = {value!r}: must be at most {largest:g} {unit} in size; another unit?")

@@ -1,0 +1,46 @@
+"""What keeps a robot and what it touches whole: limits, guards, reactions, and the supervisor over them."""
+
+from palpate.runtime.supervision.conditions import (
+    AtLeast,
+    AtMost,
+    Condition,
+    FiniteState,
+    FreshSamples,
+    HealthySensors,
+    InsideJointRange,
+    InsideWorkspace,
+    SensorsInRange,
+)
+from palpate.runtime.supervision.finding import Finding, Trip
+from palpate.runtime.supervision.guard import Guard, guards_of
+from palpate.runtime.supervision.limits import Limits
+from palpate.runtime.supervision.measures import CONTACT_FORCE, GRIP_FORCE, SPIN_TORQUE, TIP_SPEED, Measure
+from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
+from palpate.runtime.supervision.supervisor import Supervisor
+
+__all__ = [
+    "CONTACT_FORCE",
+    "GRIP_FORCE",
+    "SPIN_TORQUE",
+    "TIP_SPEED",
+    "AtLeast",
+    "AtMost",
+    "Condition",
+    "Finding",
+    "FiniteState",
+    "FreshSamples",
+    "Guard",
+    "HealthySensors",
+    "Hold",
+    "InsideJointRange",
+    "InsideWorkspace",
+    "Limits",
+    "Measure",
+    "Reaction",
+    "Retract",
+    "SensorsInRange",
+    "Stop",
+    "Supervisor",
+    "Trip",
+    "guards_of",
+]

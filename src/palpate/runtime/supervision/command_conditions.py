@@ -1,0 +1,104 @@
+"""What must hold of a command before it may reach the robot."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.runtime.data import Command, Phase
+from palpate.runtime.supervision.finding import Finding
+
+ROUNDING = 1.0 + 1e-9
+"""A controller that goes to the very limit is not over it."""
+
+
+class CommandCondition(Protocol):
+    """Something that should hold of a command."""
+
+    def broken(self, command: Command, before: Command) -> Finding | None:
+        """Return what is wrong, if anything; `before` is the last command that the robot got."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class WellFormed:
+    """It is a command, of finite numbers, for as many fingers as before. Comes first: the others rely on it."""
+
+    def broken(self, command: object, before: Command) -> Finding | None:
+        """See `CommandCondition`; takes whatever a controller returns."""
+        if not isinstance(command, Command):
+            return Finding("what the controller returned", _shown(command), "a Command")
+        try:
+            x, y, z = command.velocity_base_tip
+            finite = math.isfinite(x + y + z)
+        except (TypeError, ValueError, OverflowError):
+            return Finding("commanded velocity", _shown(command.velocity_base_tip), "three finite numbers [m/s]")
+        if not finite:
+            return Finding("commanded velocity", f"({x}, {y}, {z}) m/s", "three finite numbers")
+        phase: object = command.phase  # nothing is certain yet
+        if not isinstance(phase, Phase):
+            return Finding("phase of the command", _shown(phase), "a Phase")
+        return None if command.grip_force is None else self._grip(command.grip_force, before.grip_force)
+
+    @staticmethod
+    def _grip(grip: object, last: tuple[float, ...] | None) -> Finding | None:
+        wanted = "one finite force, 0 N or above, for each finger"
+        if not isinstance(grip, tuple) or not grip or (last is not None and len(grip) != len(last)):
+            return Finding("commanded grip force", _shown(grip), wanted)
+        try:
+            fine = all(0.0 <= force < math.inf for force in grip)
+        except TypeError:
+            fine = False
+        return None if fine else Finding("commanded grip force", _shown(grip), wanted)
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedSpeed:
+    """The tip is not sent faster than `limit` [m/s]."""
+
+    limit: float
+
+    def broken(self, command: Command, before: Command) -> Finding | None:
+        """See `CommandCondition`."""
+        x, y, z = command.velocity_base_tip
+        speed = math.hypot(x, y, z)
+        if speed <= self.limit * ROUNDING:
+            return None
+        return Finding("commanded speed", f"{speed:.4g} m/s", f"{self.limit:g} m/s")
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedAcceleration:
+    """The commanded velocity does not change faster than `limit` [m/s^2], period after `period` [s]."""
+
+    limit: float
+    period: float
+
+    def broken(self, command: Command, before: Command) -> Finding | None:
+        """See `CommandCondition`."""
+        x, y, z = command.velocity_base_tip
+        u, v, w = before.velocity_base_tip
+        acceleration = math.hypot(x - u, y - v, z - w) / self.period
+        if acceleration <= self.limit * ROUNDING:
+            return None
+        return Finding("commanded acceleration", f"{acceleration:.4g} m/s^2", f"{self.limit:g} m/s^2")
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedGrip:
+    """No finger is told to press with more than `limit` [N]."""
+
+    limit: float
+
+    def broken(self, command: Command, before: Command) -> Finding | None:
+        """See `CommandCondition`."""
+        if command.grip_force is None or max(command.grip_force) <= self.limit * ROUNDING:
+            return None
+        return Finding("commanded grip force", f"{max(command.grip_force):.4g} N", f"{self.limit:g} N")
+
+
+def _shown(value: object) -> str:
+    try:
+        text = repr(value)
+    except Exception:  # a broken object must not break the supervisor
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= 60 else text[:57] + "..."

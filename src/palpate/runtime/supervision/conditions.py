@@ -1,0 +1,187 @@
+"""What a guard watches in what was sensed: each condition is a pure function of this and the last observation."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.runtime.data import Observation
+from palpate.runtime.supervision.finding import Finding
+from palpate.runtime.supervision.measures import Measure
+from palpate.sensing.ft.health import Measure as SensorMeasure
+from palpate.spatial import Vector
+
+
+class Condition(Protocol):
+    """Something that should hold."""
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """Return what is wrong, if anything; `before` is the last observation, None at first."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class AtMost:
+    """A measure stays at or below a limit."""
+
+    measure: Measure
+    limit: float
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        value = self.measure.of(now)
+        if value <= self.limit:
+            return None
+        unit = self.measure.unit
+        return Finding(self.measure.name, f"{value:.4g} {unit}", f"{self.limit:g} {unit}")
+
+
+@dataclass(frozen=True, slots=True)
+class AtLeast:
+    """A measure stays at or above a limit: as for a motion that ends when contact is lost."""
+
+    measure: Measure
+    limit: float
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        value = self.measure.of(now)
+        if value >= self.limit:
+            return None
+        unit = self.measure.unit
+        return Finding(self.measure.name, f"{value:.4g} {unit}", f"at least {self.limit:g} {unit}")
+
+
+@dataclass(frozen=True, slots=True)
+class FiniteState:
+    """Where the arm is, how fast it moves, its joints and every wrench are finite numbers."""
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        arm = now.arm
+        row0, row1, row2 = arm.rotation_base_tip
+        # a sum is finite unless one of its terms is not, or they overflow, which is no better
+        total = sum(arm.position_base_tip) + sum(arm.velocity_base_tip) + sum(row0) + sum(row1) + sum(row2)
+        if not math.isfinite(total):
+            return Finding("arm state", "not finite", "finite numbers")
+        if arm.joint_position and not math.isfinite(sum(arm.joint_position)):
+            return Finding("joint positions of the arm", "not finite", "finite numbers")
+        if now.hand is not None and not math.isfinite(sum(now.hand.joint_position)):
+            return Finding("joint positions of the hand", "not finite", "finite numbers")
+        for i, finger in enumerate(now.fingers):
+            if not math.isfinite(sum(finger.wrench)):
+                return Finding(f"wrench of finger {i + 1}", "not finite", "finite numbers")
+        return None
+
+
+TOO_MUCH = (SensorMeasure.SATURATED, SensorMeasure.OVERLOAD_AXIS, SensorMeasure.OVERLOAD_COMBINED)
+"""What a force/torque sensor says of too large a load; it works all the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class HealthySensors:
+    """Every force/torque sensor can be believed: it is not frozen, stuck, drifting, or talking nonsense."""
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        for i, finger in enumerate(now.fingers):
+            if not finger.health.ok and finger.health.measure not in TOO_MUCH:
+                return Finding(f"force/torque sensor {i + 1}", str(finger.health), "a healthy sensor")
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class SensorsInRange:
+    """No force/torque sensor is saturated or bears more than it is made for."""
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        for i, finger in enumerate(now.fingers):
+            if not finger.health.ok and finger.health.measure in TOO_MUCH:
+                return Finding(f"force/torque sensor {i + 1}", str(finger.health), "a load within its range")
+        return None
+
+
+CLOCK_SLACK = 1e-9
+"""[s]: rounding of time stamps."""
+
+
+@dataclass(frozen=True, slots=True)
+class FreshSamples:
+    """Time goes on, and no device's sample is older than `longest_age` [s], by the device's own time stamp.
+
+    A device that is read faster than it samples repeats itself: that is in order until its sample grows too old.
+    """
+
+    longest_age: float
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        time, longest = now.time, self.longest_age + CLOCK_SLACK
+        if not math.isfinite(time):
+            return Finding("time of the sample", f"{time}", "a finite number")
+        if before is not None and not time > before.time:
+            return Finding("time of the sample", f"{time:.6f} s", f"later than the last, {before.time:.6f} s")
+        if not -CLOCK_SLACK <= time - now.arm.time <= longest:
+            return self._aged("the arm", time - now.arm.time)
+        for i, finger in enumerate(now.fingers):
+            if not -CLOCK_SLACK <= time - finger.time <= longest:
+                return self._aged(f"force/torque sensor {i + 1}", time - finger.time)
+        if now.hand is not None and not -CLOCK_SLACK <= time - now.hand.time <= longest:
+            return self._aged("the hand", time - now.hand.time)
+        return None if before is None else self._went_back(now, before)
+
+    def _aged(self, device: str, age: float) -> Finding:
+        return Finding(
+            f"age of the sample of {device}", f"{1e3 * age:.4g} ms", f"0 to {1e3 * self.longest_age:g} ms"
+        )
+
+    @staticmethod
+    def _went_back(now: Observation, before: Observation) -> Finding | None:
+        if now.arm.time < before.arm.time:
+            return _backwards("the arm", now.arm.time, before.arm.time)
+        if now.hand is not None and before.hand is not None and now.hand.time < before.hand.time:
+            return _backwards("the hand", now.hand.time, before.hand.time)
+        for i, (finger, last) in enumerate(zip(now.fingers, before.fingers, strict=False)):
+            if finger.time < last.time:
+                return _backwards(f"force/torque sensor {i + 1}", finger.time, last.time)
+        return None
+
+
+def _backwards(device: str, time: float, last: float) -> Finding:
+    return Finding(f"time stamp of {device}", f"{time:.6f} s", f"not before its last, {last:.6f} s")
+
+
+@dataclass(frozen=True, slots=True)
+class InsideWorkspace:
+    """The tip stays in a box of the base frame [m]."""
+
+    lower: Vector
+    upper: Vector
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        x, y, z = now.arm.position_base_tip
+        lower, upper = self.lower, self.upper
+        if lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1] and lower[2] <= z <= upper[2]:
+            return None
+        return Finding("tip position", f"({x:.4f}, {y:.4f}, {z:.4f}) m", f"between {lower} m and {upper} m")
+
+
+@dataclass(frozen=True, slots=True)
+class InsideJointRange:
+    """Every joint of the arm stays in its range [rad or m]."""
+
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+        """See `Condition`."""
+        joints = now.arm.joint_position
+        if len(joints) != len(self.lower):
+            return Finding(
+                "number of the arm's joints", str(len(joints)), f"the {len(self.lower)} that are limited"
+            )
+        for i, (low, q, high) in enumerate(zip(self.lower, joints, self.upper, strict=True)):
+            if not low <= q <= high:
+                return Finding(f"position of joint {i + 1}", f"{q:.4f}", f"{low:g} to {high:g}")
+        return None

@@ -1,0 +1,39 @@
+"""What was found to be wrong, and what became of it."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class Finding(NamedTuple):
+    """Something out of bounds.
+
+    Attributes:
+        measure: What.
+        value: Its value, with unit.
+        limit: The limit it broke, with unit.
+    """
+
+    measure: str
+    value: str
+    limit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """Why the supervisor stopped the robot.
+
+    Attributes:
+        time: When [s].
+        measure: What was out of bounds.
+        value: Its value, with unit.
+        limit: The limit it broke, with unit.
+    """
+
+    time: float
+    measure: str
+    value: str
+    limit: str
+
+    def __str__(self) -> str:
+        """One line for a person."""
+        return f"{self.measure} was {self.value} at t = {self.time:.3f} s; the limit is {self.limit}"

@@ -1,0 +1,240 @@
+"""Changing set points and gains under way: the force does not jump, commands keep to their slew, logs replay."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.controllers import (
+    ExploreController,
+    ExploreParameters,
+    Raster,
+    force_gain,
+    series_stiffness,
+    tracking_delay,
+)
+from palpate.runtime.data import ArmSample, Phase, Sample, WrenchSample
+from palpate.runtime.live import Change, LiveParameters, ScheduledChanges
+from palpate.runtime.touch import Finger, Touch
+from palpate.sensing.compensation import Payload
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_stage_scene
+from palpate.spatial import IDENTITY, norm, subtract
+from palpate.surfaces import Sphere
+
+PERIOD, RADIUS, STIFFNESS, DELAYS = 1e-3, 0.008, 20e3, 21
+GAIN = force_gain(STIFFNESS, (DELAYS + 0.5) * PERIOD)
+"""A command acts `DELAYS` periods later, and is held for one: the model of `palpate.controllers.gains`."""
+WANTED = ExploreParameters(force=2.0, speed=0.02, gain=GAIN, lead=GAIN.delay)
+RASTER = Raster(0.2, 0.2, 0.1)
+SETTLED = 1.0
+"""By then the tip has landed and sweeps [s]."""
+
+FORCES, SPEEDS = WANTED.force_range, WANTED.speed_range
+GAINS = GAIN.live_range
+
+
+class DelayedPlane:
+    """A tilted plane like a spring, and a tip that moves as commanded `DELAYS` periods ago."""
+
+    def __init__(self, tilt):
+        self.out = (math.sin(tilt), 0.0, math.cos(tilt))
+        x, y = RASTER.corners()[0]
+        self.position = (x, y, (RADIUS + 0.001 - x * self.out[0]) / self.out[2])
+        self.time = 0.0
+        self.underway = [(0.0, 0.0, 0.0)] * DELAYS
+
+    @property
+    def force(self):
+        depth = RADIUS - self.position[0] * self.out[0] - self.position[2] * self.out[2]
+        return STIFFNESS * max(depth, 0.0)
+
+    def sample(self):
+        force = self.force
+        wrench = (*(force * c for c in self.out), 0.0, 0.0, 0.0)
+        arm = ArmSample(self.time, self.position, IDENTITY, (0.0, 0.0, 0.0))
+        return Sample(self.time, arm, (WrenchSample(self.time, wrench, (0.0, 0.0, 0.0)),))
+
+    def move(self, command):
+        self.underway.append(command.velocity_base_tip)
+        velocity = self.underway.pop(0)
+        self.position = tuple(x + PERIOD * v for x, v in zip(self.position, velocity, strict=True))
+        self.time += PERIOD
+
+
+class Sweep:
+    """An exploration of the plane with changes on the way."""
+
+    def __init__(self, changes=(), tilt=0.0, seconds=2.0, parameters=WANTED, controller=None):
+        plane, touch = DelayedPlane(tilt), Touch(Finger(Sphere(RADIUS)))
+        self.controller = controller or ExploreController(parameters, RASTER, PERIOD)
+        live = self.controller.live
+        scheduled = ScheduledChanges(live, changes)
+        self.observations, self.commands, self.changes, self.forces, self.values = [], [], [], [], []
+        self.controller.start(touch.sense(plane.sample()))
+        for _ in range(round(seconds / PERIOD)):
+            now = touch.sense(plane.sample())
+            scheduled.step(now.time)
+            self.changes += live.step(now.time)
+            command = self.controller.step(now)
+            self.observations.append(now)
+            self.commands.append(command)
+            self.forces.append(plane.force)
+            self.values.append(live.values)
+            plane.move(command)
+
+    @property
+    def jumps(self):
+        """How far the commanded velocity moved from period to period, from rest on [m/s]."""
+        velocities = [(0.0, 0.0, 0.0), *(command.velocity_base_tip for command in self.commands)]
+        return [norm(subtract(b, a)) for a, b in zip(velocities, velocities[1:], strict=False)]
+
+    def after(self, time):
+        """Forces from then on [N], all of them swept."""
+        first = round(time / PERIOD)
+        assert all(command.phase is Phase.SCAN for command in self.commands[first:])
+        return np.array(self.forces[first:])
+
+
+single_changes = st.one_of(
+    st.tuples(st.just("force"), st.floats(*FORCES)),
+    st.tuples(st.just("speed"), st.floats(*SPEEDS)),
+    st.tuples(st.just("force_gain"), st.floats(*GAINS)),
+)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.floats(1.0, FORCES[1]), single_changes, st.floats(-0.5, 0.5))
+def test_after_a_change_the_force_goes_from_old_to_new_and_no_further(old, change, tilt):
+    """5 % beyond the larger of both, and a twentieth of the least force beyond the smaller: contact is kept."""
+    name, value = change
+    new = value if name == "force" else old
+    needed = abs(new - old) * 3.0 * GAIN.delay / FORCES[0]
+    parameters = replace(WANTED, force=old)
+    sweep = Sweep([Change(SETTLED, name, value)], tilt, SETTLED + needed + 0.3, parameters)
+    forces = sweep.after(SETTLED)
+    assert forces[0] == pytest.approx(old, rel=1e-3)
+    assert forces.max() <= 1.05 * max(old, new)
+    assert forces.min() >= min(old, new) - 0.05 * FORCES[0] - 1e-3 * old
+    assert forces[-1] == pytest.approx(new, rel=0.01, abs=0.005)
+
+
+@pytest.mark.parametrize("old", [0.3, 0.4, 0.6, 2.0])
+@pytest.mark.parametrize("by", [0.02, 0.1, 0.2, 0.5, 3.0])
+def test_with_the_strongest_live_gain_a_higher_force_is_overshot_by_less_than_5_percent(old, by):
+    strongest = replace(WANTED, gain=replace(GAIN, gain=GAINS[1]))
+    changes = [Change(1.0, "force", old), Change(2.5, "force", old + by)]
+    assert Sweep(changes, 0.0, 4.0, strongest).after(2.4).max() <= 1.05 * (old + by)
+
+
+any_changes = st.lists(
+    st.builds(lambda time, change: Change(time, *change), st.floats(0.0, 2.0), single_changes), max_size=12
+)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(any_changes, st.floats(-0.5, 0.5), st.sampled_from([2.0, 10.0]))
+def test_whatever_is_changed_whenever_commands_keep_to_the_slew_and_values_to_their_bounds(changes, tilt, slew):
+    sweep = Sweep(changes, tilt, 2.0, replace(WANTED, slew=slew))
+    assert max(sweep.jumps) <= slew * PERIOD * (1 + 1e-9)
+    for name, (low, high) in {"force": FORCES, "speed": SPEEDS, "force_gain": GAINS}.items():
+        values = np.array([values[name] for values in sweep.values])
+        assert values.min() >= low
+        assert values.max() <= high
+        rate = sweep.controller.live.parameters[name].rate
+        assert np.abs(np.diff(values)).max() <= rate * PERIOD * (1 + 1e-6)
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(any_changes, st.floats(-0.5, 0.5))
+def test_a_replay_of_observations_and_changes_gives_the_same_commands_bit_for_bit(changes, tilt):
+    original = Sweep(changes, tilt)
+    controller = ExploreController(WANTED, RASTER, PERIOD)
+    recorded = ScheduledChanges(controller.live, original.changes, start=0.0)
+    controller.start(original.observations[0])
+    for now, command in zip(original.observations, original.commands, strict=True):
+        recorded.step(now.time)
+        controller.live.step(now.time)
+        assert controller.step(now) == command
+
+
+def test_a_second_run_of_the_same_controller_begins_with_the_first_values():
+    controller = ExploreController(WANTED, RASTER, PERIOD)
+    untouched = Sweep(controller=controller).commands
+    changed = Sweep([Change(0.5, "force", 5.0)], controller=controller).commands
+    assert changed != untouched
+    assert Sweep(controller=controller).commands == untouched
+
+
+STEPS = [Change(1.0, "force", 10.0), Change(3.0, "force", 2.0)]
+
+
+def without_ramps():
+    """The same controller, whose changes take effect at once."""
+    controller = ExploreController(replace(WANTED, slew=1e6), RASTER, PERIOD)
+    given_ = controller.live.parameters.values()
+    controller.live = LiveParameters(*(replace(parameter, rate=1e9) for parameter in given_))
+    return controller
+
+
+def test_without_ramps_a_change_would_be_a_blow():
+    """The figure of the note: from 2 to 10 N and back, largest change of the command in a period."""
+    ramped = Sweep(STEPS, seconds=5.0)
+    abrupt = Sweep(STEPS, seconds=5.0, controller=without_ramps())
+    settled = round(SETTLED / PERIOD)
+    smooth, jump = max(ramped.jumps[settled:]), max(abrupt.jumps[settled:])
+    print(f"largest change of command in a period: {1e3 * smooth:.4f} mm/s with ramps, {1e3 * jump:.2f} without")
+    assert jump > 50.0 * smooth
+    assert min(ramped.forces[settled:]) > 1.95
+    assert max(ramped.forces[settled:]) < 10.2
+
+
+@pytest.mark.parametrize("cruising", [0.1, 0.3], ids=["accelerating", "at speed"])
+def test_a_lower_speed_is_reached_by_braking(cruising):
+    """At the path's acceleration, on the way up as well as at speed."""
+    fast = replace(WANTED, speed=0.1)
+    begun = 0.6
+    sweep = Sweep([Change(begun + cruising, "speed", 0.005)], seconds=1.4, parameters=fast)
+    speeds = np.array([math.hypot(*command.velocity_base_tip[:2]) for command in sweep.commands])
+    assert speeds[round((begun + cruising) / PERIOD) - 1] > 0.02
+    assert speeds[-1] == pytest.approx(0.005)
+    assert np.abs(np.diff(speeds)).max() <= WANTED.acceleration * PERIOD * (1 + 1e-6)
+
+
+def test_in_simulation_force_and_speed_change_on_a_sphere_without_leaving_it_or_pressing_harder():
+    law, tip, stage, target = ContactLaw(), Tip(Sphere(RADIUS)), Stage(), SphereObject()
+    raster = Raster(0.02, 0.008, 0.004)
+    start = (*raster.corners()[0], target.top + RADIUS + 0.001)
+    backend = MujocoBackend(build_stage_scene(tip, target, law, start, stage), PERIOD)
+    lag = tracking_delay(PERIOD, stage.lag)
+    gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), lag)
+    parameters = ExploreParameters(force=2.0, speed=0.02, gain=gain, lead=lag)
+    controller = ExploreController(parameters, raster, PERIOD)
+    touch = Touch(Finger(Sphere(RADIUS), Payload(tip.mass)))
+    times, names = (1.5, 2.0, 2.5), ("force", "speed", "force_gain")
+    changes = [Change(*c) for c in zip(times, names, (4.0, 0.05, gain.live_range[1]), strict=True)]
+    changes += [Change(3.5, "force", 1.0)]
+    forces, commands = [], [(0.0, 0.0, 0.0)]
+    with backend:
+        sample = backend.start()
+        controller.start(touch.sense(sample))
+        scheduled = ScheduledChanges(controller.live, changes)
+        while True:
+            now = touch.sense(sample)
+            scheduled.step(now.time)
+            controller.live.step(now.time)
+            command = controller.step(now)
+            commands.append(command.velocity_base_tip)
+            if command.phase is Phase.SCAN:
+                set_force = controller.live.value("force")
+                forces.append((now.time, set_force, now.fingers[0].contact.normal_force, backend.truth().touching))
+            if command.phase.is_final:
+                break
+            sample = backend.step(command)
+    time, wanted, force, touching = np.array(forces).T
+    assert command.phase is Phase.DONE
+    assert touching.all()
+    print(time[-1], [(t, force[time > t].max(), force[time > t].min()) for t in (1.4, 1.5, 2.5, 3.4, 4.5)])
+    assert np.linalg.norm(np.diff(np.array(commands), axis=0), axis=1).max() <= 10.0 * PERIOD * (1 + 1e-9)
