@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import ForceGain, force_gain, series_stiffness, tracking_delay
+from palpate.controllers.gains import LEAST_LIVE_LOOP_GAIN, MOST_LIVE_LOOP_GAIN
 from palpate.errors import InvalidValueError
 
 STIFFNESS, DELAY = 15e3, 0.02
@@ -78,6 +79,35 @@ def test_what_makes_no_gain_is_refused_by_name(bad):
         force_gain(STIFFNESS, bad)
     with pytest.raises(InvalidValueError, match="gain"):
         force_gain(STIFFNESS, DELAY, bad)
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(
+    st.lists(st.tuples(st.integers(1, 400), st.floats(LEAST_LIVE_LOOP_GAIN, MOST_LIVE_LOOP_GAIN)), min_size=1),
+    st.floats(0.1, 1.0),
+)
+def test_a_gain_that_leaps_about_within_its_live_range_cannot_make_the_loop_unstable(pieces, saturation):
+    """Yorke's theorem, on e' = -a(t) e(t - 1) from rest; a push that saturates is a smaller gain."""
+    steps, delays = 50, 80
+    gains = np.resize(np.repeat([x for _, x in pieces], [n for n, _ in pieces]), delays * steps)
+    error = np.ones((delays + 1) * steps)
+    for i in range(steps, len(error) - 1):
+        push = min(max(gains[i - steps] * error[i - steps], -saturation * 0.6), saturation * 0.6)
+        error[i + 1] = error[i] - push / steps
+    assert np.abs(error).max() <= 1.0
+    assert np.abs(error[-steps:]).max() < 0.1
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.floats(1e2, 1e6), st.floats(1e-4, 1.0), st.floats(1e-3, 1.57))
+def test_every_gain_in_the_live_range_is_a_stable_one_and_the_first_is_in_it(stiffness, delay, loop_gain):
+    gain = force_gain(stiffness, delay, loop_gain)
+    least, most = gain.live_range
+    assert least <= gain.gain <= most
+    assert most * stiffness * delay <= max(MOST_LIVE_LOOP_GAIN, loop_gain) * (1 + 1e-12)
+    if loop_gain <= MOST_LIVE_LOOP_GAIN:
+        assert ForceGain(most, stiffness, delay).gain_margin > 2.6
+        assert ForceGain(most, stiffness, delay).phase_margin_deg > 55.0
 
 
 def test_springs_in_series_share_the_force():

@@ -35,6 +35,9 @@ LONGEST_PERIOD = 8e-3
 MOST_GRID_POINTS = 1_000_000
 """Largest map that is asked for: a finer one takes minutes and shows nothing more."""
 
+LARGEST_SEED = 2**63 - 1
+"""Largest whole number that a configuration file keeps exactly."""
+
 FASTEST = 0.1
 """Fastest exploration [m/s]: the stage's leash lets it follow up to 0.125 m/s."""
 
@@ -84,6 +87,9 @@ class ExploreConfig:
     """Seed of the noise: the same seed gives the same run."""
     period: float = 1e-3
     """Control period [s]."""
+    robot: str = "stage"
+    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. It says
+    fingertip, noise and period, too, where they are not given here."""
     out: Path = Path("runs/explore")
     """Folder for the report, the points and the map."""
 
@@ -95,8 +101,8 @@ class ExploreConfig:
             )
         for length in self.tip:
             positive("tip", length, "m")
-        if self.seed < 0:
-            raise InvalidValueError(f"seed = {self.seed}: must be a whole number, 0 or above")
+        if not 0 <= self.seed <= LARGEST_SEED:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
         not_negative("force_noise", self.force_noise, "N")
         not_negative("moment_noise", self.moment_noise, "N m")
         least = LEAST_FORCE * self.touch_force

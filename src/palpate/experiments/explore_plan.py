@@ -1,16 +1,18 @@
 """From a configuration to an exploration that can be carried out: everything is checked and built here."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from palpate.controllers import ExploreParameters, Raster, force_gain, series_stiffness, tracking_delay
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import LEAST_FORCE, MOST_FORCE, ExploreConfig
+from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.simulated_stage import Task
 from palpate.runtime import FingerDescription, Limits
-from palpate.runtime.robot import Robot, load_robot
+from palpate.runtime.robot import Robot, load_robot, read_robot
 from palpate.sim import (
     Box,
     ContactLaw,
@@ -29,6 +31,9 @@ CLEARANCE = 0.003
 ROOM = 0.02
 """How far beyond its path the supervisor lets the tip go [m]."""
 
+LANDING_SHARE = 0.75
+"""Of the robot's force limit: a larger set force could reach it on landing."""
+
 
 def scene_object(config: ExploreConfig) -> SceneObject:
     """Return the object that a configuration asks for."""
@@ -40,17 +45,6 @@ def scene_object(config: ExploreConfig) -> SceneObject:
     if config.object == "box":
         return Box((size[0], size[1], size[2]))
     return CylinderObject(size[0], size[1])
-
-
-def tip_surface(config: ExploreConfig, shrunk: float = 0.0) -> Sphere | Ellipsoid:
-    """Return the fingertip's surface, moved inwards by `shrunk` [m]."""
-    lengths = [length - shrunk for length in config.tip]
-    if min(lengths) <= 0.0:
-        raise InvalidValueError(
-            f"tip = {min(config.tip):g} m: must be larger than its compression at {config.force:g} N and "
-            f"{config.stiffness:g} N/m, {shrunk:.2g} m"
-        )
-    return Sphere(lengths[0]) if len(lengths) == 1 else Ellipsoid((lengths[0], lengths[1], lengths[2]))
 
 
 def raster_over(target: SceneObject, config: ExploreConfig) -> Raster:
@@ -80,6 +74,7 @@ class ExplorationPlan:
 
     Attributes:
         config: What was asked for.
+        robot: What carries it out.
         target: What is touched.
         raster: The path of the tip's centre, from above.
         parameters: For the controller.
@@ -91,28 +86,48 @@ class ExplorationPlan:
     """
 
     config: ExploreConfig
+    robot: Robot
     target: SceneObject
     raster: Raster
     parameters: ExploreParameters
-    finger: Finger
+    finger: FingerDescription
     limits: Limits
     backend: MujocoBackend
     expected_duration: float
     half_compliance: float
 
+    def texts(self) -> dict[str, str]:
+        """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
+        return {EXPERIMENT_TEXT: config_text(self.config), **self.robot.texts}
 
-def plan(config: ExploreConfig) -> ExplorationPlan:
+
+def plan_from_texts(texts: Mapping[str, str]) -> ExplorationPlan:
+    """Return the plan that `ExplorationPlan.texts` came from, as a log keeps them.
+
+    Raises:
+        InvalidValueError: One is missing, or something in one is wrong.
+    """
+    if EXPERIMENT_TEXT not in texts:
+        raise InvalidValueError(f"{EXPERIMENT_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
+    return plan(read_config(texts[EXPERIMENT_TEXT]), read_robot(texts))
+
+
+def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
     """Check and build everything that an exploration needs.
+
+    Args:
+        config: What to do. Fingertip, noise and period are its own; `palpate.experiments.robot_values.config_for` takes them from a robot.
+        robot: What carries it out; the one that `config.robot` names, if not given.
 
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
+        OSError: A file of the robot cannot be read.
     """
+    robot = robot or load_robot(config.robot)
     target = scene_object(config)
     raster = raster_over(target, config)
     half_compliance = 0.5 / config.stiffness
-    shape, sensed = tip_surface(config), tip_surface(config, config.force * half_compliance)
-
-    tip, stage = Tip(shape), Stage()
+    _check_compression(config, config.force * half_compliance)
     law = ContactLaw(
         stiffness=config.stiffness,
         friction=config.friction,
@@ -121,40 +136,92 @@ def plan(config: ExploreConfig) -> ExplorationPlan:
     )
     top = target.top + max(config.tip) + CLEARANCE
     first_x, first_y = raster.corners()[0]
-    scene = build_stage_scene(tip, target, law, (first_x, first_y, top), stage)
-    noise = WrenchNoise(config.force_noise, config.moment_noise, config.seed)
-    _check_speed(config, scene.pair)
-
-    payload = Payload(tip.mass, tip.center_of_mass)
-    finger = Finger(sensed, payload, config.touch_force, config.touch_force / 2.0)
-    delay = tracking_delay(config.period, stage.lag, finger.pipeline().delay)
+    task = Task(
+        tip=config.tip,
+        compression=config.force * half_compliance,
+        target=target,
+        law=law,
+        start=(first_x, first_y, top),
+        period=config.period,
+        noise=WrenchNoise(config.force_noise, config.moment_noise, config.seed),
+        touch_force=config.touch_force,
+    )
     descent = 2.0 * target.top + max(config.tip) + CLEARANCE
+    limits = _limits(robot.file.limits.limits(), raster, top, descent)
+    _check_force(config, limits)
+    ready = build(robot, task)
+    _check_speed(config, ready.backend.scene.pair, limits)
+    if config.force < LEAST_FORCE * ready.touch_force * (1.0 - 1e-12):
+        raise InvalidValueError(
+            f"force = {config.force:g} N: must be at least {LEAST_FORCE * ready.touch_force:g} N, {LEAST_FORCE:g} "
+            "times what the robot's sensor file takes for a touch (touch_force_N)"
+        )
+    delay = tracking_delay(config.period, ready.lag, ready.finger.pipeline().delay)
     parameters = ExploreParameters(
         force=config.force,
         speed=config.speed,
-        gain=force_gain(series_stiffness(config.stiffness, stage.stiffness(tip.mass)), delay),
+        gain=force_gain(series_stiffness(config.stiffness, ready.stiffness), delay),
         lead=delay,
         approach_distance=descent,
     )
-    xs, ys = zip(*raster.corners(), strict=True)
+    gap = top - float(target.height(np.array(first_x), np.array(first_y)))
     return ExplorationPlan(
         config,
+        robot,
         target,
         raster,
         parameters,
-        finger,
-        Limits(
-            workspace_lower=(min(xs) - ROOM, min(ys) - ROOM, top - descent - ROOM),
-            workspace_upper=(max(xs) + ROOM, max(ys) + ROOM, top + ROOM),
-        ),
-        MujocoBackend(scene, config.period, noise),
-        _expected_duration(raster, parameters, top - float(target.height(np.array(first_x), np.array(first_y)))),
+        ready.finger,
+        limits,
+        ready.backend,
+        _expected_duration(raster, parameters, gap),
         half_compliance,
     )
 
 
-def _check_speed(config: ExploreConfig, pair: PairParameters) -> None:
-    """Refuse speeds at which the simulated friction is not Coulomb's, or the tip would lift off."""
+def _limits(robot: Limits, raster: Raster, top: float, descent: float) -> Limits:
+    """The robot's limits, with as much of its workspace as the path needs."""
+    xs, ys = zip(*raster.corners(), strict=True)
+    lower, upper = (min(xs), min(ys), top - descent), (max(xs), max(ys), top)
+    for axis, low, high, least, most in zip(
+        "xyz", lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True
+    ):
+        if high > most or (low < least and axis != "z"):  # how far down it comes, the object decides
+            raise InvalidValueError(
+                f"the path reaches from {low:g} to {high:g} m along {axis}: it leaves the robot's workspace, "
+                f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); take a "
+                "smaller raster or object, or a robot with more room"
+            )
+    bounds = zip(lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True)
+    boxes = [(max(low - ROOM, least), min(high + ROOM, most)) for low, high, least, most in bounds]
+    (x0, x1), (y0, y1), (z0, z1) = boxes
+    return replace(robot, workspace_lower=(x0, y0, z0), workspace_upper=(x1, y1, z1))
+
+
+def _check_compression(config: ExploreConfig, compression: float) -> None:
+    if min(config.tip) <= compression:
+        raise InvalidValueError(
+            f"tip = {min(config.tip):g} m: must be larger than its compression at {config.force:g} N and "
+            f"{config.stiffness:g} N/m, {compression:.2g} m"
+        )
+
+
+def _check_force(config: ExploreConfig, limits: Limits) -> None:
+    most = min(MOST_FORCE, LANDING_SHARE * limits.force)
+    if config.force > most * (1.0 + 1e-12):
+        raise InvalidValueError(
+            f"force = {config.force:g} N: must be at most {most:g} N, {LANDING_SHARE:.0%} of the robot's limit of "
+            f"{limits.force:g} N (limits.force_N in the robot file), for landing may exceed it"
+        )
+
+
+def _check_speed(config: ExploreConfig, pair: PairParameters, limits: Limits) -> None:
+    """Refuse speeds over the limit, and at which the simulated friction is not Coulomb's or the tip lifts off."""
+    if config.speed > limits.speed:
+        raise InvalidValueError(
+            f"speed = {config.speed:g} m/s: must be at most the robot's limit, {limits.speed:g} m/s "
+            "(limits.speed_m_per_s in the robot file)"
+        )
     creep = pair.creep_speed * config.force / config.touch_force  # grows with the force
     if not creep < config.speed < pair.lift_speed / 2.0:
         raise InvalidValueError(

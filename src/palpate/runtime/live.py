@@ -6,7 +6,6 @@ than its rate, and returns what it took, for the log. Values depend only on the 
 changes, so that a log of both gives the same values again, bit for bit.
 """
 
-import difflib
 import math
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
+from palpate.nearest_name import nearest
 from palpate.runtime.data import Command, Observation, Sample
 
 LONGEST_ELAPSED = 0.01
@@ -124,9 +124,9 @@ class LiveParameters:
             InvalidValueError: There is no parameter `name`, or it cannot take this value.
         """
         if name not in self.parameters:
-            near = difflib.get_close_matches(name, self.parameters, n=1, cutoff=0.5)
+            near = nearest(name, tuple(self.parameters))
             known = ", ".join(self.parameters) or "none: this controller has no live parameters"
-            advice = f"did you mean {near[0]}?" if near else f"known are {known}"
+            advice = f"did you mean {near}?" if near else f"known are {known}"
             raise InvalidValueError(f"no live parameter is called {name!r}; {advice}")
         return self.parameters[name].checked(value)
 

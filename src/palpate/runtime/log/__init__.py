@@ -1,7 +1,23 @@
-"""PLACEHOLDER by the lead so that imports work: helper "log" overwrites this file."""
-from enum import IntEnum
-class Level(IntEnum):
-    INFO = 2
-    ERROR = 4
-class Recorder: ...
-class RecordingSummary: ...
+"""Recording: every period of a run, in memory and in MCAP files, and reading it back bit for bit."""
+
+from palpate.runtime.live import Change
+from palpate.runtime.log.entries import Event, Level
+from palpate.runtime.log.heading import Heading
+from palpate.runtime.log.layout import Layout
+from palpate.runtime.log.memory_log import MemoryLog
+from palpate.runtime.log.record import Record
+from palpate.runtime.log.recorder import Recorder
+from palpate.runtime.log.sink import RecordingSummary, Sink
+
+__all__ = [
+    "Change",
+    "Event",
+    "Heading",
+    "Layout",
+    "Level",
+    "MemoryLog",
+    "Record",
+    "Recorder",
+    "RecordingSummary",
+    "Sink",
+]

@@ -1,14 +1,11 @@
 """Hands every period of a run to sinks, for a few microseconds of the loop's time."""
 
-import math
-import struct
-import time as wall
-from collections.abc import Callable
-from enum import Enum
+import time as wall_clock
+from dataclasses import replace
 
 from palpate import __version__
 from palpate.errors import InvalidValueError
-from palpate.runtime.data import Command, Observation, Phase, Sample
+from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.live import Change
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, PackedRows
 from palpate.runtime.log.entries import Event, Level
@@ -16,63 +13,62 @@ from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.layout import Layout
 from palpate.runtime.log.period_codec import PeriodCodec
+from palpate.runtime.log.row_packer import RowPacker
 from palpate.runtime.log.sink import RecordingSummary, Sink
-from palpate.sensing.ft.health import Measure
 
 BLOCK_TIME = 0.2
-"""Rows wait so long for the sinks [s], by the samples' time. A process that is killed loses these. At 1 kHz the
-writer then works in one period of 200: what it costs the loop stays beyond the 99th percentile."""
+"""So many seconds of periods are handed over at once; a process that is killed loses them. At 1 kHz the writer then
+works in one period of 200, which keeps what it costs the loop beyond the 99th percentile."""
+
+LONGEST_WAIT = 0.25
+"""Rows are handed over after this time [s], on the samples' clock, where periods are slower than they should be."""
 
 LARGEST_BLOCK = 2**20
 """Bytes."""
 
 
-def _numbers(kind: type[Enum]) -> dict[Enum, int]:
-    return {member: number for number, member in enumerate(kind)}
-
-
-_PHASES, _MEASURES = _numbers(Phase), _numbers(Measure)
-
-
 class Recorder:
     """Packs each period into one row of float64 and hands the rows to the sinks, a block at a time.
 
-    `start` does all that is slow. `record`, `event` and `change` never raise and never wait; what does not fit the
-    first sample's layout is dropped, counted and told in the summary. One recorder records one run.
+    `start` does all that is slow. `record`, `event` and `change` never raise and never wait; a period that does not
+    fit the first sample's layout is dropped, counted, and told in the summary. One recorder records one run.
     """
 
     def __init__(self, *sinks: Sink) -> None:
         """Take the sinks."""
         self._sinks = sinks
+        self._recording = False
         self._summary: RecordingSummary | None = None
-        self._layout: Layout | None = None
-        self._row = self._first = self._entries = self._lost = 0
-        self._misfit: str | None = None
+        self._row = self._entry = self._dropped = 0
+        self._misfit = ""
 
     def start(self, first: Sample, now: Observation, period: float) -> None:
-        """Lay out the rows for a run that begins with `first`, and start the sinks.
+        """Lay out the rows and start the sinks.
 
         Args:
-            first: First sample; the later ones must have as many joints, fingers and channels.
-            now: What touch made of it.
+            first: First sample of the run; all must have as many joints, fingers and channels.
+            now: What touch makes of it.
             period: Control period [s].
 
         Raises:
-            InvalidValueError: It was started already, the sample cannot be laid out, or a sink cannot start.
-            OSError: A sink cannot start.
+            InvalidValueError: This recorder was started before, the sample cannot be laid out, or a sink refuses.
+            OSError: A sink cannot write.
         """
-        if self._layout is not None or self._summary is not None:
-            raise InvalidValueError("Recorder.start() was called before: make a new recorder for each run")
+        if self._recording or self._summary is not None:
+            raise InvalidValueError("this Recorder was started before: make a new one for each run")
         if len(now.fingers) != len(first.wrenches):
-            raise InvalidValueError(
-                f"{len(now.fingers)} fingers observed, {len(first.wrenches)} wrenches sampled: must be as many"
-            )
-        layout = Layout.of(first)
-        heading = Heading(layout, float(period), float(first.time), wall.time_ns(), f"palpate {__version__}")
-        self._prepare(layout, heading)
+            raise InvalidValueError(f"{len(now.fingers)} fingers, but {len(first.wrenches)} wrenches: must be as many")
+        layout, start = Layout.of(first), wall_clock.time_ns()
+        heading = Heading(layout, float(period), float(first.time), start, f"palpate {__version__}")
+        size = PeriodCodec(heading, PERIOD_CHANNEL).row_bytes
+        rows = max(1, min(round(BLOCK_TIME / period), LARGEST_BLOCK // size))
+        self._pack = RowPacker(layout).pack
+        self._block = bytearray(rows * size)
+        self._place = self._handed = self._first = 0
+        self._deadline = first.time + LONGEST_WAIT
         for sink in self._sinks:
             sink.start(heading)
-        self._layout = layout
+        self._recording = True
 
     def record(
         self, sample: Sample, now: Observation, command: Command, compute_time: float, lateness: float
@@ -86,61 +82,81 @@ class Recorder:
             compute_time: That sensing, control and supervision took [s].
             lateness: Of the wake-up that the period began with [s].
         """
-        if self._free == 0:
-            self._take_new_block()
-        block, place = self._block, self._place
+        if not self._recording:
+            return
         try:
-            arm = sample.arm
-            row_x, row_y, row_z = arm.rotation_base_tip
-            self._pack_arm(
-                block,
-                place,
-                sample.time,
-                arm.time,
-                *arm.position_base_tip,
-                *row_x,
-                *row_y,
-                *row_z,
-                *arm.velocity_base_tip,
-                *arm.joint_position,
-            )
-            place += self._arm_size
-            hand = sample.hand
-            if hand is not None or self._has_hand:
-                self._pack_hand(block, place, hand.time, *hand.joint_position)
-                place += self._hand_size
-            for given, finger, pack, size in zip(sample.wrenches, now.fingers, self._packs, self._sizes, strict=True):
-                contact = finger.contact
-                pack(
-                    block,
-                    place,
-                    given.time,
-                    *given.wrench,
-                    *given.acceleration,
-                    *finger.wrench,
-                    *contact.centroid.tolist(),
-                    *contact.normal.tolist(),
-                    *contact.tangential_force.tolist(),
-                    contact.normal_force,
-                    contact.spin_torque,
-                    contact.condition,
-                    contact.status,
-                    finger.touching,
-                    _MEASURES[finger.health.measure],
-                )
-                place += size
-            grip = command.grip_force
-            grips = self._no_grip if grip is None else (*grip, *self._padding[len(grip) :], len(grip))
-            self._pack_command(
-                block,
-                place,
-                compute_time,
-                lateness,
-                *command.velocity_base_tip,
-                *grips,
-                _PHASES[command.phase],
-            )
-        except Exception as error:  # a recorder must not end a run
+            self._place = self._pack(self._block, self._place, sample, now, command, compute_time, lateness)
+        except Exception as error:  # whatever a device or a controller made up: it must not end the run
             self._drop(error)
             return
-        ...
+        self._row += 1
+        if self._place == len(self._block) or sample.time > self._deadline:
+            self._hand_over()
+            self._deadline = sample.time + LONGEST_WAIT
+
+    def event(self, time: float, level: Level, source: str, text: str) -> None:
+        """Note what happened, for people.
+
+        Args:
+            time: On the back end's clock [s].
+            level: How grave it is.
+            source: Who says so.
+            text: What happened.
+        """
+        self._note(Event(time, level, source, text))
+
+    def change(self, time: float, name: str, value: float) -> None:
+        """Note that a live parameter was given a new value to go to, for replay.
+
+        Args:
+            time: Of the first period that it acts in [s].
+            name: Of the parameter.
+            value: What it is to become.
+        """
+        self._note(Change(time, name, value))
+
+    def flush(self) -> None:
+        """Hand over what there is, for a look at a run that goes on."""
+        if self._recording:
+            self._hand_over()
+
+    def close(self) -> RecordingSummary:
+        """Finish the recording; never raises, may be called twice."""
+        if self._summary is None:
+            self.flush()
+            self._recording = False
+            found = RecordingSummary.joined([sink.close() for sink in self._sinks])
+            if self._dropped:
+                problem = f"{self._dropped} periods did not fit the layout of the first: {self._misfit}"
+                found = replace(
+                    found,
+                    rows_lost=found.rows_lost + self._dropped,
+                    problem=problem if found.problem is None else f"{problem}; {found.problem}",
+                )
+            self._summary = found
+        return self._summary
+
+    def _note(self, what: Event | Change) -> None:
+        if self._recording:
+            self._hand_over()  # the order of rows and entries is kept
+            for sink in self._sinks:
+                sink.entry(Entry(self._entry, what))
+            self._entry += 1
+
+    def _hand_over(self) -> None:
+        """Give the sinks the rows that they have not got, and begin a new block where this one is full."""
+        if self._place > self._handed:
+            rows = PackedRows(self._first, memoryview(self._block)[self._handed : self._place])
+            for sink in self._sinks:
+                sink.rows(rows)
+        if self._place == len(self._block):
+            self._block, self._place = bytearray(len(self._block)), 0
+        self._first, self._handed = self._row, self._place
+
+    def _drop(self, error: Exception) -> None:
+        """Go on without a period: the gap in the numbers shows where it was."""
+        self._hand_over()
+        self._row += 1
+        self._first = self._row
+        self._dropped += 1
+        self._misfit = self._misfit or f"{type(error).__name__}: {error}"

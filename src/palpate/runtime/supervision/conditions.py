@@ -7,6 +7,7 @@ from typing import Protocol
 from palpate.runtime.data import Observation
 from palpate.runtime.supervision.finding import Finding
 from palpate.runtime.supervision.measures import Measure
+from palpate.sensing.ft.health import HEALTHY
 from palpate.sensing.ft.health import Measure as SensorMeasure
 from palpate.spatial import Vector
 
@@ -84,8 +85,9 @@ class HealthySensors:
     def broken(self, now: Observation, before: Observation | None) -> Finding | None:
         """See `Condition`."""
         for i, finger in enumerate(now.fingers):
-            if not finger.health.ok and finger.health.measure not in TOO_MUCH:
-                return Finding(f"force/torque sensor {i + 1}", str(finger.health), "a healthy sensor")
+            health = finger.health
+            if health is not HEALTHY and not health.ok and health.measure not in TOO_MUCH:
+                return Finding(f"force/torque sensor {i + 1}", str(health), "a healthy sensor")
         return None
 
 
@@ -96,8 +98,9 @@ class SensorsInRange:
     def broken(self, now: Observation, before: Observation | None) -> Finding | None:
         """See `Condition`."""
         for i, finger in enumerate(now.fingers):
-            if not finger.health.ok and finger.health.measure in TOO_MUCH:
-                return Finding(f"force/torque sensor {i + 1}", str(finger.health), "a load within its range")
+            health = finger.health
+            if health is not HEALTHY and health.measure in TOO_MUCH:
+                return Finding(f"force/torque sensor {i + 1}", str(health), "a load within its range")
         return None
 
 
@@ -128,23 +131,21 @@ class FreshSamples:
                 return self._aged(f"force/torque sensor {i + 1}", time - finger.time)
         if now.hand is not None and not -CLOCK_SLACK <= time - now.hand.time <= longest:
             return self._aged("the hand", time - now.hand.time)
-        return None if before is None else self._went_back(now, before)
+        if before is None:
+            return None
+        if now.arm.time < before.arm.time:
+            return _backwards("the arm", now.arm.time, before.arm.time)
+        for i, last in enumerate(before.fingers):
+            if now.fingers[i].time < last.time:
+                return _backwards(f"force/torque sensor {i + 1}", now.fingers[i].time, last.time)
+        if now.hand is not None and before.hand is not None and now.hand.time < before.hand.time:
+            return _backwards("the hand", now.hand.time, before.hand.time)
+        return None
 
     def _aged(self, device: str, age: float) -> Finding:
         return Finding(
             f"age of the sample of {device}", f"{1e3 * age:.4g} ms", f"0 to {1e3 * self.longest_age:g} ms"
         )
-
-    @staticmethod
-    def _went_back(now: Observation, before: Observation) -> Finding | None:
-        if now.arm.time < before.arm.time:
-            return _backwards("the arm", now.arm.time, before.arm.time)
-        if now.hand is not None and before.hand is not None and now.hand.time < before.hand.time:
-            return _backwards("the hand", now.hand.time, before.hand.time)
-        for i, (finger, last) in enumerate(zip(now.fingers, before.fingers, strict=False)):
-            if finger.time < last.time:
-                return _backwards(f"force/torque sensor {i + 1}", finger.time, last.time)
-        return None
 
 
 def _backwards(device: str, time: float, last: float) -> Finding:
