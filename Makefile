@@ -28,18 +28,26 @@ check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imp
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 	$(BIN)/lint-imports
 
 format: $(VENV)/.check  ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-build: $(VENV)/.build  ## Build the wheel, install it into a fresh environment, and try it there
-	rm -rf dist build/smoke
-	$(BIN)/python -m build --wheel --outdir dist .
-	$(PYTHON) -m venv build/smoke
-	build/smoke/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt dist/*.whl
-	cd build/smoke && bin/python $(CURDIR)/tests/smoke.py
+build: $(VENV)/.build  ## Build sdist and wheel, install each into a fresh environment, and try it there
+	rm -rf dist build
+	$(BIN)/python -m build --outdir dist .
+	$(BIN)/python tests/built.py dist
+	$(MAKE) --no-print-directory --jobs 2 build/wheel build/sdist
+
+# What is built: `python -m build` makes the wheel from the unpacked sdist, so that one proves the other.
+build/wheel: ARCHIVE = dist/*.whl
+build/sdist: ARCHIVE = dist/*.tar.gz
+build/wheel build/sdist:
+	$(PYTHON) -m venv $@
+	$@/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt $(ARCHIVE)
+	cd $@ && bin/python $(CURDIR)/tests/smoke.py
 
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/python tests/reference/worst.py
@@ -64,7 +72,12 @@ $(VENV)/.kernels: $(BIN)/python $(wildcard src/palpate/sensing/kernels/*.py src/
 	find src -name '*.nbi' -delete
 	@touch $@
 
-$(VENV)/.run: $(BIN)/python pyproject.toml constraints.txt
+# an unpacked sdist holds the folders but not the links to them
+LINKS := src/palpate/controllers src/palpate/hw src/palpate/sim
+$(LINKS):
+	ln -s ../../$(@F) $@
+
+$(VENV)/.run: $(BIN)/python pyproject.toml constraints.txt | $(LINKS)
 	$(PIP) --editable .
 	@touch $@
 

@@ -75,6 +75,9 @@ class ExploreParameters:
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():
             positive(name, getattr(self, name), unit)
+        for name, unit in (("force_range", "N"), ("speed_range", "m/s")):
+            for end in getattr(self, name):
+                positive(name, end, unit)
 
 
 _UNITS = {

@@ -1,10 +1,12 @@
 """The palpate command."""
 
+import inspect
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import make_dataclass
 from importlib import import_module
-from typing import Annotated, NamedTuple, Union
+from typing import Annotated, Any, NamedTuple, Union
 
 import tyro
 
@@ -13,6 +15,8 @@ from palpate.errors import InvalidValueError, PalpateError
 from palpate.experiments.calibrate_config import CalibrateConfig
 from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_options import ExploreOptions
+from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 
 DESCRIPTION = (
     "palpate: hybrid force control with the sense of touch. "
@@ -27,18 +31,37 @@ class Command(NamedTuple):
         config: Its options, light to import.
         runner: What runs it, as module:function; need not be light.
         summary: One line.
+        defaults: What finds out its defaults from the files that are named, as module:function of the arguments;
+            empty if its defaults are fixed. Its result has `settled`, which is what the runner gets.
+        about: Whose docstring explains it; its options' own, if not given.
     """
 
     config: type
     runner: str
     summary: str
+    defaults: str = ""
+    about: type | None = None
 
 
-COMMANDS = {
+class Group(NamedTuple):
+    """Commands that belong together: `palpate robot list`.
+
+    Attributes:
+        commands: By the word that follows.
+        summary: One line.
+    """
+
+    commands: Mapping[str, Command]
+    summary: str
+
+
+COMMANDS: Mapping[str, Command | Group] = {
     "explore": Command(
-        ExploreConfig,
+        ExploreOptions,
         "palpate.experiments.explore_command:run_explore",
         "Explore the surface of a simulated object by touch, and draw it.",
+        "palpate.experiments.explore_options:default_options",
+        ExploreConfig,
     ),
     "contact": Command(
         ContactConfig,
@@ -50,6 +73,26 @@ COMMANDS = {
         "palpate.experiments.calibrate:run_calibrate",
         "Find out about a force/torque sensor, and keep it in its sensor file.",
     ),
+    "robot": Group(
+        {
+            "list": Command(
+                RobotListConfig,
+                "palpate.experiments.robot_tool:run_list",
+                "List the robots that come with palpate.",
+            ),
+            "show": Command(
+                RobotShowConfig,
+                "palpate.experiments.robot_tool:run_show",
+                "Print a robot file: a start for your own.",
+            ),
+            "check": Command(
+                RobotCheckConfig,
+                "palpate.experiments.robot_tool:run_check",
+                "Say how palpate understands a robot file, or what is wrong with it.",
+            ),
+        },
+        "Robot files: those that there are, and yours.",
+    ),
 }
 
 MISTAKE = 2
@@ -58,51 +101,72 @@ MISTAKE = 2
 UNFINISHED = 1
 """Exit code for an experiment that did not finish."""
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C: 128 + SIGINT, the shell's convention."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code: 0 done, 1 not finished, 2 wrong input."""
+    """Run the command line; returns the exit code: 0 done, 1 not finished, 2 wrong input, 130 interrupted."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    if not arguments:
-        arguments = ["--help"]
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
     try:
-        return _run(_parse(arguments))
+        return _run(COMMANDS, "palpate", DESCRIPTION, arguments or ["--help"])
     except InvalidValueError as error:
-        sys.stderr.write(f"palpate: {error}\n")
+        _say(str(error))
         return MISTAKE
     except PalpateError as error:
-        sys.stderr.write(f"palpate: {error}; the robot was stopped\n")
+        _say(f"{error}; the robot was stopped")
         return UNFINISHED
     except BrokenPipeError:
         # whoever read the output has had enough; nothing more to say, at exit neither
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        sys.stderr.write(f"palpate: {error}\n")
+        _say(str(error))
         return UNFINISHED
-    except KeyboardInterrupt:
-        sys.stderr.write("palpate: interrupted; the robot was stopped\n")
-        return 130  # 128 + SIGINT, the shell's convention
+    except KeyboardInterrupt as error:
+        # a run that is interrupted says that the robot was stopped; without a run, none moved
+        _say(str(error) or "interrupted")
+        return INTERRUPTED
 
 
-def _parse(arguments: Sequence[str]) -> object:
-    first = arguments[0]
-    if first in COMMANDS:
-        return tyro.cli(COMMANDS[first].config, prog=f"palpate {first}", args=arguments[1:])
+def _run(commands: Mapping[str, Command | Group], typed: str, about: str, arguments: Sequence[str]) -> int:
+    chosen = commands.get(arguments[0]) if arguments else None
+    if isinstance(chosen, Group):
+        return _run(chosen.commands, f"{typed} {arguments[0]}", chosen.summary, arguments[1:] or ["--help"])
+    if isinstance(chosen, Command):
+        return _carry_out(chosen, f"{typed} {arguments[0]}", arguments[1:])
     # help, or a mistake: show the commands, one line each
     listed = tuple(
-        Annotated[command.config, tyro.conf.subcommand(name, description=command.summary)]
-        for name, command in COMMANDS.items()
+        Annotated[_shown_type(name, command), tyro.conf.subcommand(name, description=command.summary)]
+        for name, command in commands.items()
     )
-    return tyro.cli(Union[listed], prog="palpate", description=DESCRIPTION, args=arguments)  # type: ignore[call-overload]  # noqa: UP007
+    tyro.cli(Union[listed], prog=typed, description=about, args=arguments)  # type: ignore[call-overload]  # noqa: UP007
+    raise AssertionError(f"{arguments[0]!r} is no command, and nobody has said so")
 
 
-def _run(config: object) -> int:
+def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> int:
+    options: dict[str, Any] = {"prog": typed, "args": arguments}
+    if command.about is not None:
+        options["description"] = inspect.getdoc(command.about)
+    if command.defaults:
+        options["default"] = _function(command.defaults)(arguments)
+    config = tyro.cli(command.config, **options)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    for command in COMMANDS.values():
-        if isinstance(config, command.config):
-            module, function = command.runner.split(":")
-            return int(getattr(import_module(module), function)(config))
-    raise AssertionError(f"no command takes {config!r}")
+    return int(_function(command.runner)(config.settled if command.defaults else config))
+
+
+def _function(name: str) -> Any:
+    module, function = name.split(":")
+    return getattr(import_module(module), function)
+
+
+def _shown_type(name: str, command: Command | Group) -> type:
+    """A type to list a command by; of a group, only its name and summary matter."""
+    return command.config if isinstance(command, Command) else make_dataclass(name, ())
+
+
+def _say(message: str) -> None:
+    sys.stderr.write(f"palpate: {' '.join(message.split())}\n")

@@ -20,11 +20,15 @@ UNITS = (
 )
 """Endings of keys that say a unit, the longer before those that they end in."""
 
-OTHER_UNITS = frozenset(
-    "mm_per_s cm_per_s mm_per_s2 m_s mm_s deg_per_s deg_s m_s2 mps rpm mN kN mNm Nmm N_m N_mm g gram grams mm cm um "
-    "inch in ms us min kHz lb lbf lbin deg degrees radians meter meters metre metres seconds sec millimeters "
-    "newton newtons hertz".split()
+# fmt: off
+OTHER_UNITS = (
+    "mm", "cm", "um", "in", "inch", "meter", "meters", "metre", "metres", "millimeters",
+    "m_s", "mm_s", "mm_per_s", "cm_per_s", "mps", "m_s2", "mm_per_s2",
+    "ms", "us", "min", "sec", "seconds", "kHz", "hertz",
+    "mN", "kN", "lb", "lbf", "newton", "newtons", "mNm", "Nmm", "N_m", "N_mm", "lbin", "g", "gram", "grams",
+    "deg", "degrees", "radians", "deg_s", "deg_per_s", "rpm",
 )
+# fmt: on
 """Endings that no key of ours has but people write."""
 
 _ALL_UNITS = sorted({*UNITS, *OTHER_UNITS}, key=len, reverse=True)
@@ -57,7 +61,7 @@ def _about_unit(key: str, other: str) -> str:
     if unit and key.endswith(f"_{unit}"):
         return f"did you mean {other}?"
     if unit:
-        return f"the unit stands in the key: write {other}, in {unit.replace('_per_', '/')}"
+        return f"the unit stands in the key: write {other}, in {unit_of(other)}"
     if without_unit(key) != key:
         return f"write {other}, in SI units (m, N, kg, s, rad); keys of this file carry no unit"
     return f"did you mean {other}?"
@@ -69,3 +73,9 @@ def without_unit(key: str) -> str:
         if key.endswith(f"_{unit}"):
             return key[: -len(unit) - 1]
     return key
+
+
+def unit_of(key: str) -> str:
+    """Return the unit at the end of a key as people write it: m/s^2; empty if it has none."""
+    unit = key[len(without_unit(key)) + 1 :]
+    return unit.replace("_per_", "/").replace("s2", "s^2")

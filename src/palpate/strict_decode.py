@@ -18,6 +18,9 @@ from palpate.errors import InvalidValueError
 from palpate.nearest_name import advice_on_key, nearest
 from palpate.strict_yaml import LONGEST, Key, place_of, read_yaml
 
+LONGEST_SHOWN = 60
+"""Characters of a wrong value that a message repeats."""
+
 T = typing.TypeVar("T")
 
 
@@ -149,7 +152,7 @@ def shown_path(path: Sequence[Key]) -> str:
         if isinstance(step, int):
             shown += f"[{step}]"
         else:
-            name = step[:80] if step.isprintable() else ascii(step[:80])
+            name = step[:LONGEST_SHOWN] if step.isprintable() else ascii(step[:LONGEST_SHOWN])
             shown += f".{name}" if shown else name
     return shown
 
@@ -195,6 +198,7 @@ def known_keys(kind: type) -> dict[str, typing.Any]:
     if issubclass(kind, msgspec.Struct):
         return {field.encode_name: field.type for field in msgspec.structs.fields(kind)}
     hints = typing.get_type_hints(kind, include_extras=True)
+    assert dataclasses.is_dataclass(kind)
     return {field.name: hints[field.name] for field in dataclasses.fields(kind) if field.init}
 
 
@@ -292,7 +296,7 @@ def _advice(message: str, value: object) -> str:
     if message.startswith("Expected `str`"):
         return "; put it in quotes"
     if isinstance(value, str) and re.match(r"\s*[-+]?\.?\d", value):
-        return "; write a plain number in SI units, with nothing behind it"
+        return "; write a plain number in SI units, with a decimal point and nothing behind it"
     if "got `null`" in message:
         return "; write a value, or leave the key out if it has a default"
     return ""
@@ -300,7 +304,7 @@ def _advice(message: str, value: object) -> str:
 
 def _shown(value: object) -> str:
     text = repr(value)
-    return ascii(text if len(text) <= 60 else text[:60] + "...")[1:-1] if not text.isprintable() else text[:60]
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
 
 
 def _decode_path(kind: type, value: object) -> object:

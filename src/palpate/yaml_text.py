@@ -72,7 +72,7 @@ def _word(text: str) -> str:
     if _PLAIN.fullmatch(text) and read_yaml(text) == text:
         return text
     if any("\ud800" <= letter <= "\udfff" for letter in text):
-        raise InvalidValueError(f"{ascii(text)}: has half a character, which cannot be written; give another name")
+        raise InvalidValueError(f"{text!a}: has half a character, which cannot be written; give another name")
     return '"' + "".join(map(_escaped, text)) + '"'
 
 

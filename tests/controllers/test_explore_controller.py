@@ -259,3 +259,11 @@ def test_parameters_that_cannot_be_are_refused_by_name(name, bad):
     given = {"force": 2.0, "speed": 0.02, "lead": 0.02} | {name: bad}
     with pytest.raises(InvalidValueError, match=name):
         ExploreParameters(gain=GAIN, **given)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("name", ["force_range", "speed_range"])
+def test_ranges_that_cannot_be_are_refused_by_name(name, bad):
+    for ends in ((bad, 1.0), (0.1, bad)):
+        with pytest.raises(InvalidValueError, match=name):
+            replace(WANTED, **{name: ends})

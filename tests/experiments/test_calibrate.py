@@ -469,6 +469,13 @@ class SlowSensor:
         self.close()
 
 
+class FailingSensor(SlowSensor):
+    """One that fails in its first period."""
+
+    def step(self, command):
+        raise ZeroDivisionError
+
+
 def test_a_stale_sample_counts_once_and_the_back_end_stands_still_and_is_closed(tmp_path):
     config = TareConfig(sensor=tmp_path, live="stage")
     slow = SlowSensor(stage_backend(config, NANO))
@@ -481,8 +488,7 @@ def test_a_stale_sample_counts_once_and_the_back_end_stands_still_and_is_closed(
 
 
 def test_a_back_end_is_closed_when_it_fails(tmp_path):
-    slow = SlowSensor(stage_backend(TareConfig(sensor=tmp_path, live="stage"), NANO))
-    slow.step = lambda _: 1 / 0
+    slow = FailingSensor(stage_backend(TareConfig(sensor=tmp_path, live="stage"), NANO))
     with pytest.raises(ZeroDivisionError):
         take_readings(BiasedBackend(slow, (0.0,) * 6), 0.3)
     assert slow.closed

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate import ContactStatus, Cylinder, Ellipsoid, Sphere, contacts_from_wrenches
+from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
 from palpate.errors import InvalidValueError
 from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.contact_tool import fingertip, run_contact
@@ -112,8 +112,11 @@ def test_the_fingertip_is_the_one_that_was_described():
     np.testing.assert_allclose(turned.rotation @ [0, 0, 1], [0, -1, 0], atol=1e-15)
     assert turned.center.tolist() == [0, 0, 0.02]
     assert isinstance(fingertip(ContactConfig(sphere=0.01)), Sphere)
-    assert fingertip(ContactConfig(plane=0.01)).half_lengths == (np.inf, np.inf, 0.01)
-    assert fingertip(ContactConfig(ellipsoid=TIP)).half_lengths == TIP
+    plane, ellipsoid = fingertip(ContactConfig(plane=0.01)), fingertip(ContactConfig(ellipsoid=TIP))
+    assert isinstance(plane, Plane)
+    assert plane.half_lengths == (np.inf, np.inf, 0.01)
+    assert isinstance(ellipsoid, Ellipsoid)
+    assert ellipsoid.half_lengths == TIP
 
 
 def test_the_wrench_axis_method_on_request(tmp_path):
@@ -368,7 +371,7 @@ def test_how_the_bytes_arrive_does_not_matter(size):
     """Lines, numbers and characters may be torn anywhere."""
 
     class Drip(io.BytesIO):
-        def read1(self, _=-1):
+        def read1(self, _: int | None = -1, /):
             return super().read1(size)
 
     text = f"\ufeffµ,{HEADER}\r\n1,{ROW}\r\n# ü\r\n2,{ROW}".encode()

@@ -112,7 +112,7 @@ def float_zero(rng: Rng) -> Case:
 
 def pitch(f, m) -> Fraction:
     """f.m, exactly."""
-    return sum(Fraction(float(x)) * Fraction(float(y)) for x, y in zip(f, m, strict=True))
+    return sum((Fraction(float(x)) * Fraction(float(y)) for x, y in zip(f, m, strict=True)), Fraction(0))
 
 
 def awkward(rng: Rng, reach: float) -> Case:

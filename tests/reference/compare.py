@@ -34,7 +34,8 @@ class Case:
     def semi_axes(self) -> tuple[float, float, float]:
         """The three semi-axes, infinite where the surface is."""
         if self.kind == "Ellipsoid":
-            return tuple(float(a) for a in self.size)
+            a, b, c = self.size
+            return float(a), float(b), float(c)
         r = float(self.size)
         return {"Sphere": (r, r, r), "Cylinder": (r, r, INF), "Plane": (INF, INF, r)}[self.kind]
 

@@ -19,6 +19,7 @@ OK, NO_CONTACT, NO_FORCE = "OK", "NO_CONTACT", "NO_FORCE"
 
 Vector = list[mpf]
 Floats = Sequence[float] | np.ndarray
+Rows = Sequence[Floats] | np.ndarray
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ORIGIN = (0.0, 0.0, 0.0)
 
@@ -68,7 +69,7 @@ class _Exact(NamedTuple):
     rotation: list[Vector]
 
 
-def _exact(semi_axes: Floats, wrench: Floats, center: Floats, rotation: object) -> _Exact:
+def _exact(semi_axes: Floats, wrench: Floats, center: Floats, rotation: Rows) -> _Exact:
     axes = [mpf(float(a)) for a in semi_axes]
     f_sensor, m_sensor = [mpf(float(x)) for x in wrench[:3]], [mpf(float(x)) for x in wrench[3:]]
     o = [mpf(float(x)) for x in center]

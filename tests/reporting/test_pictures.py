@@ -86,6 +86,8 @@ def test_colours_of_heights_hold_all_and_make_flat_look_flat(relief, height):
     z = height + relief * (xy[:, 0] - xy[0, 0]) / np.ptp(xy[:, 0])
     cloud = cloud_of(np.column_stack([xy, z]), np.tile([0.0, 0.0, 1.0], (len(xy), 1)))
     norm = View.around(cloud).norm
+    assert norm.vmin is not None
+    assert norm.vmax is not None
     assert norm.vmin <= 1e3 * z.min() + 1e-9
     assert norm.vmax >= 1e3 * z.max() - 1e-9
     span = 1e3 * max(np.ptp(z), LEAST_RELIEF * np.ptp(xy[:, 0]))

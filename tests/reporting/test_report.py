@@ -15,7 +15,6 @@ from palpate.reporting import (
     ExplorationReport,
     KeyFigure,
     TimeSeries,
-    TimingSummary,
     TrueSurface,
     report_html,
     summary_table,
@@ -23,6 +22,7 @@ from palpate.reporting import (
 )
 from palpate.reporting.encode import svg_uri
 from palpate.reporting.force_picture import force_overview
+from palpate.runtime import RunTiming
 from palpate.runtime.data import Phase
 
 VOID = {"meta", "img", "source", "br"}
@@ -78,6 +78,10 @@ def octahedron():
     return TrueSurface(vertices, np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2]]))
 
 
+def timing_of(compute, period):
+    return RunTiming(compute, np.full(max(0, compute.size - 1), period), np.zeros(0), 0, "", period)
+
+
 CAP = sphere_cap(half=0.006, step=4e-4)
 PLAIN = ExplorationReport(
     title="A sphere",
@@ -86,7 +90,7 @@ PLAIN = ExplorationReport(
     settings=(("Scan speed", "20 mm/s"),),
     cloud=CAP,
     series=series_of(),
-    timing=TimingSummary(np.full(600, 1e-4), 2e-3),
+    timing=timing_of(np.full(600, 1e-4), 2e-3),
 )
 FULL = dataclasses.replace(
     PLAIN,
@@ -153,12 +157,12 @@ def test_text_of_the_user_is_text():
         dataclasses.replace(PLAIN, cloud=CAP.select(np.zeros(len(CAP), dtype=bool)), summary=(), settings=()),
         dataclasses.replace(BRIEF, cloud=CAP.select(np.arange(len(CAP)) == 0)),
         dataclasses.replace(PLAIN, series=series_of(phases=("approach", "somethingelse", "lost"))),
-        dataclasses.replace(PLAIN, series=series_of(phases=()), timing=TimingSummary(np.zeros(0), 1e-3)),
+        dataclasses.replace(PLAIN, series=series_of(phases=()), timing=timing_of(np.zeros(0), 1e-3)),
         dataclasses.replace(
             PLAIN, series=dataclasses.replace(series_of(), true_force=None, true_spin_torque=None)
         ),
         dataclasses.replace(PLAIN, series=series_of(touched=False)),
-        dataclasses.replace(BRIEF, timing=TimingSummary(np.array([0.0, 3e-3]), 2e-3)),
+        dataclasses.replace(BRIEF, timing=timing_of(np.array([0.0, 3e-3]), 2e-3)),
         dataclasses.replace(BRIEF, point_error=np.zeros(len(CAP)), true_surface=octahedron()),
     ],
     ids=[
@@ -226,19 +230,23 @@ def test_lengths_must_fit():
         dataclasses.replace(PLAIN, point_error=np.zeros(3))
     with pytest.raises(InvalidValueError, match="point_error: must be finite"):
         dataclasses.replace(PLAIN, point_error=np.full(len(CAP), np.nan))
-    with pytest.raises(InvalidValueError, match="compute_time: must be finite"):
-        TimingSummary(np.array([np.nan]), 1e-3)
     with pytest.raises(InvalidValueError, match="speed has 3 entries: must be 600"):
         dataclasses.replace(PLAIN.series, speed=np.zeros(3))
     with pytest.raises(InvalidValueError, match="triangles name vertices 0 to 9"):
         TrueSurface(np.zeros((3, 3)), np.array([[0, 1, 9]]))
 
 
-def test_timing():
-    timing = TimingSummary(np.array([1e-3, 2e-3, 5e-3]), 2e-3)
-    assert timing.overruns == 1
-    assert timing.percentile(50.0) == 2e-3
-    assert np.isnan(TimingSummary(np.zeros(0), 1e-3).percentile(50.0))
+def test_timing_in_real_time_tells_of_deadlines_and_in_simulated_time_of_slow_periods():
+    compute = np.array([1e-4, 2e-4, 5e-3])
+    simulated = report_html(dataclasses.replace(BRIEF, timing=timing_of(compute, 2e-3)))
+    assert "slower than real time" in simulated
+    assert "waking up late" not in simulated
+    real = dataclasses.replace(
+        timing_of(compute, 2e-3), lateness=np.array([1e-5, 3e-4]), overruns=1, note="no <real-time> priority"
+    )
+    html = report_html(dataclasses.replace(BRIEF, timing=real))
+    for text in ("waking up late, 99 %", ">300<", "overruns", "no &lt;real-time&gt; priority", "max 5000 µs of 3"):
+        assert text in html
 
 
 def test_phases_may_be_any_strings():

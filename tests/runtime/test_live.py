@@ -19,6 +19,7 @@ from palpate.runtime.live import (
     Tunable,
     live_parameters_of,
 )
+from palpate.runtime.replay import RecordedChanges
 
 PERIOD = 1e-3
 FORCE = LiveParameter("force", 2.0, 0.3, 15.0, 5.0, "N", "normal force to hold")
@@ -91,10 +92,9 @@ def test_the_recorded_changes_give_the_same_values_again_bit_for_bit(history):
         log += original.step(time)
         values.append(original.values)
     again = live()
-    recorded, relogged, replayed = ScheduledChanges(again, log, start=0.0), [], []
+    recorded, relogged, replayed = RecordedChanges(again, log), [], []
     for time in times:
-        recorded.step(time)
-        relogged += again.step(time)
+        relogged += recorded.step(time)
         replayed.append(again.values)
     assert replayed == values
     assert relogged == log
@@ -146,9 +146,11 @@ def test_restarted_all_is_as_at_first_and_requests_are_forgotten():
     parameters.restart()
     assert parameters.values == parameters.targets == {"force": 2.0, "speed": 0.02}
     assert parameters.step(7.0) == ()
+    parameters.request("speed", 0.1)
     parameters.restart()
     parameters.request("force", 5.0)
     assert ramp(parameters, 0.2) == first
+    assert parameters.targets == {"force": 5.0, "speed": 0.02}
 
 
 @pytest.mark.parametrize("bad", [0.2, 15.1, -1.0, math.nan, math.inf, -math.inf, "much", None])
@@ -238,9 +240,7 @@ def test_scheduled_changes_are_requested_when_due_counted_from_the_first_period(
     scheduled = ScheduledChanges(parameters, [Change(0.2, "force", 3.0), Change(0.1, "speed", 0.05)])
     taken = []
     for i in range(300):
-        time = 50.0 + i * PERIOD
-        scheduled.step(time)
-        taken += parameters.step(time)
+        taken += scheduled.step(50.0 + i * PERIOD)
     assert [(change.name, change.value) for change in taken] == [("speed", 0.05), ("force", 3.0)]
     assert [change.time for change in taken] == pytest.approx([50.1, 50.2], abs=1.01 * PERIOD)
 

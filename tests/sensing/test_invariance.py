@@ -473,10 +473,10 @@ def test_results_are_frozen():
     """A contact is a value."""
     one = contact_from_wrench(Sphere(1.0), [0, 0, -1, 0, 0, 0])
     with pytest.raises(AttributeError):
-        one.centroid = np.zeros(3)
+        one.centroid = np.zeros(3)  # pyright: ignore[reportAttributeAccessIssue] refused on purpose
     many = contacts_from_wrenches(Sphere(1.0), np.ones((2, 6)))
     with pytest.raises(AttributeError):
-        many.status = np.zeros(2)
+        many.status = np.zeros(2)  # pyright: ignore[reportAttributeAccessIssue] refused on purpose
 
 
 # ---- statuses ----

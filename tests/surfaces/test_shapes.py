@@ -199,7 +199,7 @@ def test_shapes_are_frozen(shape):
         with pytest.raises(AttributeError):
             setattr(surface, attribute, getattr(surface, attribute))
     with pytest.raises((AttributeError, TypeError)):
-        surface.colour = "red"
+        surface.colour = "red"  # pyright: ignore[reportAttributeAccessIssue] refused on purpose
     for array in (surface.center, surface.rotation):
         if isinstance(array, np.ndarray):
             with pytest.raises(ValueError, match="read-only"):

@@ -7,8 +7,8 @@ import numpy as np
 
 from palpate.controllers import ExploreParameters, Raster, force_gain, series_stiffness, tracking_delay
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import LEAST_FORCE, MOST_FORCE, ExploreConfig
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
+from palpate.experiments.explore_config import LEAST_FORCE, MOST_FORCE, ExploreConfig
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.simulated_stage import Task
 from palpate.runtime import FingerDescription, Limits
@@ -116,7 +116,8 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
     """Check and build everything that an exploration needs.
 
     Args:
-        config: What to do. Fingertip, noise and period are its own; `palpate.experiments.robot_values.config_for` takes them from a robot.
+        config: What to do. Fingertip, noise and period are its own, not the robot file's:
+            `palpate.experiments.robot_values.config_for` takes them from there.
         robot: What carries it out; the one that `config.robot` names, if not given.
 
     Raises:

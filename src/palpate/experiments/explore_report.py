@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.experiments.explore import Exploration
 from palpate.mapping import HeightMap, height_map_triangles
-from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TimingSummary, TrueSurface
+from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
 from palpate.runtime import Ending
 
 CONTACT_NOTE = (
@@ -39,7 +39,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
             true_force=true_force,
             true_spin_torque=true_spin,
         ),
-        timing=TimingSummary(result.timing.compute, result.timing.period),
+        timing=result.timing,
         height_map=exploration.height_map,
         sphere=exploration.sphere,
         true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
@@ -80,7 +80,7 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     figures += [
         KeyFigure("simulated time", result.duration, "s"),
         KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
-        KeyFigure("sensing and control, median", 1e6 * float(np.median(result.timing.compute)), "µs", "per period"),
+        KeyFigure("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
     ]
     return tuple(figures)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage
+from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage, check_stage
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import BackendEntry, StageEntry
 
@@ -14,13 +14,14 @@ Builder = Callable[[Robot, Task], RobotInScene]
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """A kind of back end: its entry in the file, and what makes it."""
+    """A kind of back end: its entry in the file, what refuses one that cannot be, and what makes it."""
 
     entry: type[BackendEntry]
+    check: Callable[[Robot], None]
     build: Builder
 
 
-KINDS = (_Kind(StageEntry, build_stage),)
+KINDS = (_Kind(StageEntry, check_stage, build_stage),)
 """Every kind of `backend` that experiments can carry out."""
 
 
@@ -30,7 +31,20 @@ def build(robot: Robot, task: Task) -> RobotInScene:
     Raises:
         InvalidValueError: It cannot be what its file says, or not do the task; the message says what to change.
     """
+    return _kind(robot).build(robot, task)
+
+
+def check(robot: Robot) -> None:
+    """Refuse a robot that could do no task at all.
+
+    Raises:
+        InvalidValueError: It could not; the message says what to change.
+    """
+    _kind(robot).check(robot)
+
+
+def _kind(robot: Robot) -> _Kind:
     for kind in KINDS:
         if isinstance(robot.file.backend, kind.entry):
-            return kind.build(robot, task)
+            return kind
     raise InvalidValueError(f"backend.kind: no experiment runs on a {type(robot.file.backend).__name__} yet")

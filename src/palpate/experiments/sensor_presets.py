@@ -26,8 +26,8 @@ def preset_sensor(preset: PresetName, serial_number: str = "unknown") -> SensorF
             sample_rate=1000.0,
             force_range=(12.0, 12.0, 17.0),
             moment_range=(0.12, 0.12, 0.12),
-            noise_force=(1 / 320,) * 3,
-            noise_moment=(1e-3 / 64,) * 3,
+            noise_force=(1 / 320, 1 / 320, 1 / 320),
+            noise_moment=(1e-3 / 64, 1e-3 / 64, 1e-3 / 64),
             contact=ContactEntry(touch_force=0.05, release_force=0.025, touch_time=0.003, release_time=0.003),
         )
     return SensorFile(
@@ -40,8 +40,8 @@ def preset_sensor(preset: PresetName, serial_number: str = "unknown") -> SensorF
         sample_rate=500.0,
         force_range=(500.0, 500.0, 900.0),
         moment_range=(20.0, 20.0, 20.0),
-        noise_force=(0.3,) * 3,
-        noise_moment=(1.3e-3,) * 3,
+        noise_force=(0.3, 0.3, 0.3),
+        noise_moment=(1.3e-3, 1.3e-3, 1.3e-3),
         filters=(Butterworth(30.0),),
         contact=ContactEntry(touch_force=2.0, release_force=1.0, touch_time=0.01, release_time=0.01),
     )

@@ -74,13 +74,10 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     Raises:
         InvalidValueError: The simulation cannot be what the file says, or not do the task.
     """
-    entry = robot.file.backend
-    if not isinstance(entry, StageEntry):
-        raise TypeError(f"a {type(entry).__name__} is no stage")
-    finger, sensor = only_finger(robot), robot.sensors[0]
+    entry, finger, sensor = _stage_entry(robot), only_finger(robot), robot.sensors[0]
     payload = _payload(finger, sensor)
     if sensor is not None:
-        _check_sensor(sensor, task)
+        _check_sensor(sensor, task.period, task.noise)
     stage = Stage(entry.mass, entry.bandwidth, entry.leash)
     tip = Tip(_surface(finger, task.tip), payload.mass)
     scene = build_stage_scene(tip, task.target, task.law, task.start, stage, entry.time_step)
@@ -94,6 +91,30 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
         described = SensorFinger(sensed, sensor)
     backend = MujocoBackend(scene, task.period, task.noise)
     return RobotInScene(backend, described, stage.lag, stage.stiffness(tip.mass), touch_force)
+
+
+def check_stage(robot: Robot) -> None:
+    """Refuse a stage that could do no task at all.
+
+    Raises:
+        InvalidValueError: It could not.
+    """
+    entry, finger, sensor = _stage_entry(robot), only_finger(robot), robot.sensors[0]
+    _payload(finger, sensor)
+    steps = robot.file.period / entry.time_step
+    if round(steps) < 1 or abs(round(steps) / steps - 1.0) > SAME_RATE:
+        raise InvalidValueError(
+            f"period_s = {robot.file.period:g}: must be a whole number of backend.time_step_s, {entry.time_step:g}"
+        )
+    if sensor is not None:
+        _check_sensor(sensor, robot.file.period, WrenchNoise(finger.noise.force, finger.noise.moment))
+
+
+def _stage_entry(robot: Robot) -> StageEntry:
+    entry: object = robot.file.backend
+    if not isinstance(entry, StageEntry):
+        raise TypeError(f"a {type(entry).__name__} is no stage")
+    return entry
 
 
 def only_finger(robot: Robot) -> FingerEntry:
@@ -149,24 +170,27 @@ def _payload(finger: FingerEntry, sensor: SensorFile | None) -> PayloadEntry:
     return payload
 
 
-def _check_sensor(sensor: SensorFile, task: Task) -> None:
+def _check_sensor(sensor: SensorFile, period: float, noise: WrenchNoise) -> None:
     """Refuse a sensor that the simulation would not show as its file describes it."""
     name = "fingers[0].sensor"
     if sensor.calibration is not None:
-        raise InvalidValueError(f"{name}: calibration: a simulated sensor gives wrenches, not raw channels; leave it out")
+        raise InvalidValueError(
+            f"{name}: calibration: a simulated sensor gives wrenches, not raw channels; leave it out"
+        )
     if any(sensor.bias):
         raise InvalidValueError(f"{name}: bias = {list(sensor.bias)}: a simulated sensor has none; write zeros")
     if sensor.device_delay > 0.0:
         raise InvalidValueError(
             f"{name}: device_delay_s = {sensor.device_delay:g}: a simulated sensor has none; write 0"
         )
-    if abs(sensor.sample_rate * task.period - 1.0) > SAME_RATE:
+    if abs(sensor.sample_rate * period - 1.0) > SAME_RATE:
         raise InvalidValueError(
-            f"{name}: sample_rate_Hz = {sensor.sample_rate:g}: a simulated sensor is read once per control period, "
-            f"{task.period:g} s; write {1.0 / task.period:g}, or change period_s (--period)"
+            f"{name}: sample_rate_Hz = {sensor.sample_rate:g}: a simulated sensor is read once per control "
+            f"period, {period:g} s; write {1.0 / period:g}, or change period_s (--period)"
         )
-    if not (task.noise.force > 0.0 and task.noise.moment > 0.0):
+    if not (noise.force > 0.0 and noise.moment > 0.0):
         raise InvalidValueError(
-            f"{name}: a reading that never changes is taken for a dead sensor; give the simulated sensor some noise "
-            f"(--force-noise {max(sensor.noise_force):g} --moment-noise {max(sensor.noise_moment):g})"
+            f"{name}: a reading that never changes is taken for a dead sensor; give the simulated one some noise: "
+            f"force_N: {max(sensor.noise_force):g}, moment_Nm: {max(sensor.noise_moment):g} (--force-noise, "
+            "--moment-noise)"
         )

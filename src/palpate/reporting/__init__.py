@@ -3,7 +3,6 @@
 from palpate.reporting.data import ExplorationReport as ExplorationReport
 from palpate.reporting.data import KeyFigure as KeyFigure
 from palpate.reporting.data import TimeSeries as TimeSeries
-from palpate.reporting.data import TimingSummary as TimingSummary
 from palpate.reporting.data import TrueSurface as TrueSurface
 from palpate.reporting.report import report_html as report_html
 from palpate.reporting.report import write_report as write_report

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.errors import FloatArray, InvalidValueError
 from palpate.mapping import HeightMap, SphereFit, TouchCloud
+from palpate.runtime import RunTiming
 
 IndexArray = npt.NDArray[np.integer]
 
@@ -104,38 +105,6 @@ class TimeSeries:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TimingSummary:
-    """How long the periods of a run took to compute.
-
-    Attributes:
-        compute_time: Time spent in each period, shape (k,) [s].
-        period: Time there was [s].
-
-    Raises:
-        InvalidValueError: The period is not positive, or a compute time not finite.
-    """
-
-    compute_time: FloatArray
-    period: float
-
-    def __post_init__(self) -> None:
-        positive("period", self.period, "s")
-        if not np.isfinite(self.compute_time).all():
-            raise InvalidValueError("compute_time: must be finite [s]; leave out periods not timed")
-
-    def percentile(self, percent: float) -> float:
-        """Return the compute time [s] that `percent` of the periods stayed within; NaN without periods."""
-        if len(self.compute_time) == 0:
-            return math.nan
-        return float(np.percentile(self.compute_time, percent))
-
-    @property
-    def overruns(self) -> int:
-        """Number of periods that took longer than there was."""
-        return int((self.compute_time > self.period).sum())
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class ExplorationReport:
     """All that a report on one exploration shows.
 
@@ -164,7 +133,7 @@ class ExplorationReport:
     settings: tuple[tuple[str, str], ...]
     cloud: TouchCloud
     series: TimeSeries
-    timing: TimingSummary
+    timing: RunTiming
     height_map: HeightMap | None = None
     sphere: SphereFit | None = None
     true_surface: TrueSurface | None = None

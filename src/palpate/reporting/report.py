@@ -33,6 +33,7 @@ def report_html(report: ExplorationReport) -> str:
     from palpate.reporting.spin_picture import spin_picture
     from palpate.reporting.surface_picture import touched_surface, true_surface
     from palpate.reporting.timing_picture import timing_picture
+    from palpate.reporting.timing_table import timing_rows
 
     cloud, series = report.cloud, report.series
     shape, errors = [], []
@@ -48,6 +49,7 @@ def report_html(report: ExplorationReport) -> str:
     sphere = ""
     if report.sphere is not None and report.sphere.is_evident:
         sphere = f"<p>{escape(sphere_sentence(report.sphere))}</p>"
+    timing = table(timing_rows(report.timing), ("name", "value", "unit", "note"))
     return page(
         report.title,
         [
@@ -56,7 +58,9 @@ def report_html(report: ExplorationReport) -> str:
             section("The surface", [part for part in (nothing, picture_cards(shape), sphere) if part]),
             section("Errors", [part for part in (picture_cards(errors),) if part]),
             section("Over time", [part for part in (picture_cards(over_time),) if part]),
-            section("Computing", [part for part in (picture_cards([timing_picture(report.timing)]),) if part]),
+            section(
+                "Computing", [part for part in (timing, picture_cards([timing_picture(report.timing)])) if part]
+            ),
             section("Settings", [part for part in (table(report.settings, ("name", "value")),) if part]),
             "<footer>Lengths and forces in the robot's base frame. Written by palpate.</footer>",
         ],

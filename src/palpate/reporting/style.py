@@ -36,6 +36,7 @@ PHASE_COLOURS: dict[str, str] = {
     Phase.SEEK: "#f9d9d6",
     Phase.LIFT: "#e9e2f3",
     Phase.HOLD: "#eeeeee",
+    Phase.STOP: "#dcdcdc",
     Phase.DONE: "#d5d8dc",
     Phase.LOST: "#f1948a",
 }

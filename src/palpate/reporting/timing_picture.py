@@ -3,7 +3,6 @@
 import numpy as np
 from matplotlib.ticker import EngFormatter, NullFormatter
 
-from palpate.reporting.data import TimingSummary
 from palpate.reporting.style import (
     FONT_SIZE,
     INK,
@@ -16,15 +15,17 @@ from palpate.reporting.style import (
     legend_above,
     new_figure,
 )
+from palpate.runtime import RunTiming
 
 BINS_PER_DECADE = 25
 
 
-def timing_picture(timing: TimingSummary) -> Picture | None:
+def timing_picture(timing: RunTiming) -> Picture | None:
     """Return the histogram of compute times, or None if no time was taken."""
-    taken = timing.compute_time[np.isfinite(timing.compute_time) & (timing.compute_time > 0.0)]
+    taken = timing.compute[timing.compute > 0.0]
     if not len(taken):
         return None
+    spread = timing.compute_spread
     figure = new_figure(Width.HALF, 3.4)
     axes = figure.subplots()
     low, high = float(taken.min()) / 1.2, max(float(taken.max()), timing.period) * 1.3
@@ -34,10 +35,10 @@ def timing_picture(timing: TimingSummary) -> Picture | None:
     axes.set_ylim(bottom=0.7)
     seconds = EngFormatter(unit="s", places=None, sep="\N{NO-BREAK SPACE}")
     marks = (
-        ("50 %", timing.percentile(50.0), INK, ":"),
-        ("99 %", timing.percentile(99.0), INK, "--"),
-        ("max", timing.percentile(100.0), INK, "-"),
-        ("period", timing.period, TRUE if timing.overruns else WANTED, "-"),
+        ("50 %", spread.p50, INK, ":"),
+        ("99 %", spread.p99, INK, "--"),
+        ("max", spread.largest, INK, "-"),
+        ("period", timing.period, TRUE if timing.slow_periods else WANTED, "-"),
     )
     for name, at, colour, line in marks:
         label = f"{name}: {seconds.format_data(float(f'{at:.3g}'))}"
@@ -50,7 +51,7 @@ def timing_picture(timing: TimingSummary) -> Picture | None:
     return Picture(
         title="Time to compute a period",
         caption=(
-            f"Compute times of {len(timing.compute_time)} periods, {timing.overruns} of them longer than the "
+            f"Compute times of {len(timing.compute)} periods, {timing.slow_periods} of them longer than the "
             "period; both axes are logarithmic."
         ),
         full=figure,

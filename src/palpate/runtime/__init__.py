@@ -17,6 +17,7 @@ from palpate.runtime.recorder import Record
 from palpate.runtime.recorder import Recorder as _OldRecorder
 from palpate.runtime.result import Ending, RunInterrupted, RunResult
 from palpate.runtime.supervision import Limits, Supervisor, Trip
+from palpate.runtime.timing import Distribution, RunTiming
 from palpate.runtime.touch import Finger, FingerDescription, PlainPipeline, SensorFinger, Touch, WrenchPipeline
 
 Recorder = _OldRecorder  # until runtime/log is there
@@ -26,6 +27,7 @@ __all__ = [
     "Backend",
     "Command",
     "Controller",
+    "Distribution",
     "Ending",
     "Finger",
     "FingerDescription",
@@ -42,6 +44,7 @@ __all__ = [
     "Recorder",
     "RunInterrupted",
     "RunResult",
+    "RunTiming",
     "Sample",
     "SensorFinger",
     "SimulatedTime",

@@ -14,7 +14,6 @@ from typing import Protocol, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
 from palpate.nearest_name import nearest
-from palpate.runtime.data import Command, Observation, Sample
 
 LONGEST_ELAPSED = 0.01
 """Longest time that one step ramps over [s], a little more than the slowest control period in use (8 ms): after a
@@ -75,7 +74,8 @@ class Change:
     """One change of a live parameter.
 
     Attributes:
-        time: Of the first period that it acts in, on the back end's clock [s]; before the run: when it is due.
+        time: Of the first period that it acts in, on the back end's clock [s]. If scheduled: when it is
+            due, counted from the first period.
         name: Of the parameter.
         value: What it is to become; it gets there at the parameter's rate.
     """
@@ -213,20 +213,13 @@ def live_parameters_of(controller: object) -> LiveParameters:
 
 
 class ScheduledChanges:
-    """Requests changes when they are due: what a script knows beforehand, or a log recorded.
+    """Live parameters that are asked for changes at given times of one run, as a script knows them beforehand.
 
-    It is an observer of the loop, after which a change due in one period begins in the next. A replay, which is to
-    repeat the recorded periods, calls `step` instead, before that of the live parameters.
+    The loop takes it in place of the live parameters. Other threads may ask for more meanwhile.
     """
 
-    def __init__(self, live: LiveParameters, changes: Iterable[Change], start: float | None = None) -> None:
-        """Take the changes, in any order.
-
-        Args:
-            live: What is to be changed.
-            changes: When and how.
-            start: From when their times count, on the back end's clock [s]: the first period seen, if not given; 0
-                for changes from a log.
+    def __init__(self, live: LiveParameters, changes: Iterable[Change]) -> None:
+        """Take the parameters, and what is to be asked of them, in any order; times count from the first period.
 
         Raises:
             InvalidValueError: A change that could not be requested, or at no finite time.
@@ -238,17 +231,14 @@ class ScheduledChanges:
                 raise InvalidValueError(f"change of {change.name} at {change.time} s: must be at a finite time")
             due.append(change)
         self._live = live
-        self._start = start
+        self._start: float | None = None
         self._due = deque(sorted(due, key=lambda change: change.time))
 
-    def step(self, time: float) -> None:
-        """Request what is due at `time` [s] or before."""
+    def step(self, time: float) -> tuple[Change, ...]:
+        """Request what is due; else as `LiveParameters.step`."""
         if self._start is None:
             self._start = time
         while self._due and self._due[0].time <= time - self._start:
             change = self._due.popleft()
             self._live.request(change.name, change.value)
-
-    def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
-        """See a period, as an observer of the loop."""
-        self.step(now.time)
+        return self._live.step(time)

@@ -6,6 +6,7 @@ slack that Linux gives every ordinary thread, then other work on the same core.
 
 import contextlib
 import ctypes
+import math
 import os
 import sys
 import threading
@@ -78,7 +79,11 @@ class RealTime:
             InvalidValueError: A value that cannot be.
         """
         self._period = positive("period", period, "s")
-        self._overrun = Overrun(overrun)
+        try:
+            self._overrun = Overrun(overrun)
+        except ValueError:
+            known = ", ".join(Overrun)
+            raise InvalidValueError(f"overrun = {overrun!r}: must be one of {known}") from None
         self._spin = not_negative("spin", spin, "s")
         if self._spin >= self._period:
             raise InvalidValueError(f"spin = {spin:g} s: must be shorter than the period of {period:g} s")
@@ -86,7 +91,7 @@ class RealTime:
             raise InvalidValueError(f"priority = {priority!r}: must be a whole number from 1 to 99, or None")
         self._priority = priority
         self._urgency = _Urgency()
-        self._start = -np.inf  # before any deadline: a wait without a start is found where it costs nothing
+        self._start = -math.inf  # before any deadline: a wait without a start is found where it costs nothing
         self._index = 0
         self._late = array("d")
         self._overruns = 0
@@ -136,18 +141,18 @@ class RealTime:
     def stop(self) -> Punctuality:
         """Give the thread its old urgency back; return how deadlines were kept. May be called more than once."""
         self._urgency.give_back()
-        self._start = -np.inf
+        self._start = -math.inf
         return Punctuality(np.array(self._late), self._overruns, self._urgency.note)
 
     def _missed(self, deadline: float, now: float) -> float:
         """The deadline to wait for instead; or an `OverrunError`."""
-        if self._start == -np.inf:
+        if self._start == -math.inf:
             raise InvalidValueError("wait() without start(): call start() first")
         behind = now - deadline
         if self._overrun is Overrun.CATCH_UP and behind <= MOST_BEHIND * self._period:
             self._overruns += 1
             return deadline
-        passed = 1 + int(behind / self._period)
+        passed = math.ceil(behind / self._period)  # a deadline that is right now has not passed
         self._overruns += passed
         if self._overrun is Overrun.STOP and not self._stopped_once:
             self._stopped_once = True
@@ -249,7 +254,7 @@ def _refusal(priority: int, error: OSError) -> str:
 
     allowed = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
     if isinstance(error, PermissionError) and 0 <= allowed < priority:
-        least = f" or ask for at most {allowed}" if allowed else ""
+        least = f", or ask for at most {allowed}" if allowed else ""
         return (
             f"no permission for real-time priority {priority} (RLIMIT_RTPRIO {allowed}): add "
             f"`@realtime - rtprio 90` to /etc/security/limits.d/realtime.conf and join that group, or run with "

@@ -1,25 +1,20 @@
 """Back ends in robot files: what `backend` may be.
 
-Plain data. What a kind of robot is made of, `palpate.sim` and `palpate.hw` know; experiments bring the two together.
-A new kind is one more entry here and one more builder there.
+Plain data. What a kind of robot is made of, `palpate.sim` and `palpate.hw` know; experiments bring the two
+together (`palpate.experiments.robot_in_scene`). A new kind is one more entry here and one more builder there.
 """
 
 import msgspec
 
-from palpate.errors import positive
-from palpate.runtime.robot_surface import at_most
+from palpate.runtime.robot_ranges import within
 
-LARGEST_MASS = 1000.0
-"""[kg] of a stage: more is a number in grams."""
-
-LARGEST_BANDWIDTH = 1e4
-"""[rad/s] of a servo: beyond any that moves a mass."""
-
-LARGEST_LEASH = 0.1
-"""[m]: more is a number in millimetres."""
-
-LARGEST_TIME_STEP = 0.01
-"""[s] of a simulation: more is a number in milliseconds."""
+RANGES = {
+    "mass_kg": (1e-3, 1000.0, "kg"),
+    "bandwidth_rad_per_s": (0.1, 1e4, "rad/s"),
+    "leash_m": (1e-6, 0.1, "m"),
+    "time_step_s": (1e-6, 0.01, "s"),
+}
+"""What a stage can be, generously: beyond, the number is in another unit (grams, hertz, millimetres, ms)."""
 
 
 class StageEntry(
@@ -40,14 +35,9 @@ class StageEntry(
     time_step: float = msgspec.field(name="time_step_s")
 
     def __post_init__(self) -> None:
-        for key, value, unit, largest in (
-            ("mass_kg", self.mass, "kg", LARGEST_MASS),
-            ("bandwidth_rad_per_s", self.bandwidth, "rad/s", LARGEST_BANDWIDTH),
-            ("leash_m", self.leash, "m", LARGEST_LEASH),
-            ("time_step_s", self.time_step, "s", LARGEST_TIME_STEP),
-        ):
-            positive(key, value, unit)
-            at_most(key, value, largest, unit)
+        for field in msgspec.structs.fields(self):
+            least, most, unit = RANGES[field.encode_name]
+            within(field.encode_name, getattr(self, field.name), least, most, unit)
 
 
 BackendEntry = StageEntry

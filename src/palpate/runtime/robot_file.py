@@ -8,10 +8,11 @@ from typing import Annotated
 
 import msgspec
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, not_negative
 from palpate.runtime.robot_backend import BackendEntry
 from palpate.runtime.robot_limits import LimitsEntry
-from palpate.runtime.robot_surface import AnySurfaceEntry, at_most
+from palpate.runtime.robot_ranges import at_most, within
+from palpate.runtime.robot_surface import AnySurfaceEntry
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.strict_decode import decode_file
 from palpate.yaml_text import yaml_text
@@ -19,8 +20,8 @@ from palpate.yaml_text import yaml_text
 VERSION = 1
 """Of the file format, under the key `palpate_robot`."""
 
-LONGEST_PERIOD = 1.0
-"""[s]: more is a number in milliseconds."""
+SHORTEST_PERIOD, LONGEST_PERIOD = 1e-5, 1.0
+"""[s] of a control loop: beyond, it is a number in another unit."""
 
 LARGEST_NOISE = 1e3
 """[N, N m] of a simulated sensor: more than any sensor's range."""
@@ -97,16 +98,17 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
                 f"palpate_robot = {self.palpate_robot!r}: this palpate reads version {VERSION}"
             )
         if not self.name.strip() or not self.name.isprintable() or len(self.name) > 200:
-            raise InvalidValueError(f"name = {self.name[:40]!r}: must be one line of 1 to 200 printable characters")
-        positive("period_s", self.period, "s")
-        at_most("period_s", self.period, LONGEST_PERIOD, "s")
+            raise InvalidValueError(
+                f"name = {self.name[:40]!r}: must be one line of 1 to 200 printable characters"
+            )
+        within("period_s", self.period, SHORTEST_PERIOD, LONGEST_PERIOD, "s")
 
 
 def read_robot_file(text: str) -> RobotFile:
     """Return the robot described by the text of a robot file; sensor files it names are not looked at.
 
     Raises:
-        InvalidValueError: It is no robot file, or something in it is wrong; the message names key, line and remedy.
+        InvalidValueError: It is no robot file, or something in it is wrong; the message names it.
     """
     return decode_file(text, RobotFile, "robot file", "palpate_robot", VERSION)
 

@@ -3,7 +3,7 @@
 import msgspec
 
 from palpate.errors import InvalidValueError, positive
-from palpate.runtime.robot_surface import at_most
+from palpate.runtime.robot_ranges import at_most
 from palpate.runtime.supervision.limits import Limits
 from palpate.spatial import Vector
 
@@ -27,7 +27,7 @@ LARGEST_JOINT = 1e3
 
 
 class LimitsEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What must not be exceeded: see `palpate.runtime.supervision.limits.Limits`. What is left out is as safe as there."""
+    """What must not be exceeded: see `palpate.runtime.supervision.limits.Limits`, whose defaults these are."""
 
     force: float = msgspec.field(name="force_N", default=_SAFE.force)
     spin_torque: float = msgspec.field(name="spin_torque_Nm", default=_SAFE.spin_torque)
@@ -54,12 +54,13 @@ class LimitsEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         for axis, lower, upper in zip("xyz", self.workspace_lower, self.workspace_upper, strict=True):
             if not lower < upper:
                 raise InvalidValueError(
-                    f"workspace_lower_m, {axis}, is {lower:g} and workspace_upper_m {upper:g}: must be the smaller one"
+                    f"workspace_lower_m, {axis}, is {lower:g} and workspace_upper_m {upper:g}: must be the "
+                    "smaller one"
                 )
         if len(self.joint_lower) != len(self.joint_upper):
             raise InvalidValueError(
-                f"joint_lower_rad has {len(self.joint_lower)} numbers and joint_upper_rad {len(self.joint_upper)}: "
-                "give one of each per joint, or none"
+                f"joint_lower_rad has {len(self.joint_lower)} numbers and joint_upper_rad "
+                f"{len(self.joint_upper)}: give one of each per joint, or none"
             )
         for i, (lower, upper) in enumerate(zip(self.joint_lower, self.joint_upper, strict=True)):
             if not lower < upper:

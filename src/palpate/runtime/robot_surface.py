@@ -6,13 +6,14 @@ import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.errors import FloatArray
+from palpate.runtime.robot_ranges import at_most, within
 from palpate.sensing.solver import Surface
 from palpate.spatial import ZERO, Vector
 from palpate.surfaces import Capsule, Cylinder, Ellipsoid, Paraboloid, Plane, RoundedBox, Sphere
 
-LARGEST_TIP = 0.5
-"""[m] of a fingertip's radius: more is a number in millimetres."""
+SMALLEST_TIP, LARGEST_TIP = 1e-6, 0.5
+"""[m] of a fingertip's radius: beyond, it is a number in another unit."""
 
 LARGEST_OFFSET = 2.0
 """[m] from the sensor to the surface's centre, likewise (as in sensor files)."""
@@ -38,8 +39,7 @@ class SurfaceEntry(
         for attribute, key in self.LENGTHS:
             value = getattr(self, attribute)
             for length in value if isinstance(value, tuple) else (value,):
-                positive(key, length, "m")
-                at_most(key, length, LARGEST_TIP, "m")
+                within(key, length, SMALLEST_TIP, LARGEST_TIP, "m")
         for coordinate in self.center:
             at_most("center_m", coordinate, LARGEST_OFFSET, "m")
         for angle in self.rotvec:
@@ -60,7 +60,7 @@ class SurfaceEntry(
         raise NotImplementedError
 
 
-class SphereEntry(SurfaceEntry, tag="sphere"):
+class SphereEntry(SurfaceEntry, frozen=True, kw_only=True, tag="sphere"):
     """A sphere of this radius [m]."""
 
     radius: float = msgspec.field(name="radius_m")
@@ -71,7 +71,7 @@ class SphereEntry(SurfaceEntry, tag="sphere"):
         return Sphere(self.radius, center=np.array(self.center), rotation=self.rotation)
 
 
-class EllipsoidEntry(SurfaceEntry, tag="ellipsoid"):
+class EllipsoidEntry(SurfaceEntry, frozen=True, kw_only=True, tag="ellipsoid"):
     """An ellipsoid with these semi-axes [m]."""
 
     semi_axes: Vector = msgspec.field(name="semi_axes_m")
@@ -82,7 +82,7 @@ class EllipsoidEntry(SurfaceEntry, tag="ellipsoid"):
         return Ellipsoid(self.semi_axes, center=np.array(self.center), rotation=self.rotation)
 
 
-class CylinderEntry(SurfaceEntry, tag="cylinder"):
+class CylinderEntry(SurfaceEntry, frozen=True, kw_only=True, tag="cylinder"):
     """An endless cylinder about z with this radius [m]."""
 
     radius: float = msgspec.field(name="radius_m")
@@ -93,7 +93,7 @@ class CylinderEntry(SurfaceEntry, tag="cylinder"):
         return Cylinder(self.radius, center=np.array(self.center), rotation=self.rotation)
 
 
-class PlaneEntry(SurfaceEntry, tag="plane"):
+class PlaneEntry(SurfaceEntry, frozen=True, kw_only=True, tag="plane"):
     """Flat at z = +- this distance [m]."""
 
     distance: float = msgspec.field(name="distance_m")
@@ -104,7 +104,7 @@ class PlaneEntry(SurfaceEntry, tag="plane"):
         return Plane(self.distance, center=np.array(self.center), rotation=self.rotation)
 
 
-class ParaboloidEntry(SurfaceEntry, tag="paraboloid"):
+class ParaboloidEntry(SurfaceEntry, frozen=True, kw_only=True, tag="paraboloid"):
     """A paraboloid that opens along -z, with these radii of curvature at its apex [m]."""
 
     radii: tuple[float, float] = msgspec.field(name="radii_m")
@@ -115,7 +115,7 @@ class ParaboloidEntry(SurfaceEntry, tag="paraboloid"):
         return Paraboloid(self.radii, center=np.array(self.center), rotation=self.rotation)
 
 
-class CapsuleEntry(SurfaceEntry, tag="capsule"):
+class CapsuleEntry(SurfaceEntry, frozen=True, kw_only=True, tag="capsule"):
     """A thimble: a hemisphere of this radius on a cylinder down to z = -length [m]."""
 
     radius: float = msgspec.field(name="radius_m")
@@ -127,7 +127,7 @@ class CapsuleEntry(SurfaceEntry, tag="capsule"):
         return Capsule(self.radius, self.length, self.center, self.rotation)
 
 
-class RoundedBoxEntry(SurfaceEntry, tag="rounded_box"):
+class RoundedBoxEntry(SurfaceEntry, frozen=True, kw_only=True, tag="rounded_box"):
     """A box of these half lengths, rounding included, with edges of this radius [m]."""
 
     half_lengths: Vector = msgspec.field(name="half_lengths_m")
@@ -142,13 +142,3 @@ class RoundedBoxEntry(SurfaceEntry, tag="rounded_box"):
 AnySurfaceEntry = (
     SphereEntry | EllipsoidEntry | CylinderEntry | PlaneEntry | ParaboloidEntry | CapsuleEntry | RoundedBoxEntry
 )
-
-
-def at_most(key: str, value: float, largest: float, unit: str) -> None:
-    """Refuse what is larger in size than anything sensible, or not a number.
-
-    Raises:
-        InvalidValueError: It is.
-    """
-    if not abs(value) <= largest:
-        raise InvalidValueError(f"{key} = {value!r}: must be at most {largest:g} {unit} in size; another unit?")

@@ -1,11 +1,101 @@
-"""PLACEHOLDER by the lead so that imports work: helper "pacing" overwrites this file."""
+"""How a run kept time."""
+
+import math
 from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
-@dataclass(frozen=True, eq=False)
+
+from palpate.errors import FloatArray
+
+_MICRO = 1e6
+"""Times of the loop are told in microseconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """What a set of times comes to.
+
+    Attributes:
+        count: How many there are; if none, the others are NaN.
+        p50: Their median [s].
+        p99: Which 99 % of them do not exceed [s].
+        largest: [s].
+    """
+
+    count: int
+    p50: float
+    p99: float
+    largest: float
+
+    @classmethod
+    def of(cls, times: FloatArray) -> Self:
+        """Return that of times [s], shape (n,)."""
+        if times.size == 0:
+            return cls(0, math.nan, math.nan, math.nan)
+        # "higher": a time that occurred, never one between an ordinary one and a stall
+        p50, p99 = np.percentile(times, (50.0, 99.0), method="higher").tolist()
+        return cls(times.size, p50, p99, float(times.max()))
+
+    def __str__(self) -> str:
+        """One line for a person."""
+        if self.count == 0:
+            return "none"
+        return (
+            f"median {_MICRO * self.p50:.0f} us, 99 % {_MICRO * self.p99:.0f} us, "
+            f"max {_MICRO * self.largest:.0f} us ({self.count})"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class RunTiming:
-    compute: np.ndarray
-    period_time: np.ndarray
-    lateness: np.ndarray
+    """Every period's times, on the wall clock.
+
+    Attributes:
+        compute: Sensing, control, supervision and recording, without waiting, shape (n,) [s].
+        period_time: From the start of each period to the next one's, shape (n - 1,) [s]; empty if n = 0.
+        lateness: From each deadline to the wake-up after it [s], coming to rest included; empty for simulated
+            time.
+        overruns: Deadlines that had passed before the period's work was done; 0 for simulated time.
+        note: What the system granted or refused, for people; empty if there is nothing to say.
+        period: That was asked for [s].
+    """
+
+    compute: FloatArray
+    period_time: FloatArray
+    lateness: FloatArray
     overruns: int
     note: str
     period: float
+
+    @property
+    def compute_spread(self) -> Distribution:
+        """Of `compute`."""
+        return Distribution.of(self.compute)
+
+    @property
+    def period_spread(self) -> Distribution:
+        """Of `period_time`."""
+        return Distribution.of(self.period_time)
+
+    @property
+    def lateness_spread(self) -> Distribution:
+        """Of `lateness`."""
+        return Distribution.of(self.lateness)
+
+    @property
+    def slow_periods(self) -> int:
+        """How many took longer to compute than a period lasts: in simulated time too."""
+        return int(np.count_nonzero(self.compute > self.period))
+
+    def __str__(self) -> str:
+        """One line for a person."""
+        parts = [f"period {1e3 * self.period:g} ms", f"compute {self.compute_spread}"]
+        if self.lateness.size:
+            parts += [f"start to start {self.period_spread}", f"lateness {self.lateness_spread}"]
+            parts.append(f"overruns {self.overruns}")
+        elif self.slow_periods:
+            parts.append(f"slower than real time {self.slow_periods}")
+        if self.note:
+            parts.append(self.note)
+        return "; ".join(parts)

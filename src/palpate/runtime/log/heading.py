@@ -31,7 +31,6 @@ class Heading:
         wall_start: When that was, on the wall clock [ns since 1970].
         written_by: Name and version of the program.
         codes: Names of phases, statuses and measures.
-        format: See `FORMAT`.
     """
 
     layout: Layout
@@ -40,7 +39,6 @@ class Heading:
     wall_start: int
     written_by: str
     codes: Codes = field(default_factory=Codes)
-    format: int = FORMAT
 
     def __post_init__(self) -> None:
         if not (0.0 < self.period < np.inf and abs(self.first_time) < np.inf):
@@ -64,27 +62,37 @@ class Heading:
         """Return the stamp of one time [s]."""
         return int(self.stamps(np.array([time]))[0])
 
-    def encoded(self) -> bytes:
-        """Return it as JSON; every digit is kept."""
-        return msgspec.json.format(msgspec.json.encode(self), indent=2)
-
-    @staticmethod
-    def decoded(data: bytes) -> "Heading":
-        """Return what `encoded` gave.
-
-        Raises:
-            InvalidValueError: It is something else, or of a newer format.
-        """
-        try:
-            version = msgspec.json.decode(data, type=_Version).format
-            if version != FORMAT:
-                raise InvalidValueError(
-                    f"its format is {version}, this palpate reads format {FORMAT}: read it with a newer palpate"
-                )
-            return msgspec.json.decode(data, type=Heading, strict=True)
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise InvalidValueError(f"its heading cannot be understood: {error}") from None
-
 
 class _Version(msgspec.Struct):
     format: int
+
+
+class _Sealed(msgspec.Struct):
+    """A heading as attached: with the format first, and the check sum of what stands before it in the file."""
+
+    format: int
+    preceding_crc: int
+    heading: Heading
+
+
+def encode_heading(heading: Heading, preceding_crc: int) -> bytes:
+    """Return a heading as JSON; every digit is kept."""
+    return msgspec.json.format(msgspec.json.encode(_Sealed(FORMAT, preceding_crc, heading)), indent=2)
+
+
+def decode_heading(data: bytes) -> tuple[Heading, int]:
+    """Return the heading and the check sum that `encode_heading` was given.
+
+    Raises:
+        InvalidValueError: It is something else, or of a newer format.
+    """
+    try:
+        version = msgspec.json.decode(data, type=_Version).format
+        if version != FORMAT:
+            raise InvalidValueError(
+                f"its format is {version}, and this palpate reads format {FORMAT}: read it with a newer palpate"
+            )
+        sealed = msgspec.json.decode(data, type=_Sealed)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise InvalidValueError(f"its heading cannot be understood: {error}") from None
+    return sealed.heading, sealed.preceding_crc

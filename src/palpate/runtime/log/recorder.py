@@ -1,5 +1,6 @@
 """Hands every period of a run to sinks, for a few microseconds of the loop's time."""
 
+import math
 import time as wall_clock
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.layout import Layout
 from palpate.runtime.log.period_codec import PeriodCodec
-from palpate.runtime.log.row_packer import RowPacker
+from palpate.runtime.log.row_packer import Pack, row_packer
 from palpate.runtime.log.sink import RecordingSummary, Sink
 
 BLOCK_TIME = 0.2
@@ -39,7 +40,12 @@ class Recorder:
         self._sinks = sinks
         self._recording = False
         self._summary: RecordingSummary | None = None
-        self._row = self._entry = self._dropped = 0
+        self._pack: Pack = _ignore
+        self._block, self._size = bytearray(), 1
+        self._place = self._handed = 0
+        self._end = -1
+        self._deadline = math.inf
+        self._first = self._entry = self._dropped = 0
         self._misfit = ""
 
     def start(self, first: Sample, now: Observation, period: float) -> None:
@@ -60,14 +66,14 @@ class Recorder:
             raise InvalidValueError(f"{len(now.fingers)} fingers, but {len(first.wrenches)} wrenches: must be as many")
         layout, start = Layout.of(first), wall_clock.time_ns()
         heading = Heading(layout, float(period), float(first.time), start, f"palpate {__version__}")
-        size = PeriodCodec(heading, PERIOD_CHANNEL).row_bytes
-        rows = max(1, min(round(BLOCK_TIME / period), LARGEST_BLOCK // size))
-        self._pack = RowPacker(layout).pack
-        self._block = bytearray(rows * size)
-        self._place = self._handed = self._first = 0
-        self._deadline = first.time + LONGEST_WAIT
+        self._size = PeriodCodec(heading, PERIOD_CHANNEL).row_bytes
+        rows = max(1, min(round(BLOCK_TIME / period), LARGEST_BLOCK // self._size))
         for sink in self._sinks:
             sink.start(heading)
+        self._end = rows * self._size
+        self._block = bytearray(self._end)
+        self._deadline = first.time + LONGEST_WAIT
+        self._pack = row_packer(layout)
         self._recording = True
 
     def record(
@@ -82,15 +88,14 @@ class Recorder:
             compute_time: That sensing, control and supervision took [s].
             lateness: Of the wake-up that the period began with [s].
         """
-        if not self._recording:
-            return
         try:
-            self._place = self._pack(self._block, self._place, sample, now, command, compute_time, lateness)
+            self._place = place = self._pack(
+                self._block, self._place, sample, now, command, compute_time, lateness
+            )
         except Exception as error:  # whatever a device or a controller made up: it must not end the run
             self._drop(error)
             return
-        self._row += 1
-        if self._place == len(self._block) or sample.time > self._deadline:
+        if place == self._end or sample.time > self._deadline:
             self._hand_over()
             self._deadline = sample.time + LONGEST_WAIT
 
@@ -124,7 +129,7 @@ class Recorder:
         """Finish the recording; never raises, may be called twice."""
         if self._summary is None:
             self.flush()
-            self._recording = False
+            self._recording, self._pack, self._end, self._deadline = False, _ignore, -1, math.inf
             found = RecordingSummary.joined([sink.close() for sink in self._sinks])
             if self._dropped:
                 problem = f"{self._dropped} periods did not fit the layout of the first: {self._misfit}"
@@ -149,14 +154,27 @@ class Recorder:
             rows = PackedRows(self._first, memoryview(self._block)[self._handed : self._place])
             for sink in self._sinks:
                 sink.rows(rows)
-        if self._place == len(self._block):
-            self._block, self._place = bytearray(len(self._block)), 0
-        self._first, self._handed = self._row, self._place
+            self._first += (self._place - self._handed) // self._size
+        if self._place == self._end:
+            self._block, self._place = bytearray(self._end), 0
+        self._handed = self._place
 
     def _drop(self, error: Exception) -> None:
         """Go on without a period: the gap in the numbers shows where it was."""
         self._hand_over()
-        self._row += 1
-        self._first = self._row
+        self._first += 1
         self._dropped += 1
         self._misfit = self._misfit or f"{type(error).__name__}: {error}"
+
+
+def _ignore(
+    block: bytearray,
+    place: int,
+    sample: Sample,
+    now: Observation,
+    command: Command,
+    compute_time: float,
+    lateness: float,
+) -> int:
+    """Pack nothing: the recorder was not started, or is closed."""
+    return place

@@ -183,7 +183,7 @@ class DriftWatch:
     def restart(self) -> None:
         """Begin anew, as after a tare."""
         self._seen = 0
-        self.mean: Wrench = (0.0,) * 6
+        self.mean: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, contact_wrench: Wrench) -> Verdict:
         """Take the contact wrench of a sample without touch [N, N m]."""

@@ -26,7 +26,7 @@ IMPOSSIBLE_RATIO = 1000.0
 """Of a contact wrench to the range: no load but a broken message. It is kept out of the filter, where it would
 linger for many time constants, or overflow."""
 
-NO_WRENCH: Wrench = (0.0,) * 6
+NO_WRENCH: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Before the first sample."""
 
 

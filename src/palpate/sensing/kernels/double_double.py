@@ -10,7 +10,8 @@ from typing import Any
 
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic
+
+from palpate.sensing.kernels.intrinsic import intrinsic
 
 
 @intrinsic

@@ -210,6 +210,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 break
             share = min(1.0, LONGEST_STEP * reach / length) if length > 0.0 else 1.0
             better = False
+            new, n2, phi2, Q2, r2, h2, error2 = c, n, phi, Q, r, h, error
             while share >= SMALLEST_SHARE * min(1.0, LONGEST_STEP * reach / max(length, 1e-300)):
                 x, y, z = c[0] + share * d[0], c[1] + share * d[1], c[2] + share * d[2]
                 t = project(p, x, y, z)
@@ -306,10 +307,9 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         y = k * a[1] + g * b[1] + b[2] * a[0] - b[0] * a[2]
         z = k * a[2] + g * b[2] + b[0] * a[1] - b[1] * a[0]
         scale = 1.0 / (k * k + bb)
+        c = (x * scale * axes[0], y * scale * axes[1], z * scale * axes[2])
         for attempt in range(2):
-            if attempt == 0:
-                c = (x * scale * axes[0], y * scale * axes[1], z * scale * axes[2])
-            else:
+            if attempt == 1:
                 c = (-f[0] * axes[0] ** 2, -f[1] * axes[1] ** 2, -f[2] * axes[2] ** 2)
                 reach = math.sqrt(c[0] ** 2 + c[1] ** 2 + c[2] ** 2)
                 c = (c[0] / reach, c[1] / reach, c[2] / reach)
@@ -338,8 +338,11 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
             status: See there.
         """
         total, stride = len(wrenches), len(result) // 15
+        r = rotation
         for i in range(total):
             w = wrenches[i]
+            n = c = (math.nan, math.nan, math.nan)
+            along = phi = Q = determinant = bend = delta = moment = math.nan
             code = _OK
             for j in range(6):
                 if not math.isfinite(w[j]):
@@ -359,7 +362,6 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 oz = w[5] - (center[0] * w[1] - center[1] * w[0])
                 fx, fy, fz = w[0] / force, w[1] / force, w[2] / force
                 mx, my, mz = ox / force, oy / force, oz / force
-                r = rotation
                 f = (
                     r[0, 0] * fx + r[1, 0] * fy + r[2, 0] * fz,
                     r[0, 1] * fx + r[1, 1] * fy + r[2, 1] * fz,
@@ -376,7 +378,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 if hard:
                     m = (m[0] - s * f[0], m[1] - s * f[1], m[2] - s * f[2])
                     s = 0.0
-                c, residual = (math.nan, math.nan, math.nan), math.inf
+                residual = math.inf
                 if math.isfinite(m[0] + m[1] + m[2]):
                     start = start_on(p, law, axes, f, m)
                     c, residual = newton(p, law, f, m, start)

@@ -9,7 +9,8 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic
+
+from palpate.sensing.kernels.intrinsic import intrinsic
 
 LANES = 8
 """Vectors moved per call."""

@@ -129,7 +129,7 @@ def _choose(q, n, hard, t):
         # without spin there is a contact only where the axis hits: else the root is a point of the limb
         solved = math.isfinite(t[MODULUS_INVERSE + i]) and (t[P_ + i] > 0.0 or t[S + i] != 0.0)
         code = NO_CONTACT
-        best = 0.0
+        best = kept0 = kept1 = kept2 = 0.0
         for which in range(2):
             start = CANDIDATE if which == 0 else C
             y0, y1, y2 = t[start + i], t[start + BLOCK + i], t[start + 2 * BLOCK + i]

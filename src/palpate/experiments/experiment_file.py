@@ -1,0 +1,89 @@
+"""Experiments as YAML: the few values that people write, and every value, exactly, for a log."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.strict_decode import decode, decode_some, load_text, read_mapping
+from palpate.yaml_text import yaml_text
+
+EXPERIMENT_TEXT = "experiment.yaml"
+"""Under this name a log keeps the text of its configuration."""
+
+KIND_KEY = "experiment"
+"""Which experiment a file is for."""
+
+KINDS: Mapping[str, type[ExploreConfig]] = {"explore": ExploreConfig}
+"""Every experiment that a file can describe."""
+
+
+def config_text(config: ExploreConfig) -> str:
+    """Return a configuration as YAML, every value written out; `read_config` gives back the very same.
+
+    Raises:
+        InvalidValueError: A path in it cannot be written as text.
+    """
+    kind = next(name for name, kind in KINDS.items() if type(config) is kind)
+    values = {field.name: _plain(getattr(config, field.name)) for field in fields(config)}
+    return yaml_text({KIND_KEY: kind, **values})
+
+
+def read_config(text: str) -> ExploreConfig:
+    """Return the configuration that `config_text` wrote, or that somebody wrote by hand: the rest is default.
+
+    Raises:
+        InvalidValueError: A key is misspelt, a value of the wrong type, or they cannot be together.
+    """
+    found = read_mapping(text, "an experiment file")
+    if KIND_KEY not in found:
+        raise InvalidValueError(f"no line `{KIND_KEY}: ...`: write one of {', '.join(KINDS)}")
+    kind = KINDS[_checked_kind(found, tuple(KINDS))]
+    return decode(_without_kind(found), kind, text)
+
+
+def read_overlay(text: str, kind: type[ExploreConfig]) -> dict[str, object]:
+    """Return the fields of an experiment's configuration that a text gives.
+
+    Raises:
+        InvalidValueError: A key is misspelt, a value of the wrong type, or it is for another experiment.
+    """
+    found = read_mapping(text, "an experiment file")
+    if KIND_KEY in found:
+        _checked_kind(found, tuple(name for name, known in KINDS.items() if known is kind))
+    return decode_some(_without_kind(found), kind, text)
+
+
+def load_overlay(path: Path, kind: type[ExploreConfig]) -> dict[str, object]:
+    """Return the fields that an experiment file gives; a robot file that it names is looked for next to it.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or as in `read_overlay`; the message names the file.
+    """
+    try:
+        text = load_text(path, "an experiment file")
+        values = read_overlay(text, kind)
+    except OSError as error:
+        raise InvalidValueError(f"config = {path}: cannot be read: {error.strerror}") from None
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{path}: {error}") from None
+    robot = values.get("robot")
+    if isinstance(robot, str) and (path.parent / robot).is_file():
+        values["robot"] = str(path.parent / robot)
+    return values
+
+
+def _checked_kind(found: Mapping[str, object], wanted: tuple[str, ...]) -> str:
+    given = found[KIND_KEY]
+    if given not in wanted:
+        raise InvalidValueError(f"{KIND_KEY} = {given!r}: must be {' or '.join(wanted)}")
+    return str(given)
+
+
+def _without_kind(found: Mapping[str, object]) -> dict[str, object]:
+    return {key: value for key, value in found.items() if key != KIND_KEY}
+
+
+def _plain(value: object) -> object:
+    return str(value) if isinstance(value, Path) else value

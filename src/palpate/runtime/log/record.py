@@ -1,0 +1,95 @@
+"""A run as arrays in base coordinates, for one finger: what reports and maps are made of."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.runtime.data import Phase
+from palpate.runtime.log.period_codec import PeriodCodec
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """What happened, one row per period, for one finger.
+
+    Contact quantities are in base coordinates, and NaN where `status` is not OK.
+
+    Attributes:
+        time: Shape (n,) [s].
+        position: Of the tip frame, shape (n, 3) [m].
+        velocity: Of the tip frame, shape (n, 3) [m/s].
+        wrench: What the object exerts on the finger, sensor frame, shape (n, 6) [N, N m].
+        centroid: Shape (n, 3) [m].
+        normal: Outward normal of the fingertip, shape (n, 3).
+        normal_force: Shape (n,) [N].
+        tangential_force: Shape (n, 3) [N].
+        spin_torque: Shape (n,) [N m].
+        status: Values of `ContactStatus`, shape (n,).
+        touching: Shape (n,).
+        command: Commanded velocity, shape (n, 3) [m/s].
+        phase: Values of `Phase`, shape (n,).
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    wrench: FloatArray
+    centroid: FloatArray
+    normal: FloatArray
+    normal_force: FloatArray
+    tangential_force: FloatArray
+    spin_torque: FloatArray
+    status: np.ndarray[tuple[int], np.dtype[np.int8]]
+    touching: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    command: FloatArray
+    phase: np.ndarray[tuple[int], np.dtype[np.str_]]
+
+    def __len__(self) -> int:
+        """Number of periods."""
+        return len(self.time)
+
+
+def record_of(codec: PeriodCodec, rows: FloatArray, finger: int) -> Record:
+    """Return the record of one finger.
+
+    Args:
+        codec: Of the run.
+        rows: Shape (n, width).
+        finger: Which, from 0.
+
+    Raises:
+        InvalidValueError: There is no such finger.
+    """
+    fingers = len(codec.heading.layout.channels)
+    if not 0 <= finger < fingers:
+        raise InvalidValueError(f"finger = {finger}: must be from 0 to {fingers - 1}")
+
+    def vectors(name: str) -> FloatArray:
+        return rows[:, codec.columns[name]]
+
+    def numbers(name: str) -> FloatArray:
+        return rows[:, codec.columns[name].start]
+
+    rotation = vectors("arm.rotation").reshape(-1, 3, 3)
+
+    def to_base(name: str) -> FloatArray:
+        return np.asarray(np.einsum("nij,nj->ni", rotation, vectors(name)))
+
+    at = f"finger_{finger}"
+    phases = np.array([Phase[name].value for name in codec.heading.codes.phases])
+    return Record(
+        time=numbers("time"),
+        position=vectors("arm.position"),
+        velocity=vectors("arm.velocity"),
+        wrench=vectors(f"{at}.wrench"),
+        centroid=vectors("arm.position") + to_base(f"{at}.centroid"),
+        normal=to_base(f"{at}.normal"),
+        normal_force=numbers(f"{at}.normal_force"),
+        tangential_force=to_base(f"{at}.tangential_force"),
+        spin_torque=numbers(f"{at}.spin_torque"),
+        status=numbers(f"{at}.status").astype(np.int8),
+        touching=numbers(f"{at}.touching").astype(bool),
+        command=vectors("command.velocity"),
+        phase=phases[numbers("command.phase").astype(int)],
+    )

@@ -1,0 +1,119 @@
+"""One period as one row of float64, packed in place: the part of recording that the loop pays for."""
+
+import math
+import struct
+from collections.abc import Callable
+from enum import Enum
+
+from palpate.runtime.data import Command, HandSample, Observation, Phase, Sample
+from palpate.runtime.log.fields import Codes, Group, period_groups
+from palpate.runtime.log.layout import Layout
+from palpate.sensing.ft.health import HEALTHY, Measure
+
+Pack = Callable[[bytearray, int, Sample, Observation, Command, float, float], int]
+"""Writes a period (with its compute time and lateness [s]) into a block at a place; returns where it ends.
+
+Raises whatever comes up where the period does not fit the layout or is not what its types say (struct.error,
+ValueError, AttributeError, ...).
+"""
+
+_CONTACT_ARRAYS = ("centroid", "normal", "tangential_force")
+
+
+def _numbers(kind: type[Enum]) -> dict[Enum, int]:
+    return {member: number for number, member in enumerate(kind)}
+
+
+_PHASES, _MEASURES = _numbers(Phase), _numbers(Measure)
+_HEALTHY = _MEASURES[Measure.HEALTHY]
+
+
+def row_packer(layout: Layout) -> Pack:
+    """Return what packs periods of one layout, in the order of `period_groups`.
+
+    Each group has its own struct: one joint too few does not go unnoticed for one channel too many. This is a
+    closure, and its variables are its own, since in a loop that sleeps most of the time nothing is in the caches:
+    every object that is looked at costs.
+    """
+    groups = period_groups(layout, Codes())
+    has_hand = layout.hand_joints is not None
+    arm, hand, after = _struct(*groups[:2]), _struct(groups[2]), _struct(*groups[-2:])
+    pack_arm, arm_size = arm.pack_into, arm.size
+    pack_after, after_size = after.pack_into, after.size
+    packs = tuple((finger.pack_into, finger.size) for finger in map(_struct, groups[2 + has_hand : -2]))
+    padding = (math.nan,) * layout.grips
+    no_grip = (*padding, -1)
+    phases, measures, healthy, healthy_number = _PHASES, _MEASURES, HEALTHY, _HEALTHY
+
+    def pack_hand(block: bytearray, place: int, state: HandSample | None) -> int:
+        if state is None or not has_hand:
+            raise ValueError("the hand came or went")
+        hand.pack_into(block, place, state.time, *state.joint_position)
+        return place + hand.size
+
+    def pack(
+        block: bytearray,
+        place: int,
+        sample: Sample,
+        now: Observation,
+        command: Command,
+        compute_time: float,
+        lateness: float,
+    ) -> int:
+        state = sample.arm
+        x, y, z = state.rotation_base_tip
+        pack_arm(
+            block,
+            place,
+            sample.time,
+            state.time,
+            *state.position_base_tip,
+            *x,
+            *y,
+            *z,
+            *state.velocity_base_tip,
+            *state.joint_position,
+        )
+        place += arm_size
+        if has_hand or sample.hand is not None:
+            place = pack_hand(block, place, sample.hand)
+        for given, finger, (pack_finger, size) in zip(sample.wrenches, now.fingers, packs, strict=True):
+            contact, health = finger.contact, finger.health
+            pack_finger(
+                block,
+                place,
+                given.time,
+                *given.wrench,
+                *given.acceleration,
+                *finger.wrench,
+                contact.centroid.tobytes(),
+                contact.normal.tobytes(),
+                contact.tangential_force.tobytes(),
+                contact.normal_force,
+                contact.spin_torque,
+                contact.condition,
+                contact.status,
+                finger.touching,
+                healthy_number if health is healthy else measures[health.measure],
+            )
+            place += size
+        grip = command.grip_force
+        pack_after(
+            block,
+            place,
+            compute_time,
+            lateness,
+            *command.velocity_base_tip,
+            *(no_grip if grip is None else (*grip, *padding[len(grip) :], len(grip))),
+            phases[command.phase],
+        )
+        return place + after_size
+
+    return pack
+
+
+def _struct(*groups: Group) -> struct.Struct:
+    """Native doubles; the arrays of a contact come as bytes, at a third of the cost of their numbers."""
+    quantities = [quantity for group in groups for quantity in group.fields]
+    formats = ["24s" if x.name in _CONTACT_ARRAYS else f"{x.count}d" for x in quantities]
+    return struct.Struct("".join(formats))

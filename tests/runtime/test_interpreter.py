@@ -1,0 +1,150 @@
+"""The interpreter does nothing long of its own accord, forgets no garbage, and is afterwards as it was."""
+
+import gc
+import sys
+import threading
+import time
+import weakref
+
+import pytest
+
+from palpate.runtime.interpreter import SWITCH_INTERVAL, undisturbed
+
+
+class Loop:
+    """Cyclic garbage as soon as nobody holds it."""
+
+    def __init__(self):
+        self.me = self
+
+
+@pytest.fixture
+def collections():
+    """The generation of every collection so far; whatever the test does to the collector is undone."""
+    seen = []
+
+    def note(stage, facts):
+        if stage == "start":
+            seen.append(facts["generation"])
+
+    enabled, thresholds, interval = gc.isenabled(), gc.get_threshold(), sys.getswitchinterval()
+    gc.callbacks.append(note)
+    yield seen
+    gc.callbacks.remove(note)
+    gc.unfreeze()
+    gc.set_threshold(*thresholds)
+    (gc.enable if enabled else gc.disable)()
+    sys.setswitchinterval(interval)
+
+
+def state():
+    return gc.isenabled(), gc.get_threshold(), gc.get_freeze_count(), sys.getswitchinterval()
+
+
+def hoard(count):
+    """Objects that live on: enough of them make Python look at all there is."""
+    return [{"a": [Loop()]} for _ in range(count)]
+
+
+def test_no_full_collection_however_much_is_kept(collections):
+    # many enough that Python would: a quarter of what there was at the last one
+    count = 2 * len(gc.get_objects())
+    with undisturbed():
+        collections.clear()
+        kept = hoard(count)
+        assert max(collections) == 1
+    collections.clear()
+    kept = [kept, hoard(count)]
+    assert 2 in collections  # the fixture can tell
+
+
+def test_garbage_does_not_pile_up(collections):
+    """What an hour of a controller's cycles would take must not depend on the hour."""
+    gone = []
+    with undisturbed():
+        for _ in range(20_000):
+            weakref.finalize(Loop(), gone.append, 1).atexit = False
+    assert len(gone) > 19_000
+
+
+def test_a_collection_that_somebody_asks_for_has_nothing_to_look_at(collections):
+    gc.collect()
+    full = min(timed(gc.collect) for _ in range(3))
+    with undisturbed():
+        assert gc.get_freeze_count() > 10_000
+        assert min(timed(gc.collect) for _ in range(3)) < full / 10
+
+
+def timed(call):
+    before = time.perf_counter()
+    call()
+    return time.perf_counter() - before
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+@pytest.mark.parametrize("thresholds", [(700, 10, 10), (0, 10, 10), (50, 2, 3)])
+@pytest.mark.parametrize("interval", [5e-3, 1e-5, 5.7e-5])
+@pytest.mark.parametrize("error", [None, RuntimeError, KeyboardInterrupt])
+def test_everything_is_as_before(collections, enabled, thresholds, interval, error):
+    (gc.enable if enabled else gc.disable)()
+    gc.set_threshold(*thresholds)
+    sys.setswitchinterval(interval)
+    before = state()
+    try:
+        with undisturbed():
+            assert gc.isenabled() == enabled
+            assert (gc.get_threshold()[0] == 0) == (thresholds[0] == 0)
+            assert sys.getswitchinterval() == pytest.approx(min(interval, SWITCH_INTERVAL))
+            if error:
+                raise error
+    except (RuntimeError, KeyboardInterrupt):
+        pass
+    assert state() == before
+
+
+def test_what_was_frozen_before_stays_frozen(collections):
+    gc.freeze()
+    count = gc.get_freeze_count()
+    with undisturbed():
+        pass
+    assert gc.get_freeze_count() == pytest.approx(count, rel=0.01)
+
+
+def test_nested_runs_end_with_the_outer_one(collections):
+    before = state()
+    with undisturbed():
+        within = state()
+        with undisturbed():
+            pass
+        assert gc.get_threshold() == within[1]
+        assert gc.get_freeze_count() > 10_000
+        assert sys.getswitchinterval() == within[3]
+    assert state() == before
+
+
+def test_a_busy_thread_gives_way_sooner(collections):
+    """Beside a thread that computes without a break, a thread that wakes up waits for it: but not for 5 ms."""
+    stop = threading.Event()
+
+    def compute():
+        while not stop.is_set():
+            sum(range(100))
+
+    def delays():
+        late = []
+        for _ in range(60):
+            asked = time.monotonic() + 2e-3
+            time.sleep(2e-3)
+            late.append(time.monotonic() - asked)
+        return sorted(late)[30]
+
+    thread = threading.Thread(target=compute)
+    thread.start()
+    try:
+        before = delays()
+        with undisturbed():
+            during = delays()
+    finally:
+        stop.set()
+        thread.join()
+    assert during < 0.5 * before

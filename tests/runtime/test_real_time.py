@@ -1,0 +1,393 @@
+"""Real time: deadlines on a grid that never drifts, what is done about missed ones, a thread left as it was."""
+
+import math
+import os
+import subprocess
+import sys
+import threading
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError, OverrunError
+from palpate.runtime import real_time
+from palpate.runtime.real_time import MOST_BEHIND, Overrun, RealTime
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux's scheduler")
+PERIOD = 2.0**-10  # whole multiples of it are exact: about 1 kHz
+
+
+class FakeClock:
+    """Time passes by sleeping, by working, and a little by looking at the clock."""
+
+    def __init__(self, start=0.0, oversleep=0.0):
+        self.now = start
+        self.oversleep = oversleep
+        self.wakes = []
+
+    def monotonic(self):
+        return self.now
+
+    def sleep(self, duration):
+        assert duration > 0.0
+        self.now += duration + self.oversleep
+        self.wakes.append(self.now)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    fake = FakeClock()
+    monkeypatch.setattr(real_time, "monotonic", fake.monotonic)
+    monkeypatch.setattr(real_time, "sleep", fake.sleep)
+    return fake
+
+
+def test_a_million_periods_do_not_drift(clock):
+    """1 ms is no binary fraction: adding it up a million times would be off by some 1e-8 s."""
+    clock.now, period = 12345.678, 1e-3
+    pacer = RealTime(period)
+    pacer.start()
+    start = Fraction(clock.now)
+    for k in range(1, 1_000_001):
+        pacer.wait()
+        if k % 9973 == 0 or k == 1_000_000:
+            exact = start + k * Fraction(period)
+            assert abs(clock.now - exact) <= 2 * math.ulp(clock.now)
+    found = pacer.stop()
+    assert len(found.lateness) == 1_000_000
+    assert found.overruns == 0
+
+
+def test_late_wake_ups_do_not_move_the_grid(clock):
+    clock.oversleep = 0.25 * PERIOD
+    pacer = RealTime(PERIOD)
+    pacer.start()
+    for _ in range(100):
+        pacer.wait()
+        clock.now += 0.5 * PERIOD  # the work
+    assert clock.wakes == [(k + 0.25) * PERIOD for k in range(1, 101)]
+    found = pacer.stop()
+    np.testing.assert_array_equal(found.lateness, 0.25 * PERIOD)
+    assert found.overruns == 0
+
+
+work = st.lists(st.integers(0, 24), min_size=1, max_size=60)
+"""How long each period's work takes, in eighths of a period: none ends at a deadline but those of whole ones."""
+
+
+def paced(policy, eighths):
+    """Run periods of so much work; return the clock, the pacer and the number of the deadline after each wait."""
+    fake = FakeClock()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(real_time, "monotonic", fake.monotonic)
+        patch.setattr(real_time, "sleep", fake.sleep)
+        pacer = RealTime(PERIOD, policy)
+        pacer.start()
+        after = []
+        for eighth in eighths:
+            fake.now += eighth * PERIOD / 8
+            pacer.wait()
+            after.append(fake.now / PERIOD)
+        return pacer.stop(), after
+
+
+@given(work)
+def test_skipping_waits_for_the_next_deadline_of_the_grid(eighths):
+    found, after = paced(Overrun.SKIP, eighths)
+    now, overruns = 0, 0
+    for eighth, woken in zip(eighths, after, strict=True):
+        done = now + Fraction(eighth, 8)
+        following = now + 1
+        while following < done:  # work that ends with the period is in time
+            following += 1
+            overruns += 1
+        now = max(following, math.ceil(done))
+        assert woken == now
+    assert found.overruns == overruns
+    np.testing.assert_array_equal(found.lateness, 0.0)
+
+
+@given(work)
+def test_catching_up_leaves_out_no_period_until_it_is_too_far_behind(eighths):
+    found, after = paced(Overrun.CATCH_UP, eighths)
+    index, now = 0, Fraction(0)
+    for eighth, woken, late in zip(eighths, after, found.lateness.tolist(), strict=True):
+        done = now + Fraction(eighth, 8)
+        index += 1
+        if done - index > MOST_BEHIND:
+            index = math.ceil(done)
+        now = max(done, Fraction(index))
+        assert (woken, late) == (now, (now - index) * PERIOD)
+        assert late <= MOST_BEHIND * PERIOD
+
+
+def test_catching_up_does_all_periods_of_a_short_stall(clock):
+    pacer = RealTime(PERIOD, Overrun.CATCH_UP)
+    pacer.start()
+    clock.now += 5.5 * PERIOD
+    for _ in range(6):
+        pacer.wait()
+    assert clock.now == 6 * PERIOD
+    found = pacer.stop()
+    np.testing.assert_array_equal(found.lateness, PERIOD * np.array([4.5, 3.5, 2.5, 1.5, 0.5, 0.0]))
+    assert found.overruns == 5
+
+
+def test_stopping_says_by_how_much_once_and_then_keeps_the_pace(clock):
+    pacer = RealTime(PERIOD, Overrun.STOP)
+    pacer.start()
+    pacer.wait()
+    clock.now += 3.5 * PERIOD
+    with pytest.raises(
+        OverrunError, match=r"2\.44 ms after its deadline; the limit is the period of 0\.97"
+    ) as told:
+        pacer.wait()
+    assert "SKIP" in str(told.value)
+    assert isinstance(told.value, TimeoutError)
+    clock.now += 0.25 * PERIOD
+    pacer.wait()
+    assert clock.now == 5 * PERIOD
+    clock.now += 1.5 * PERIOD
+    pacer.wait()
+    assert clock.now == 7 * PERIOD
+    assert pacer.stop().overruns == 4
+
+
+def test_work_that_ends_with_the_period_is_in_time(clock):
+    pacer = RealTime(PERIOD, Overrun.STOP)
+    pacer.start()
+    for _ in range(5):
+        clock.now += PERIOD
+        pacer.wait()
+    assert pacer.stop().overruns == 0
+
+
+def test_spinning_sleeps_less_and_watches_the_clock_for_the_rest(monkeypatch):
+    clock, looks = FakeClock(), []
+
+    def look():
+        looks.append(clock.now)
+        clock.now += PERIOD / 1024
+        return clock.now
+
+    monkeypatch.setattr(real_time, "monotonic", look)
+    monkeypatch.setattr(real_time, "sleep", clock.sleep)
+    pacer = RealTime(PERIOD, spin=PERIOD / 4)
+    pacer.start()
+    start = clock.now
+    pacer.wait()
+    assert clock.wakes == [start + 0.75 * PERIOD]
+    assert 0.0 <= clock.now - start - PERIOD <= PERIOD / 1024
+    assert len(looks) > 200
+
+
+def test_it_starts_again_from_nothing(clock):
+    pacer = RealTime(PERIOD, Overrun.STOP)
+    for _ in range(2):
+        pacer.start()
+        assert pacer.lateness == 0.0
+        pacer.wait()
+        clock.now += 1.5 * PERIOD
+        with pytest.raises(OverrunError):
+            pacer.wait()
+        assert pacer.lateness == 0.5 * PERIOD
+        first, again = pacer.stop(), pacer.stop()
+        assert len(first.lateness) == len(again.lateness) == 2
+        assert first.overruns == again.overruns == 1
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_there_is_no_pace_before_start_or_after_stop(clock, stopped):
+    pacer = RealTime(PERIOD)
+    if stopped:
+        pacer.start()
+        pacer.stop()
+    with pytest.raises(InvalidValueError, match=r"call start\(\) first"):
+        pacer.wait()
+
+
+@pytest.mark.parametrize(
+    ("period", "more", "said"),
+    [
+        (0.0, {}, "period = 0"),
+        (math.nan, {}, "period = nan"),
+        (1e-3, {"spin": -1e-4}, "spin"),
+        (1e-3, {"spin": 1e-3}, "shorter than the period"),
+        (1e-3, {"priority": 0}, "from 1 to 99"),
+        (1e-3, {"priority": 100}, "from 1 to 99"),
+        (1e-3, {"overrun": "wait"}, "skip, catch up, stop"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(period, more, said):
+    with pytest.raises(InvalidValueError, match=said):
+        RealTime(period, **more)
+
+
+def test_in_real_time_it_never_wakes_early():
+    pacer = RealTime(2e-3)
+    pacer.start()
+    for _ in range(50):
+        pacer.wait()
+    found = pacer.stop()
+    assert len(found.lateness) == 50
+    assert (found.lateness >= 0.0).all()
+    assert np.median(found.lateness) < 1e-3
+
+
+def scheduling():
+    """Of the calling thread: policy, priority, nice and timer slack."""
+    thread = threading.get_native_id()
+    with open(f"/proc/{thread}/timerslack_ns") as file:
+        slack = int(file.read())
+    policy = os.sched_getscheduler(thread)
+    return policy, os.sched_getparam(thread).sched_priority, os.getpriority(os.PRIO_PROCESS, thread), slack
+
+
+def fail_while_paced(pacer):
+    try:
+        pacer.wait()
+        raise ZeroDivisionError
+    finally:
+        pacer.stop()
+
+
+@linux
+@pytest.mark.parametrize("priority", [None, 1, 50])
+def test_the_thread_is_as_before_whatever_happens(priority):
+    before = scheduling()
+    pacer = RealTime(1e-3, priority=priority)
+    for _ in range(2):
+        pacer.start()
+        assert scheduling()[3] <= 1  # a real-time thread has none
+        pacer.start()  # twice, by mistake
+        with pytest.raises(ZeroDivisionError):
+            fail_while_paced(pacer)
+        assert scheduling() == before
+        pacer.stop()
+        assert scheduling() == before
+
+
+@linux
+def test_only_the_calling_thread_is_urgent_not_those_that_it_starts():
+    seen = []
+    pacer = RealTime(1e-3, priority=10)
+    pacer.start()
+    try:
+        mine = scheduling()
+        thread = threading.Thread(target=lambda: seen.append(scheduling()))
+        thread.start()
+        thread.join()
+    finally:
+        said = pacer.stop().note
+    assert seen[0][:2] == (os.SCHED_OTHER, 0)
+    assert seen[0][2] >= 0
+    granted = mine[0] == os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+    assert granted == (said == "real-time priority 10 (SCHED_FIFO)")
+    assert granted or "going on" in said
+
+
+@linux
+def test_stopped_by_another_thread_it_is_no_longer_urgent():
+    before = scheduling()
+    pacer = RealTime(1e-3, priority=10)
+    pacer.start()
+    thread = threading.Thread(target=pacer.stop)
+    thread.start()
+    thread.join()
+    assert scheduling()[:3] == before[:3]
+    pacer.start()
+    pacer.stop()
+
+
+@linux
+def test_an_interruption_while_it_becomes_urgent_leaves_nothing_behind(monkeypatch):
+    before, given = scheduling(), os.sched_setscheduler
+    calls = []
+
+    def interrupted(thread, policy, parameter):
+        calls.append(policy)
+        given(thread, policy, parameter) if len(calls) > 1 else None
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "sched_setscheduler", interrupted)
+    pacer = RealTime(1e-3, priority=10)
+    with pytest.raises(KeyboardInterrupt):
+        pacer.start()
+    assert len(calls) == 2
+    assert scheduling() == before
+
+
+WITHOUT_RIGHTS = """
+import os, resource, threading
+from palpate.runtime.real_time import RealTime
+if os.getuid() == 0:
+    resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+    resource.setrlimit(resource.RLIMIT_NICE, (0, 0))
+    os.setuid(65534)  # nobody
+thread = threading.get_native_id()
+before = os.sched_getscheduler(thread), os.getpriority(os.PRIO_PROCESS, thread)
+pacer = RealTime(1e-3, priority=50)
+pacer.start()
+pacer.wait()
+print(os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK, pacer.stop().note)
+# the flag that keeps other threads ordinary can stay; the priority may not
+assert (os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK, os.getpriority(os.PRIO_PROCESS, thread)) == before
+"""
+
+
+@linux
+@pytest.mark.skipif(sys.platform == "win32" or os.getuid() != 0, reason="needs rights to give away")
+def test_without_rights_it_says_what_is_missing_and_goes_on():
+    done = subprocess.run([sys.executable, "-c", WITHOUT_RIGHTS], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == (
+        f"{os.SCHED_OTHER} no permission for real-time priority 50 (RLIMIT_RTPRIO 0): add `@realtime - rtprio 90` "
+        "to /etc/security/limits.d/realtime.conf and join that group, or run with CAP_SYS_NICE; going on without\n"
+    )
+
+
+@linux
+@pytest.mark.parametrize("allowed", [0, 7])
+@pytest.mark.parametrize("nice_is_granted", [False, True])
+def test_it_takes_what_the_system_grants(monkeypatch, allowed, nice_is_granted):
+    import resource
+
+    before, schedule, nice = scheduling(), os.sched_setscheduler, []
+
+    def refuse_real_time(thread, policy, parameter):
+        if policy & os.SCHED_FIFO:
+            raise PermissionError(1, "Operation not permitted")
+        schedule(thread, policy, parameter)
+
+    def set_nice(which, thread, value):
+        nice.append(value)
+        if value < before[2] and not nice_is_granted:
+            raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse_real_time)
+    monkeypatch.setattr(os, "setpriority", set_nice)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (allowed, allowed))
+    pacer = RealTime(1e-3, priority=8)
+    pacer.start()
+    note = pacer.stop().note
+    assert f"real-time priority 8 (RLIMIT_RTPRIO {allowed})" in note
+    assert ("or ask for at most 7" in note) == (allowed == 7)
+    assert note.endswith("going on with nice -20 instead" if nice_is_granted else "going on without")
+    assert nice == [-20, before[2]]
+    assert scheduling()[1:] == before[1:]
+
+
+@pytest.mark.parametrize("platform", ["darwin", "win32"])
+def test_elsewhere_it_goes_on_without(monkeypatch, platform):
+    monkeypatch.setattr(sys, "platform", platform)
+    pacer = RealTime(1e-3, priority=50)
+    pacer.start()
+    pacer.wait()
+    assert pacer.stop().note == f"real-time priority is not supported on {platform}: going on without"
+    quiet = RealTime(1e-3)
+    quiet.start()
+    assert quiet.stop().note == ""
