@@ -116,7 +116,8 @@ class Observation:
 
 class Phase(StrEnum):
     """What a controller is doing: for reports, and to tell the periods of a scan; DONE and LOST end a run,
-    STOP is the supervisor's or the loop's bringing it to rest."""
+    STOP is the supervisor's or the loop's bringing it to rest.
+    """
 
     APPROACH = "approach"
     SETTLE = "settle"

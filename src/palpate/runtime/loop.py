@@ -12,7 +12,7 @@ from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.interruption import StopRequest, stop_requests
-from palpate.runtime.live import Change
+from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Level, Recorder, RecordingSummary
 from palpate.runtime.pacing import Punctuality
 from palpate.runtime.protocols import Backend, Controller
@@ -67,7 +67,7 @@ def run(
         supervisor: Its limits; safe defaults if not given.
         duration: Longest time on the back end's clock [s].
         recorder: Keeps the run.
-        live: The controller's live parameters.
+        live: The controller's live parameters, if they are not to be stepped as they are (a replay).
         observers: Called once per period with sample, observation and command.
 
     Raises:
@@ -107,7 +107,8 @@ class _Run:
         stop: StopRequest,
     ) -> None:
         self._backend, self._touch, self._controller = backend, touch, controller
-        self._supervisor, self._recorder, self._live, self._stop = supervisor, recorder, live, stop
+        self._supervisor, self._recorder, self._stop = supervisor, recorder, stop
+        self._live = live_parameters_of(controller) if live is None else live
         self._observers = tuple(observers)
         self._pacer = backend.pacer
         self._ending: Ending | None = None
@@ -183,8 +184,6 @@ class _Run:
         return command
 
     def _change(self, time: float) -> None:
-        if self._live is None:
-            return
         for change in self._live.step(time):
             if self._recorder is not None:
                 self._recorder.change(time, change.name, change.value)

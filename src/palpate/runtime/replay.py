@@ -1,21 +1,20 @@
 """Replay: recorded samples through sensing, controller and supervisor again.
 
-All three are pure but for their memory, so that the same parameters give the same commands bit for bit (on the same
-machine and versions: other compilers and mathematics libraries round differently). With other parameters the
+All three are pure but for their memory, so that the same parameters give the same commands bit for bit (on the
+same machine and versions: other compilers and mathematics libraries round differently). With other parameters the
 commands differ, the samples do not: a replay shows what would have been commanded *here*, not what would have
 happened then.
 """
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Self
 
 from palpate.errors import InvalidValueError, PalpateError, positive
 from palpate.runtime.data import Command, Observation, Sample
-from palpate.runtime.live import Change
-from palpate.runtime.loop import Live, run
+from palpate.runtime.live import Change, ScheduledChanges, live_parameters_of
+from palpate.runtime.loop import run
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.runtime.protocols import Controller
 from palpate.runtime.supervision import Supervisor, Trip
@@ -72,34 +71,6 @@ class ReplayBackend:
         """Nothing moves."""
 
 
-class LiveRequests(Protocol):
-    """Live parameters as a replay sets them."""
-
-    def request(self, name: str, value: float) -> None:
-        """Ask for a value."""
-        ...
-
-    def step(self, time: float) -> Sequence[Change]:
-        """Move on to a period [s]."""
-        ...
-
-
-class RecordedChanges:
-    """Live parameters that are asked again for what they were asked, at the same periods."""
-
-    def __init__(self, live: LiveRequests, changes: Sequence[Change]) -> None:
-        """Take the parameters and the recorded changes, in order."""
-        self._live = live
-        self._left = deque(changes)
-
-    def step(self, time: float) -> Sequence[Change]:
-        """See `palpate.runtime.loop.Live`."""
-        while self._left and self._left[0].time <= time:
-            change = self._left.popleft()
-            self._live.request(change.name, change.value)
-        return self._live.step(time)
-
-
 @dataclass(frozen=True, slots=True)
 class Replay:
     """What a replay gave.
@@ -121,7 +92,7 @@ def replay(
     touch: Touch,
     controller: Controller,
     supervisor: Supervisor | None = None,
-    live: Live | None = None,
+    changes: Sequence[Change] = (),
 ) -> Replay:
     """Feed recorded samples through touch, controller and supervisor, by the very loop that runs robots.
 
@@ -131,7 +102,10 @@ def replay(
         touch: The fingers.
         controller: What commands.
         supervisor: Its limits; safe defaults if not given.
-        live: Its live parameters, with what was asked of them.
+        changes: What its live parameters were asked for, as recorded.
+
+    Raises:
+        InvalidValueError: No samples, or a change that the controller's parameters cannot take.
     """
     observations: list[Observation] = []
     commands: list[Command] = []
@@ -141,13 +115,15 @@ def replay(
         commands.append(command)
 
     backend = ReplayBackend(samples, period)
+    begin = samples[0].time
+    asked = [Change(change.time - begin, change.name, change.value) for change in changes]
     result = run(
         backend,
         touch,
         controller,
         supervisor,
         duration=(len(samples) + 1) * period,
-        live=live,
+        live=ScheduledChanges(live_parameters_of(controller), asked),
         observers=(collect,),
     )
     trip = None if isinstance(result.error, EndOfLogError) else result.trip

@@ -4,7 +4,11 @@ from palpate.runtime.live import Change
 from palpate.runtime.log.entries import Event, Level
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.layout import Layout
+from palpate.runtime.log.log import Gap, Log
+from palpate.runtime.log.log_path import log_in, new_log_path
+from palpate.runtime.log.log_writer import LogWriter
 from palpate.runtime.log.memory_log import MemoryLog
+from palpate.runtime.log.reader import read_log
 from palpate.runtime.log.record import Record
 from palpate.runtime.log.recorder import Recorder
 from palpate.runtime.log.sink import RecordingSummary, Sink
@@ -12,12 +16,18 @@ from palpate.runtime.log.sink import RecordingSummary, Sink
 __all__ = [
     "Change",
     "Event",
+    "Gap",
     "Heading",
     "Layout",
     "Level",
+    "Log",
+    "LogWriter",
     "MemoryLog",
     "Record",
     "Recorder",
     "RecordingSummary",
     "Sink",
+    "log_in",
+    "new_log_path",
+    "read_log",
 ]

@@ -122,7 +122,9 @@ class LogWriter:
         written, problem = self._written, self._problem
         lost = self._offered - written
         if thread is not None and thread.is_alive():
-            problem = problem or f"{self._path} takes too long to be written, given up after {self._closing_time:g} s"
+            problem = (
+                problem or f"{self._path} takes too long to be written, given up after {self._closing_time:g} s"
+            )
         elif problem is None and lost:
             problem = f"{lost} periods were dropped: {self._path} was not written fast enough"
         return RecordingSummary(self._path, written, lost, problem, self._note)

@@ -30,7 +30,7 @@ from mcap.records import (
 
 from palpate.runtime.log.chunk import PERIOD_CHANNEL, ChunkContent
 from palpate.runtime.log.entry_codec import EVENT_CHANNEL, PARAMETER_CHANNEL
-from palpate.runtime.log.heading import Heading, encode_heading
+from palpate.runtime.log.heading import encode_heading
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.schema import (
     EVENT_SCHEMA,

@@ -49,7 +49,9 @@ class MemoryLog:
 
     def close(self) -> RecordingSummary:
         """See `Sink`."""
-        return RecordingSummary(rows_written=sum(len(block.data) for block in self._blocks) // self._codec.row_bytes)
+        return RecordingSummary(
+            rows_written=sum(len(block.data) for block in self._blocks) // self._codec.row_bytes
+        )
 
     def record(self, finger: int = 0) -> Record:
         """Return what came so far; while a run goes on, call `Recorder.flush` before.

@@ -63,7 +63,9 @@ class Recorder:
         if self._recording or self._summary is not None:
             raise InvalidValueError("this Recorder was started before: make a new one for each run")
         if len(now.fingers) != len(first.wrenches):
-            raise InvalidValueError(f"{len(now.fingers)} fingers, but {len(first.wrenches)} wrenches: must be as many")
+            raise InvalidValueError(
+                f"{len(now.fingers)} fingers, but {len(first.wrenches)} wrenches: must be as many"
+            )
         layout, start = Layout.of(first), wall_clock.time_ns()
         heading = Heading(layout, float(period), float(first.time), start, f"palpate {__version__}")
         self._size = PeriodCodec(heading, PERIOD_CHANNEL).row_bytes

@@ -55,7 +55,10 @@ string name
 
 def period_schema(groups: tuple[Group, ...]) -> str:
     """Return the definition of one period's message."""
-    lines = ["# One control period. SI; base and sensor coordinates as each line says.", "builtin_interfaces/Time stamp"]
+    lines = [
+        "# One control period. SI; base and sensor coordinates as each line says.",
+        "builtin_interfaces/Time stamp",
+    ]
     parts = []
     for group in groups:
         if group.name:
