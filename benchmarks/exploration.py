@@ -20,7 +20,7 @@ from palpate.controllers import ExploreController, Raster
 from palpate.experiments.explore import Exploration, explore
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
-from palpate.runtime import Command, Finger, Recorder, Supervisor, Touch
+from palpate.runtime import Command, Finger, MemoryLog, Recorder, Supervisor, Touch
 from palpate.sensing.compensation import Payload
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_stage_scene
 from palpate.surfaces import Sphere
@@ -96,10 +96,11 @@ def parts() -> Table:
     scene = build_stage_scene(tip, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0479))
     backend = MujocoBackend(scene)
     sample = backend.start()
-    touch, supervisor, recorder = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor(), Recorder()
+    touch, supervisor, recorder = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor(), Recorder(MemoryLog())
     observation, command = touch.sense(sample), Command()
     controller = ExploreController(plan(BASE).parameters, Raster(0.04, 0.04, 0.004), backend.period)
     controller.start(observation)
+    recorder.start(sample, observation, backend.period)
     table = Table(title="One period of the stage, tip in contact, called in a loop")
     table.add_column("part")
     table.add_column("us (median of 20 x 500)", justify="right")
@@ -108,7 +109,7 @@ def parts() -> Table:
         "sense": lambda: touch.sense(sample),
         "control": lambda: controller.step(observation),
         "supervise": lambda: supervisor.check(observation, command),
-        "record": lambda: recorder(sample, observation, command),
+        "record": lambda: recorder.record(sample, observation, command, 0.0, 0.0),
     }.items():
         taken = []
         for _ in range(20):

@@ -101,7 +101,7 @@ def decode(found: object, kind: type[T], text: str = "") -> T:
         try:
             return msgspec.convert(found, kind, strict=True, dec_hook=_decode_path)
         except msgspec.ValidationError as error:
-            raise _refusal(str(error), found, kind) from None
+            raise _refusal(*_parted(str(error)), found, kind) from None
     except Refusal as refusal:
         raise InvalidValueError(refusal.told(text)) from None
 
@@ -123,7 +123,7 @@ def decode_some(found: Mapping[str, object], kind: type, text: str = "") -> dict
                 values[key] = msgspec.convert(value, types[key], strict=True, dec_hook=_decode_path)
             except msgspec.ValidationError as error:
                 message, path = _parted(str(error))
-                raise _refusal(message, found, kind, (key, *path)) from None
+                raise _refusal(message, (key, *path), found, kind) from None
         return values
     except Refusal as refusal:
         raise InvalidValueError(refusal.told(text)) from None
@@ -206,14 +206,17 @@ def _checked_tag(found: dict[str, object], tag: str, tags: list[str], path: tupl
     given = found.get(tag)
     if isinstance(given, str) and given in tags:
         return given
-    named = ", ".join(tags)
     if tag not in found:
         near = nearest(tag, [key for key in found if isinstance(found[key], str)])
         hint = f"; is {near} misspelt?" if near else ""
-        raise Refusal((*path, tag), f": missing; write {tag}: and one of {named}{hint}")
-    near = nearest(given, tags) if isinstance(given, str) else None
+        raise Refusal((*path, tag), f": missing; write {tag}: and one of {', '.join(tags)}{hint}")
+    raise Refusal((*path, tag), _not_among(given, tags))
+
+
+def _not_among(given: object, known: Sequence[str]) -> str:
+    near = nearest(given, known) if isinstance(given, str) else None
     meant = f"did you mean {near}? " if near else ""
-    raise Refusal((*path, tag), f" = {_shown(given)}: {meant}known are {named}")
+    return f" = {_shown(given)}: {meant}known: {', '.join(known)}"
 
 
 def _tags(options: list[typing.Any]) -> tuple[str | None, dict[str, typing.Any]]:
@@ -258,14 +261,14 @@ def _parted(message: str) -> tuple[str, tuple[Key, ...]]:
     return message[: found.start()], tuple(steps)
 
 
-def _refusal(message: str, found: object, kind: object, path: tuple[Key, ...] | None = None) -> Refusal:
+def _refusal(message: str, path: tuple[Key, ...], found: object, kind: object) -> Refusal:
     """Make what msgspec says, or a type's own check, into a refusal with its full path."""
-    if path is None:
-        message, path = _parted(message)
     value = _at(found, path)
     missing = _MISSING.fullmatch(message)
     if missing:
-        return Refusal((*path, missing[1]), f": missing; give {_example(missing[1])}")
+        return Refusal((*path, missing[1]), f": missing; give a line `{missing[1]}: ...`")
+    if message.startswith("Invalid enum value"):
+        return Refusal(path, _not_among(value, [str(choice) for choice in _choices(kind, path)]))
     if message.startswith(("Expected ", "Invalid ")):
         return Refusal(path, f": {message}{_given(message, value)}{_advice(message, value)}")
     name = _NAME_IN_FRONT.match(message)
@@ -284,8 +287,14 @@ def _at(found: object, path: Sequence[Key]) -> object:
     return found
 
 
-def _example(key: str) -> str:
-    return f"a line `{key}: ...`"
+def _choices(kind: object, path: Sequence[Key]) -> tuple[typing.Any, ...]:
+    """The words that a `Literal` allows, where a path leads."""
+    for step in path:
+        if isinstance(step, int):
+            kind = _item_type(kind)
+        else:
+            kind = next((known_keys(option).get(step) for option in _options(kind) if is_record(option)), None)
+    return typing.get_args(kind)
 
 
 def _given(message: str, value: object) -> str:

@@ -93,7 +93,7 @@ def _composed(text: str) -> yaml.Node | None:
 
 def _value(node: yaml.Node, seen: set[int], depth: int) -> object:
     if id(node) in seen:
-        raise InvalidValueError(f"an alias (*name){_place(node.start_mark)}: write the value out")
+        raise InvalidValueError(f"an alias (*name) of the value{_place(node.start_mark)}: write it out")
     seen.add(id(node))
     if depth > DEEPEST:
         raise InvalidValueError(f"nested too deep{_place(node.start_mark)}: at most {DEEPEST} levels")

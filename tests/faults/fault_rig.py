@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from palpate.runtime.data import Command, Observation, Sample
-from palpate.runtime.log import Event, Level, MemoryLog, Recorder
+from palpate.runtime.log import Event, Level, MemoryLog, Recorder, Sink
 from palpate.runtime.loop import Observer, run
 from palpate.runtime.protocols import Backend, Controller
 from palpate.runtime.result import RunInterrupted, RunResult
@@ -25,6 +25,7 @@ class FaultyBackend:
         samples: What it gave, in order; the first is that of `start`.
         changes: What is done to samples, by the index of the first one.
         errors: What `step` raises instead of giving the sample of that index.
+        truly: What the sound one gave.
         closed_after: How many commands there were when it was closed; None: it was not.
     """
 
@@ -35,7 +36,7 @@ class FaultyBackend:
         self.changes: list[tuple[int, ChangedSample]] = []
         self.errors: dict[int, Exception] = {}
         self.closed_after: int | None = None
-        self._truly: list[Sample] = []
+        self.truly: list[Sample] = []
 
     @property
     def period(self):
@@ -54,16 +55,16 @@ class FaultyBackend:
         if len(self.commands) in self.errors:
             self.sound.step(command)  # it did arrive; the answer did not
             self.samples.append(self.samples[-1])
-            self._truly.append(self._truly[-1])
+            self.truly.append(self.truly[-1])
             raise self.errors[len(self.commands)]
         return self._arrived(self.sound.step(command))
 
     def _arrived(self, sample):
-        index = len(self._truly)
-        self._truly.append(sample)
+        index = len(self.truly)
+        self.truly.append(sample)
         for first, change in self.changes:
             if index >= first:
-                sample = change(sample, self._truly[max(first - 1, 0)])
+                sample = change(sample, self.truly[max(first - 1, 0)])
         self.samples.append(sample)
         return sample
 
@@ -243,10 +244,10 @@ class Outcome:
         return [event.text for event in self.events if event.level >= Level.ERROR]
 
 
-def carry_out(rig: Rig, supervisor: Supervisor | None = None) -> Outcome:
-    """Run it; an interruption is an outcome like others."""
+def carry_out(rig: Rig, supervisor: Supervisor | None = None, file: Sink | None = None) -> Outcome:
+    """Run it, recorded in memory and maybe in a file; an interruption is an outcome like others."""
     log = MemoryLog()
-    recorder = Recorder(log)
+    recorder = Recorder(log) if file is None else Recorder(log, file)
     supervisor = supervisor or Supervisor(rig.limits)
     try:
         result = run(

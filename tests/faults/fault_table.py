@@ -20,7 +20,7 @@ from faults.fault_rig import (
     raising,
 )
 from palpate.errors import OverrunError
-from palpate.runtime.data import Command, Phase, Sample
+from palpate.runtime.data import Command, Sample
 from palpate.runtime.result import Ending
 
 NAN, INF = math.nan, math.inf
@@ -126,7 +126,7 @@ ANYWHERE = (
     ),
     Fault(
         "spin torque over the limit",
-        Limited({"spin_torque": 0.02}, reading(lambda x, y, z, a, b, c: (x, y, z, a, b, c + 0.2))),
+        Limited({"spin_torque": 0.002}, reading(lambda x, y, z, a, b, c: (x, y, z, a, b, c + 0.003))),
         "spin torque",
         " N m",
         Reaction.RETRACT,
@@ -242,9 +242,9 @@ ANYWHERE = (
 """On any robot."""
 
 
-def _overloaded(x: float, y: float, z: float, a: float, b: float, c: float) -> tuple[float, ...]:
-    """Seven times the load: 14 N, above 12 N across and half of the supervisor's limit."""
-    return (7.0 * x, 7.0 * y, 9.0 * z, 9.0 * a, 9.0 * b, 9.0 * c)
+def _overloaded(*wrench: float) -> tuple[float, ...]:
+    """Eight times the load: about 16 N, beyond a Nano17's limits and short of the supervisor's."""
+    return tuple(8.0 * x for x in wrench)
 
 
 ON_A_SENSOR = (
@@ -266,7 +266,7 @@ ON_A_SENSOR = (
         "load beyond the sensor's range",
         reading(_overloaded),
         "force/torque sensor 1",
-        "load beyond the range of an axis (Fz)",
+        "load beyond",
         Reaction.RETRACT,
     ),
     Fault(
@@ -283,9 +283,6 @@ ON_A_SENSOR = (
     ),
 )
 """Where a sensor file describes the sensor: what its health monitor knows."""
-
-STILL = Command(phase=Phase.STOP)
-
 
 def hand(**told: Callable[..., object]) -> Samples:
     """The hand's sample is changed."""

@@ -65,7 +65,7 @@ def series_of(phases=("approach", "scan", "lift"), each=200, touched=True):
         time=time,
         phase=tuple(name for name in phases for _ in range(each)),
         measured_force=force,
-        set_force=2.0,
+        set_force=np.full(count, 2.0),
         spin_torque=1e-3 * np.sin(time),
         speed=np.full(count, 0.02),
         true_force=np.nan_to_num(force),

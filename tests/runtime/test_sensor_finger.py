@@ -12,7 +12,7 @@ from palpate.controllers import (
     series_stiffness,
     tracking_delay,
 )
-from palpate.runtime import Ending, Recorder, SensorFinger, Supervisor, Touch, run
+from palpate.runtime import Ending, MemoryLog, Recorder, SensorFinger, Supervisor, Touch, run
 from palpate.sensing.ft import read_sensor
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, WrenchNoise, build_stage_scene
 
@@ -43,7 +43,7 @@ def explored(finger, delay):
     backend = MujocoBackend(scene, PERIOD, WrenchNoise(0.003, 1.6e-5))
     lag = tracking_delay(PERIOD, stage.lag, delay)
     gain = force_gain(series_stiffness(STIFFNESS, stage.stiffness(tip.mass)), lag)
-    recorder, true_force = Recorder(), []
+    memory, true_force = MemoryLog(), []
 
     def truth(sample, now, command):
         true_force.append(np.linalg.norm(backend.truth().force))
@@ -55,9 +55,10 @@ def explored(finger, delay):
         ExploreController(parameters, raster, PERIOD),
         Supervisor(),
         duration=20.0,
-        observers=(recorder, truth),
+        recorder=Recorder(memory),
+        observers=(truth,),
     )
-    record = recorder.record()
+    record = memory.record()
     scan = record.phase == "scan"
     normal = np.array(true_force)[scan] / np.sqrt(1.0 + 0.3**2)
     return result, float(np.sqrt(np.mean(np.square(normal - FORCE))))

@@ -14,9 +14,9 @@ from palpate.controllers import (
     tracking_delay,
 )
 from palpate.runtime.data import Command, Phase
+from palpate.runtime.log import MemoryLog, Recorder
 from palpate.runtime.loop import Ending, run
 from palpate.runtime.replay import replay
-from palpate.runtime.recorder import Recorder
 from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import Payload
@@ -49,7 +49,7 @@ class Exploration:
         self.parameters = ExploreParameters(force=FORCE, speed=0.02, gain=gain, lead=delay)
         self.finger = Finger(Sphere(RADIUS - FORCE / (2 * law.stiffness)), Payload(tip.mass))
         self.raster = raster
-        recorder, self.samples, self.commands, truth = Recorder(), [], [], []
+        memory, self.samples, self.commands, truth = MemoryLog(), [], [], []
 
         def watch(sample, _, command):
             self.samples.append(sample)
@@ -63,9 +63,10 @@ class Exploration:
             self.controller(),
             Supervisor(Limits(force=force_limit)),
             duration=duration,
-            observers=(recorder, watch),
+            recorder=Recorder(memory),
+            observers=(watch,),
         )
-        self.record = recorder.record()
+        self.record = memory.record()
         truth = np.array(truth)
         self.touching, self.force = truth[:, 0] > 0, np.linalg.norm(truth[:, 1:], axis=1)
         self.scan = self.record.phase == Phase.SCAN.value

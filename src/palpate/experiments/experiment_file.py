@@ -15,6 +15,12 @@ EXPERIMENT_TEXT = "experiment.yaml"
 KIND_KEY = "experiment"
 """Which experiment a file is for."""
 
+OTHER_FILES = {
+    "palpate_robot": "this is a robot file: give it with --robot, or as `robot: FILE` in an experiment file",
+    "palpate_sensor": "this is a sensor file: a robot file names it, as `sensor: FILE`",
+}
+"""Files that people take for experiment files, by the key that tells them."""
+
 KINDS: Mapping[str, type[ExploreConfig]] = {"explore": ExploreConfig}
 """Every experiment that a file can describe."""
 
@@ -50,6 +56,9 @@ def read_overlay(text: str, kind: type[ExploreConfig]) -> dict[str, object]:
         InvalidValueError: A key is misspelt, a value of the wrong type, or it is for another experiment.
     """
     found = read_mapping(text, "an experiment file")
+    for other, advice in OTHER_FILES.items():
+        if other in found:
+            raise InvalidValueError(f"{other}: {advice}")
     if KIND_KEY in found:
         _checked_kind(found, tuple(name for name, known in KINDS.items() if known is kind))
     return decode_some(_without_kind(found), kind, text)

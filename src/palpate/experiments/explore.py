@@ -1,11 +1,11 @@
 """Explore a simulated object by touch: configuration in, map, files and report out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from palpate.controllers import ExploreController, ForceGain
+from palpate.controllers import ForceGain
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import ExplorationPlan, plan
@@ -20,7 +20,9 @@ from palpate.mapping import (
     write_height_map_csv,
     write_height_map_ply,
 )
-from palpate.runtime import Observer, Phase, Record, Recorder, RunResult, Supervisor, Touch, run
+from palpate.runtime import Observer, Phase, RunResult, Supervisor, Touch, run
+from palpate.runtime.live import ScheduledChanges
+from palpate.runtime.log import MemoryLog, Record, Recorder, Sink
 from palpate.sim import SceneObject
 
 
@@ -34,6 +36,7 @@ class Exploration:
         gain: The force gain with its margins.
         run: How the run ended, and its timing.
         record: Every period.
+        set_force: Normal force asked for in every period, shape (n,) [N].
         truth: What really happened, every period.
         cloud: Points on the object's surface, from the scan.
         height_map: The touched surface; None if nothing was touched.
@@ -46,6 +49,7 @@ class Exploration:
     gain: ForceGain
     run: RunResult
     record: Record
+    set_force: FloatArray
     truth: TruthRecord
     cloud: TouchCloud
     height_map: HeightMap | None
@@ -70,7 +74,7 @@ class Exploration:
     @property
     def force_rms(self) -> float:
         """RMS error of the true normal force while scanning [N]."""
-        error = self.true_normal_force[self.scanning] - self.config.force
+        error = (self.true_normal_force - self.set_force)[self.scanning]
         return float(np.sqrt(np.nanmean(np.square(error)))) if error.size else float("nan")
 
     @property
@@ -84,37 +88,76 @@ def explore(config: ExploreConfig, observers: tuple[Observer, ...] = ()) -> Expl
     return carry_out(plan(config), observers)
 
 
-def carry_out(planned: ExplorationPlan, observers: tuple[Observer, ...] = ()) -> Exploration:
+def carry_out(
+    planned: ExplorationPlan, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()
+) -> Exploration:
     """Run an exploration.
 
     Args:
         planned: What to do.
         observers: Called every period, for example to show progress.
+        sinks: Where to record it, beside memory.
+
+    Raises:
+        RunInterrupted: By Ctrl-C; the robot was stopped. An `Attempt` still knows what was found until then.
     """
-    config = planned.config
-    recorder, truth_recorder = Recorder(), TruthRecorder(planned.backend)
-    result = run(
-        planned.backend,
-        Touch(planned.finger),
-        ExploreController(planned.parameters, planned.raster, config.period),
-        Supervisor(planned.limits),
-        duration=3.0 * planned.expected_duration + 10.0,
-        observers=(recorder, truth_recorder, *observers),
-    )
-    record = recorder.record()
-    cloud = touch_cloud(record, planned.half_compliance)
-    return Exploration(
-        config,
-        planned.target,
-        planned.parameters.gain,
-        result,
-        record,
-        truth_recorder.record(),
-        cloud,
-        _height_map(cloud, config.map_spacing),
-        _sphere(cloud, config),
-        planned.target.signed_distance(cloud.position),
-    )
+    attempt = Attempt(planned)
+    return attempt.found(attempt.run(observers, sinks))
+
+
+class Attempt:
+    """One try at an exploration: it is run once, and what was found is made of it, however the run ended."""
+
+    def __init__(self, planned: ExplorationPlan) -> None:
+        """Take what to do."""
+        self._planned = planned
+        self._memory = MemoryLog()
+        self._truth = TruthRecorder(planned.backend)
+
+    def run(self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> RunResult:
+        """Move the robot; see `carry_out`."""
+        planned = self._planned
+        controller = planned.controller()
+        return run(
+            planned.backend,
+            Touch(planned.finger),
+            controller,
+            Supervisor(planned.limits),
+            duration=3.0 * planned.expected_duration + 10.0,
+            recorder=Recorder(self._memory, *sinks),
+            live=ScheduledChanges(controller.live, planned.changes()),
+            observers=(self._truth, *observers),
+        )
+
+    def found(self, result: RunResult) -> Exploration:
+        """Return what was found in a run that went like `result`."""
+        planned, record = self._planned, self._memory.record()
+        config = planned.config
+        cloud = touch_cloud(record, planned.half_compliance, config.force)
+        return Exploration(
+            config,
+            planned.target,
+            planned.parameters.gain,
+            result,
+            record,
+            self._set_force(record),
+            self._truth.record(),
+            cloud,
+            _height_map(cloud, config.map_spacing),
+            _sphere(cloud, config),
+            planned.target.signed_distance(cloud.position),
+        )
+
+    def _set_force(self, record: Record) -> FloatArray:
+        """The force asked for in every period [N]: the live parameters ramp as they did in the run."""
+        live = self._planned.controller().live
+        asked = [replace(change, time=change.time - record.time[0]) for change in self._memory.changes]
+        again = ScheduledChanges(live, asked)
+        wanted = []
+        for time in record.time.tolist():
+            again.step(time)
+            wanted.append(live.value("force"))
+        return np.array(wanted)
 
 
 def _height_map(cloud: TouchCloud, spacing: float) -> HeightMap | None:
@@ -135,15 +178,16 @@ def _sphere(cloud: TouchCloud, config: ExploreConfig) -> SphereFit | None:
         return None
 
 
-def touch_cloud(record: Record, half_compliance: float) -> TouchCloud:
+def touch_cloud(record: Record, half_compliance: float, sensed_force: float) -> TouchCloud:
     """Return the points of the object that a scan touched.
 
     The centroid lies half-way into the overlap of the undeformed tip and object. The object's own half of the
-    compression, `half_compliance` [m/N] times the normal force, is taken off along the normal.
+    compression, `half_compliance` [m/N] times the normal force, is taken off along the normal; so is what the tip
+    is compressed beyond what its sensed surface allows for, which is that of `sensed_force` [N].
     """
     kept = (record.phase == Phase.SCAN.value) & record.touching & (record.status == 0)
     normal = -record.normal[kept]
-    offset = half_compliance * record.normal_force[kept]
+    offset = half_compliance * (2.0 * record.normal_force[kept] - sensed_force)
     return TouchCloud(
         time=record.time[kept],
         position=record.centroid[kept] + offset[:, None] * normal,

@@ -1,21 +1,28 @@
 """`palpate explore`: an exploration with its progress, its files and its summary on the terminal."""
 
+from datetime import datetime
+
 from rich.console import Console
 
-from palpate.experiments.explore import carry_out, make_folder, write_exploration
+from palpate.experiments.explore import Attempt, make_folder, write_exploration
 from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan
+from palpate.experiments.explore_plan import ExplorationPlan, plan
 from palpate.experiments.explore_report import exploration_report
 from palpate.experiments.progress import run_progress
+from palpate.experiments.versions import VERSIONS_TEXT, versions_text
 from palpate.reporting import summary_table
-from palpate.runtime import Ending
+from palpate.runtime import Ending, RunInterrupted, RunResult
+from palpate.runtime.log import LogWriter, new_log_path
+
+INTERRUPTED = 130
+"""128 + SIGINT, the shell's convention."""
 
 
 def run_explore(config: ExploreConfig) -> int:
-    """Explore, write the files and print the summary.
+    """Explore, record, write the files and print the summary; what was found until a Ctrl-C is written too.
 
     Returns:
-        0 if the exploration finished, else 1.
+        0 if the exploration finished, 130 if it was interrupted, else 1.
 
     Raises:
         InvalidValueError: The configuration cannot be realised, or its folder not be written.
@@ -24,10 +31,40 @@ def run_explore(config: ExploreConfig) -> int:
     console = Console()
     planned = plan(config)
     make_folder(config.out)
+    attempt = Attempt(planned)
+    log = log_writer(planned)
     with run_progress(console, planned.expected_duration) as observer:
-        exploration = carry_out(planned, (observer,))
+        try:
+            result = attempt.run((observer,), (log,))
+        except RunInterrupted as interrupted:
+            result = interrupted.result
+    exploration = attempt.found(result)
     with console.status("drawing the report"):
         files = write_exploration(exploration, config.out)
     console.print(summary_table(exploration_report(exploration)))
+    _tell(console, result)
     console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
-    return 0 if exploration.run.ending is Ending.DONE else 1
+    if result.ending is Ending.INTERRUPTED:
+        return INTERRUPTED
+    return 0 if result.ending is Ending.DONE else 1
+
+
+def log_writer(planned: ExplorationPlan) -> LogWriter:
+    """Return the writer of a log from which the exploration can be replayed."""
+    path = new_log_path(planned.config.out, datetime.now())  # local time: people look for it by their clock
+    return LogWriter(path, {**planned.texts(), VERSIONS_TEXT: versions_text()})
+
+
+def _tell(console: Console, result: RunResult) -> None:
+    """Say what became of the log, and, if an exception ended the run, where it came from."""
+    if result.error is not None:
+        import traceback
+
+        console.print("".join(traceback.format_exception(result.error)), markup=False, highlight=False)
+    recording = result.recording
+    if recording is None or recording.path is None:
+        return
+    kept = f"Log: {recording.path}, {recording.rows_written} periods"
+    lost = f", {recording.rows_lost} lost" if recording.rows_lost else ""
+    said = "; ".join(text for text in (recording.problem, recording.note) if text)
+    console.print(kept + lost + (f"; {said}" if said else ""), highlight=False, markup=False, soft_wrap=True)

@@ -38,6 +38,9 @@ MOST_GRID_POINTS = 1_000_000
 LARGEST_SEED = 2**63 - 1
 """Largest whole number that a configuration file keeps exactly."""
 
+SLOWEST = 1e-3
+"""Slowest [m/s] that a running exploration may be told to be: slower, it seems to stand still."""
+
 FASTEST = 0.1
 """Fastest exploration [m/s]: the stage's leash lets it follow up to 0.125 m/s."""
 
@@ -87,6 +90,9 @@ class ExploreConfig:
     """Seed of the noise: the same seed gives the same run."""
     period: float = 1e-3
     """Control period [s]."""
+    change: tuple[tuple[float, str, float], ...] = ()
+    """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
+    as in --change 5 force 3 6 speed 0.05. The change is ramped, so that nothing jumps."""
     robot: str = "stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. It says
     fingertip, noise and period, too, where they are not given here."""
@@ -127,6 +133,8 @@ class ExploreConfig:
                 f"{self.depth:g} m, the limit is {MOST_GRID_POINTS:.0e}; take rows at least "
                 f"{self.spacing * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
+        for time, name, _ in self.change:
+            not_negative(f"change of {name}", time, "s after the start")
         for name, unit in (("friction", ""), ("spin_length", "m"), ("stiffness", "N/m")):
             positive(name, getattr(self, name), unit)
 

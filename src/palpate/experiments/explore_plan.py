@@ -5,13 +5,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.controllers import ExploreParameters, Raster, force_gain, series_stiffness, tracking_delay
+from palpate.controllers import (
+    ExploreController,
+    ExploreParameters,
+    Raster,
+    force_gain,
+    series_stiffness,
+    tracking_delay,
+)
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
-from palpate.experiments.explore_config import LEAST_FORCE, MOST_FORCE, ExploreConfig
+from palpate.experiments.explore_config import FASTEST, LEAST_FORCE, MOST_FORCE, SLOWEST, ExploreConfig
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.simulated_stage import Task
 from palpate.runtime import FingerDescription, Limits
+from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
 from palpate.sim import (
     Box,
@@ -96,6 +104,14 @@ class ExplorationPlan:
     expected_duration: float
     half_compliance: float
 
+    def controller(self) -> ExploreController:
+        """Return a fresh controller for it."""
+        return ExploreController(self.parameters, self.raster, self.config.period)
+
+    def changes(self) -> tuple[Change, ...]:
+        """Return the changes of live parameters that were asked for beforehand."""
+        return tuple(Change(*change) for change in self.config.change)
+
     def texts(self) -> dict[str, str]:
         """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
         return {EXPERIMENT_TEXT: config_text(self.config), **self.robot.texts}
@@ -164,6 +180,8 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
         gain=force_gain(series_stiffness(config.stiffness, ready.stiffness), delay),
         lead=delay,
         approach_distance=descent,
+        force_range=(LEAST_FORCE * ready.touch_force, min(MOST_FORCE, LANDING_SHARE * limits.force)),
+        speed_range=(SLOWEST, min(FASTEST, limits.speed)),
     )
     gap = top - float(target.height(np.array(first_x), np.array(first_y)))
     return ExplorationPlan(

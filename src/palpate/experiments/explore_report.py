@@ -33,7 +33,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
             time=record.time,
             phase=[str(phase) for phase in record.phase],
             measured_force=np.where(record.touching, record.normal_force, np.nan),
-            set_force=config.force,
+            set_force=exploration.set_force,
             spin_torque=np.where(record.touching, record.spin_torque, np.nan),
             speed=np.linalg.norm(record.velocity, axis=1),
             true_force=true_force,
@@ -69,7 +69,7 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
         KeyFigure("points to true surface, 99 %", 1e3 * float(np.percentile(error, 99)), "mm")
         if error.size
         else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
-        KeyFigure("true normal force, RMS error", exploration.force_rms, "N", f"set {config.force:g} N"),
+        KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
     ]
     sphere = exploration.sphere
     if sphere is not None and sphere.is_evident:
@@ -83,6 +83,22 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
         KeyFigure("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
     ]
     return tuple(figures)
+
+
+def _set_force(exploration: Exploration) -> str:
+    set_force = exploration.set_force[exploration.scanning]
+    if not len(set_force) or set_force.min() == set_force.max():
+        return f"set {exploration.config.force:g} N"
+    return f"set {set_force.min():g} to {set_force.max():g} N, changed while it ran"
+
+
+def _recording(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+    kept = exploration.run.recording
+    if kept is None or kept.path is None:
+        return ()
+    lost = f", {kept.rows_lost} lost" if kept.rows_lost else ""
+    said = "; ".join(text for text in (f"{kept.path}, {kept.rows_written} periods{lost}", kept.problem) if text)
+    return (("log", said),)
 
 
 def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
@@ -100,6 +116,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
             "sensor noise",
             f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mN m, seed {config.seed}",
         ),
+        ("robot", config.robot),
         ("control period", f"{1e3 * config.period:g} ms"),
         (
             "force gain",
@@ -107,6 +124,11 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
             f"{1e3 * gain.delay:.3g} ms: loop gain k K T = {gain.loop_gain:.2g} (unstable from 1.57), gain margin "
             f"{gain.gain_margin:.2g}, phase margin {gain.phase_margin_deg:.0f} degrees",
         ),
+        *(
+            ("change while running", f"{name} to {value:g} after {time:g} s")
+            for time, name, value in config.change
+        ),
+        *_recording(exploration),
     )
 
 

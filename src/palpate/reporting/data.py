@@ -76,7 +76,7 @@ class TimeSeries:
         time: Increasing, shape (k,) [s].
         phase: Name of the controller's phase, length k; any sequence of strings is taken.
         measured_force: Normal force that touch found, shape (k,) [N]; NaN without contact.
-        set_force: Normal force asked for [N].
+        set_force: Normal force asked for, shape (k,) [N].
         spin_torque: Spin torque that touch found, shape (k,) [N m]; NaN without contact.
         speed: Speed of the fingertip, shape (k,) [m/s].
         true_force: Normal force of the simulation, shape (k,) [N], if known.
@@ -89,7 +89,7 @@ class TimeSeries:
     time: FloatArray
     phase: Sequence[str]
     measured_force: FloatArray
-    set_force: float
+    set_force: FloatArray
     spin_torque: FloatArray
     speed: FloatArray
     true_force: FloatArray | None = None
@@ -97,7 +97,8 @@ class TimeSeries:
 
     def __post_init__(self) -> None:
         count = len(self.time)
-        for name in ("phase", "measured_force", "spin_torque", "speed", "true_force", "true_spin_torque"):
+        names = ("phase", "measured_force", "set_force", "spin_torque", "speed", "true_force", "true_spin_torque")
+        for name in names:
             values = getattr(self, name)
             if values is not None and len(values) != count:
                 raise InvalidValueError(f"{name} has {len(values)} entries: must be {count}, one per time")

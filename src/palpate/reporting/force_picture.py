@@ -70,11 +70,11 @@ def _zoom(series: TimeSeries, width: Width) -> Figure:
     shade(axes, series, begin, end)
     _draw_forces(axes, series, (series.time >= begin) & (series.time <= end))
     axes.set_xlim(begin, end)
-    shown = [within(series, series.measured_force), np.array([series.set_force])]
+    shown = [within(series, series.measured_force), within(series, series.set_force)]
     if series.true_force is not None:
         shown.append(within(series, series.true_force))
     values = np.concatenate(shown)
-    margin = 0.08 * max(float(np.ptp(values)), 1e-3 * abs(series.set_force), 1e-6)
+    margin = 0.08 * max(float(np.ptp(values)), 1e-3 * float(np.abs(values).max()), 1e-6)
     axes.set_ylim(values.min() - margin, values.max() + margin)
     dress(axes, x="time [s]", y="normal force [N]")
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
@@ -85,4 +85,5 @@ def _draw_forces(axes: Axes, series: TimeSeries, shown: npt.NDArray[np.bool_]) -
     time = series.time[shown]
     true = None if series.true_force is None else series.true_force[shown]
     draw_true_and_measured(axes, time, true, series.measured_force[shown])
-    axes.axhline(series.set_force, color=WANTED, linewidth=1.2, linestyle=(0, (5, 3)), label="set")
+    wanted = envelope(time, series.set_force[shown])
+    axes.plot(*wanted, color=WANTED, linewidth=1.2, linestyle=(0, (5, 3)), label="set")

@@ -10,17 +10,14 @@ from palpate.runtime.data import (
     Sample,
     WrenchSample,
 )
+from palpate.runtime.log import MemoryLog, Record, Recorder
 from palpate.runtime.loop import Observer, run
 from palpate.runtime.pacing import Pacer, Punctuality, SimulatedTime
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.recorder import Record
-from palpate.runtime.recorder import Recorder as _OldRecorder
 from palpate.runtime.result import Ending, RunInterrupted, RunResult
 from palpate.runtime.supervision import Limits, Supervisor, Trip
 from palpate.runtime.timing import Distribution, RunTiming
 from palpate.runtime.touch import Finger, FingerDescription, PlainPipeline, SensorFinger, Touch, WrenchPipeline
-
-Recorder = _OldRecorder  # until runtime/log is there
 
 __all__ = [
     "ArmSample",
@@ -34,6 +31,7 @@ __all__ = [
     "FingerObservation",
     "HandSample",
     "Limits",
+    "MemoryLog",
     "Observation",
     "Observer",
     "Pacer",

@@ -115,8 +115,9 @@ class Observation:
 
 
 class Phase(StrEnum):
-    """What a controller is doing: for reports, and to tell the periods of a scan; DONE and LOST end a run,
-    STOP is the supervisor's or the loop's bringing it to rest.
+    """What a controller is doing: for reports, and to tell the periods of a scan.
+
+    DONE and LOST end a run; STOP is how supervisor and loop bring it to rest.
     """
 
     APPROACH = "approach"

@@ -86,7 +86,7 @@ def decode_chunk(data: bytes, codec: PeriodCodec) -> list[Rows | Entry]:
     """Return what `encode_chunk` was given.
 
     Raises:
-        InvalidValueError: The messages are not what palpate writes for this run. Every message is encoded again and
+        InvalidValueError: The messages are not what palpate writes for this run. Each is encoded again and
             compared, so that a chunk of another run, with valid check sums, does not pass.
     """
     found: list[Rows | Entry] = []
@@ -110,6 +110,7 @@ def _next_segment(data: memoryview, codec: PeriodCodec) -> tuple[Rows | Entry, i
     else:
         segment, size = decode_entry(data)
         encoded = encode_entry(segment, codec.heading)
-    if encoded != data[:size]:
+    plausible = isinstance(segment, Entry) or codec.is_plausible(segment.values)
+    if encoded != data[:size] or not plausible:
         raise InvalidValueError("messages that do not agree with themselves or with this run's start")
     return segment, size

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from palpate.errors import InvalidValueError
 from palpate.runtime.data import Phase
 from palpate.runtime.log.layout import Layout
 from palpate.sensing.contact import ContactStatus
@@ -74,6 +75,19 @@ class Codes:
     phases: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in Phase))
     statuses: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in ContactStatus))
     measures: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in Measure))
+
+    def check_known(self) -> None:
+        """Make sure that this palpate knows every name.
+
+        Raises:
+            InvalidValueError: It does not.
+        """
+        for kind, names in ((Phase, self.phases), (ContactStatus, self.statuses), (Measure, self.measures)):
+            for name in names:
+                if name not in kind.__members__:
+                    raise InvalidValueError(
+                        f"this palpate does not know its {kind.__name__} {name!r}: read it with a newer one"
+                    )
 
 
 def period_groups(layout: Layout, codes: Codes) -> tuple[Group, ...]:

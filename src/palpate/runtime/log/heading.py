@@ -43,7 +43,8 @@ class Heading:
     def __post_init__(self) -> None:
         if not (0.0 < self.period < np.inf and abs(self.first_time) < np.inf):
             raise InvalidValueError(
-                f"period = {self.period} s, first sample at {self.first_time} s: both must be finite, the period above 0"
+                f"period = {self.period} s, first sample at {self.first_time} s: both must be finite, "
+                f"the period above 0"
             )
         if not 0 <= self.wall_start <= LAST_NANOSECOND:
             raise InvalidValueError(f"wall_start = {self.wall_start} ns: must be from 1970 to 2038")
@@ -95,4 +96,5 @@ def decode_heading(data: bytes) -> tuple[Heading, int]:
         sealed = msgspec.json.decode(data, type=_Sealed)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InvalidValueError(f"its heading cannot be understood: {error}") from None
+    sealed.heading.codes.check_known()
     return sealed.heading, sealed.preceding_crc

@@ -6,7 +6,7 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.data import Sample
 
 MOST = 1000
-"""Joints, fingers, channels: more of any is a damaged file, not a robot."""
+"""Joints, fingers, channels in all: more is a damaged file, not a robot."""
 
 FEWEST_GRIPS = 2
 """A gripper has two fingers, however few joints it tells of."""
@@ -29,11 +29,12 @@ class Layout:
     grips: int
 
     def __post_init__(self) -> None:
-        counts = (self.joints, self.hand_joints or 0, len(self.channels), self.grips, *self.channels)
-        if not all(0 <= count <= MOST for count in counts) or not self.channels or min(self.channels) < 1:
-            raise InvalidValueError(f"{self}: from 1 to {MOST} fingers and channels, at most {MOST} of all else")
-        if self.grips < 1:
-            raise InvalidValueError(f"{self}: room for 1 grip force or more")
+        counts = (self.joints, self.hand_joints or 0, len(self.channels), self.grips, sum(self.channels))
+        if not self.channels or min(*self.channels, self.grips) < 1 or min(counts) < 0 or max(counts) > MOST:
+            raise InvalidValueError(
+                f"{self}: must have 1 finger or more, each with 1 channel or more, room for 1 grip force or more, "
+                f"and at most {MOST} of anything"
+            )
 
     @staticmethod
     def of(sample: Sample) -> "Layout":

@@ -25,7 +25,10 @@ RESERVE = 2**20
 """Bytes on top of the backlog for events and parameter changes."""
 
 ENTRY_COST = 512
-"""Bytes that an event or a change counts for."""
+"""Bytes that an event or a change counts for, besides its text."""
+
+LARGEST_ATTACHMENT = 2**24
+"""Characters."""
 
 LARGEST_CHUNK = 2**20
 """Bytes of rows from which a chunk takes no more. It grows so large only where blocks come faster than the
@@ -38,8 +41,8 @@ CLOSING_TIME = 10.0
 class LogWriter:
     """A sink that writes an MCAP file. What it has not got done when the backlog is full is dropped and counted.
 
-    Every chunk is in the file, complete and with its check sum, before the next one is begun. If the disk is full, or
-    fails, the file ends with the last good chunk and the rest of the run is counted as lost.
+    Every chunk is in the file, complete and with its check sum, before the next one is begun. If the disk is full,
+    or fails, the file ends with the last good chunk and the rest of the run is counted as lost.
     """
 
     def __init__(
@@ -59,10 +62,16 @@ class LogWriter:
             closing_time: How long to wait for the disk at the end [s].
 
         Raises:
-            InvalidValueError: An attachment has the name of the heading.
+            InvalidValueError: An attachment has the name of the heading, or is too long.
         """
-        if HEADING_NAME in attachments:
-            raise InvalidValueError(f"attachment {HEADING_NAME!r}: palpate's own; choose another name")
+        for name, text in attachments.items():
+            if name == HEADING_NAME:
+                raise InvalidValueError(f"attachment {name!r}: is palpate's own; choose another name")
+            if len(text) > LARGEST_ATTACHMENT:
+                raise InvalidValueError(
+                    f"attachment {name!r} has {len(text)} characters: at most {LARGEST_ATTACHMENT}; "
+                    f"keep it beside the log"
+                )
         self._path, self._attachments = path, dict(attachments)
         self._backlog, self._closing_time = backlog, closing_time
         self._queue: queue.SimpleQueue[PackedRows | Entry | None] = queue.SimpleQueue()
@@ -110,7 +119,7 @@ class LogWriter:
         """See `Sink`."""
         self._entries = entry.sequence + 1
         if self._problem is None and self._put - self._taken <= self._backlog + RESERVE:
-            self._put += ENTRY_COST
+            self._put += _cost(entry)
             self._queue.put(entry)
 
     def close(self) -> RecordingSummary:
@@ -177,4 +186,7 @@ class LogWriter:
 
 
 def _cost(segment: PackedRows | Entry) -> int:
-    return len(segment.data) if isinstance(segment, PackedRows) else ENTRY_COST
+    if isinstance(segment, PackedRows):
+        return len(segment.data)
+    what = segment.what
+    return ENTRY_COST + (4 * len(what.text) if isinstance(what, Event) else 0)

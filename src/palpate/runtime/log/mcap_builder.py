@@ -1,8 +1,8 @@
 """The records of an MCAP file around our chunks, made with the classes of the mcap library.
 
-https://mcap.dev/spec. Order in the file: header, schemas, channels, attachments; then chunks, each with its message
-indexes; then the summary. The first attachment is the heading. It carries the check sum of all before it, since MCAP
-has none for schemas and channels.
+https://mcap.dev/spec. Order in the file: header, schemas, channels, attachments; then chunks, each with its
+message indexes; then the summary. The first attachment is the heading. It carries the check sum of all before it,
+since MCAP has none for schemas and channels.
 """
 
 import struct
@@ -221,4 +221,4 @@ def _records(records: Iterable[McapRecord]) -> bytes:
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
-    return bytes(builder.end())
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

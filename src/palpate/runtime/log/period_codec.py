@@ -107,6 +107,17 @@ class PeriodCodec:
             rows[:, run.column : run.column + run.count] = messages[run.name]
         return rows
 
+    def is_plausible(self, rows: FloatArray) -> bool:
+        """Whether every code in the rows has a name, and every count of grip forces has its room."""
+        count = rows[:, self.columns["command.grip_count"]]
+        if not ((count >= -1) & (count <= self.heading.layout.grips)).all():
+            return False
+        return all(
+            (rows[:, self.columns[path_of(group, quantity)]] < len(quantity.codes)).all()
+            for group, quantity in walk(self.groups)
+            if quantity.codes
+        )
+
     def table(self, rows: FloatArray, sequence: npt.NDArray[np.int64]) -> Messages:
         """Return rows as a structured array with one nested field per group, as the schema has it."""
         dtype: list[Any] = [("sequence", "<i8")]
@@ -125,7 +136,7 @@ class PeriodCodec:
         """Lay the message out as CDR: each number at a multiple of its size, counted from the stamp."""
         header = np.dtype(list(MESSAGE_HEADER))
         origin = header.itemsize - 8
-        fields = header.fields or {}
+        fields = dict(header.fields or {})
         names, formats, offsets = list(fields), [x[0] for x in fields.values()], [x[1] for x in fields.values()]
         runs: list[_Run] = []
         place, column, last = header.itemsize, 0, ""

@@ -24,9 +24,10 @@ _OPENING = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL)
 def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log:
     """Read a log, or as much of it as is undamaged.
 
-    Every check sum is checked and every message compared with what palpate would have written: a chunk that does not
-    pass is left out and told in `Log.damage`. What was read before, and what comes after if it can be found, stays:
-    sequence numbers tell what is missing. A log that is still being written is read up to its last chunk.
+    Every check sum is checked, and every message compared with what palpate would have written: a chunk that does
+    not pass is left out and told in `Log.damage`. What was read before stays, and so does what comes after, if it
+    can be found: sequence numbers tell what is missing. A log that is still being written is read up to its last
+    chunk.
 
     Args:
         path: The file.
@@ -86,7 +87,6 @@ class _Content:
         self._rows: list[Rows] = []
         self._entries: list[Entry] = []
         self._last_row, self._last_entry = -1, -1
-        self._in_chunks = False
 
     def take(self, record: RawRecord) -> None:
         """Take a record after the heading.
@@ -94,16 +94,18 @@ class _Content:
         Raises:
             DamageError: What follows it makes no sense either.
         """
-        if record.opcode == Opcode.ATTACHMENT and not self._in_chunks:
-            name, data = attachment_of(record)
-            self._attachments[name] = data.decode()
-        elif record.opcode == Opcode.CHUNK:
-            self._in_chunks = True
-            try:
+        try:
+            if record.opcode == Opcode.ATTACHMENT:
+                name, data = attachment_of(record)
+                self._attachments[name] = data.decode()
+                return
+            if record.opcode == Opcode.CHUNK:
                 self._take_chunk(record)
-            except (DamageError, InvalidValueError) as error:
-                self.damage.append(str(error))
-        elif record.opcode != Opcode.MESSAGE_INDEX:  # which the check sum of the data section covers
+                return
+        except DamageError as error:
+            self.damage.append(str(error))
+            return
+        if record.opcode != Opcode.MESSAGE_INDEX:  # which the check sum of the data section covers
             raise DamageError(f"at byte {record.place} begins nothing that palpate writes")
 
     def _take_chunk(self, record: RawRecord) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.data import Phase
 from palpate.runtime.log.period_codec import PeriodCodec
+from palpate.sensing.contact import ContactStatus
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +79,7 @@ def record_of(codec: PeriodCodec, rows: FloatArray, finger: int) -> Record:
 
     at = f"finger_{finger}"
     phases = np.array([Phase[name].value for name in codec.heading.codes.phases])
+    statuses = np.array([ContactStatus[name] for name in codec.heading.codes.statuses], np.int8)
     return Record(
         time=numbers("time"),
         position=vectors("arm.position"),
@@ -88,7 +90,7 @@ def record_of(codec: PeriodCodec, rows: FloatArray, finger: int) -> Record:
         normal_force=numbers(f"{at}.normal_force"),
         tangential_force=to_base(f"{at}.tangential_force"),
         spin_torque=numbers(f"{at}.spin_torque"),
-        status=numbers(f"{at}.status").astype(np.int8),
+        status=statuses[numbers(f"{at}.status").astype(int)],
         touching=numbers(f"{at}.touching").astype(bool),
         command=vectors("command.velocity"),
         phase=phases[numbers("command.phase").astype(int)],

@@ -18,11 +18,11 @@ from palpate.runtime.log.row_packer import Pack, row_packer
 from palpate.runtime.log.sink import RecordingSummary, Sink
 
 BLOCK_TIME = 0.2
-"""So many seconds of periods are handed over at once; a process that is killed loses them. At 1 kHz the writer then
-works in one period of 200, which keeps what it costs the loop beyond the 99th percentile."""
+"""So many seconds of periods are handed over at once; a process that is killed loses them. At 1 kHz the writer
+then works in one period of 200, which keeps what it costs the loop beyond the 99th percentile."""
 
 LONGEST_WAIT = 0.25
-"""Rows are handed over after this time [s], on the samples' clock, where periods are slower than they should be."""
+"""Rows are handed over after this time [s], by the samples' clock, where periods are slower than they ought to."""
 
 LARGEST_BLOCK = 2**20
 """Bytes."""
@@ -31,8 +31,8 @@ LARGEST_BLOCK = 2**20
 class Recorder:
     """Packs each period into one row of float64 and hands the rows to the sinks, a block at a time.
 
-    `start` does all that is slow. `record`, `event` and `change` never raise and never wait; a period that does not
-    fit the first sample's layout is dropped, counted, and told in the summary. One recorder records one run.
+    `start` does all that is slow. `record`, `event` and `change` never raise and never wait; a period that does
+    not fit the first sample's layout is dropped, counted, and told in the summary. One recorder records one run.
     """
 
     def __init__(self, *sinks: Sink) -> None:

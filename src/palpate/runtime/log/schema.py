@@ -28,7 +28,7 @@ geometry_msgs/Vector3 force
 geometry_msgs/Vector3 torque
 """
 
-EVENT_SCHEMA = f"""# What happened besides the periods: trips, endings, notes. The fields are those of rcl_interfaces/msg/Log.
+EVENT_SCHEMA = f"""# What happened besides the periods: trips, endings, notes. Fields as in rcl_interfaces/msg/Log.
 byte DEBUG=10
 byte INFO=20
 byte WARN=30

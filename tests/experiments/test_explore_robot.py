@@ -1,0 +1,340 @@
+"""Explorations from files: default < robot file < experiment file < command line, and again from a log's texts."""
+
+import math
+import random
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
+from palpate.experiments.explore import explore
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_options import default_options
+from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.robot_in_scene import check
+from palpate.experiments.robot_values import config_for, values_of
+from palpate.runtime import Command, Ending
+from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.sim import Stage
+
+SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
+NANO17 = load_robot("stage-nano17")
+STAGE = load_robot("stage")
+
+
+def changed(robot, *changes, file=ROBOT_TEXT):
+    """The robot with words of one of its files replaced."""
+    texts = dict(robot.texts)
+    for before, after in changes:
+        assert before in texts[file]
+        texts[file] = texts[file].replace(before, after, 1)
+    return read_robot(texts)
+
+
+def felt(planned, periods=50):
+    """What the back end says while the tip moves down, bit for bit."""
+    samples = [planned.backend.start()]
+    samples += [planned.backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods)]
+    return samples
+
+
+# --- one source of defaults ---
+
+
+def test_the_shipped_stage_says_what_holds_without_a_file():
+    default = ExploreConfig()
+    assert values_of(STAGE) == {name: getattr(default, name) for name in values_of(STAGE)}
+    assert default.robot == "stage"
+    entry = STAGE.file.backend
+    assert Stage(entry.mass, entry.bandwidth, entry.leash) == Stage()
+    assert felt(plan(default)) == felt(plan(default, STAGE))
+
+
+# --- precedence ---
+
+LAYERS = {"force_noise": (0.003125, 0.004, 0.005), "period": (0.001, 0.002, 0.004), "moment_noise": (1.5625e-5, 1e-4, 2e-4)}
+
+
+@pytest.mark.parametrize("field", LAYERS)
+def test_each_source_beats_those_before_it(field, tmp_path):
+    robot, experiment, typed = LAYERS[field]
+    file = tmp_path / "e.yaml"
+    file.write_text(f"{field}: {experiment!r}\n")
+    named = ["--robot", "stage-nano17"]
+    assert getattr(default_options([]), field) == getattr(ExploreConfig(), field)
+    assert getattr(default_options(named), field) == robot
+    assert getattr(default_options([*named, "--config", str(file)]), field) == experiment
+    assert getattr(default_options([*named, f"--config={file}"]), field) == experiment
+    from palpate.cli import COMMANDS
+
+    import tyro
+
+    words = [*named, "--config", str(file), f"--{field.replace('_', '-')}", repr(typed)]
+    options = tyro.cli(COMMANDS["explore"].config, default=default_options(words), args=words)
+    assert getattr(options.settled, field) == typed
+    assert type(options.settled) is ExploreConfig
+
+
+def test_an_experiment_file_may_name_the_robot_next_to_it(tmp_path):
+    (tmp_path / "mine.yaml").write_text(STAGE.texts[ROBOT_TEXT].replace("radius_m: 0.008", "radius_m: 0.011"))
+    (tmp_path / "e.yaml").write_text("robot: mine.yaml\nforce: 3\n")
+    options = default_options(["--config", str(tmp_path / "e.yaml")])
+    assert options.tip == (0.011,)
+    assert options.force == 3.0
+    assert options.robot == str(tmp_path / "mine.yaml")
+    assert default_options(["--config", str(tmp_path / "e.yaml"), "--robot", "stage"]).tip == (0.008,)
+
+
+def test_values_that_only_fit_together_with_what_is_typed_are_not_refused_too_early(tmp_path):
+    """0.5 N is too little for this noise: unless the noise is typed away."""
+    (tmp_path / "e.yaml").write_text("force: 0.5\nforce_noise: 0.1\n")
+    options = default_options(["--config", str(tmp_path / "e.yaml")])
+    with pytest.raises(InvalidValueError, match=r"force = 0\.5 N"):
+        replace(options)
+    assert replace(options, force_noise=0.0).settled.force == 0.5
+
+
+# --- experiment files ---
+
+OVERLAY_MISTAKES = [
+    ("forc: 3", ["forc: unknown key", "did you mean force?", "line 1, column 1"]),
+    ("force: 3\nspeeed: 0.02", ["speeed: unknown key", "did you mean speed?", "line 2, column 1"]),
+    ("force_N: 3", ["force_N: unknown key", "write force, in SI units", "carry no unit"]),
+    ("speed_mm_s: 20", ["speed_mm_s: unknown key", "write speed, in SI units"]),
+    ("force-noise: 0.01", ["force-noise", "did you mean force_noise?"]),
+    ("Force: 3", ["Force", "did you mean force?"]),
+    ("force: 3 N", ["force: Expected `float`, got `str` ('3 N')", "plain number in SI units"]),
+    ("force: three", ["force: Expected `float`, got `str` ('three')"]),
+    ("force: true", ["force: Expected `float`, got `bool`"]),
+    ("force:", ["force: Expected `float`, got `null`"]),
+    ("force: [3]", ["force: Expected `float`, got `array`"]),
+    ("seed: 1.5", ["seed: Expected `int`, got `float`"]),
+    ("tip: 0.008", ["tip: Expected `array`, got `float`"]),
+    ("tip: [0.008, x]", ["tip[1]: Expected `float`, got `str` ('x')", "line 1"]),
+    ("object: cube", ["object = 'cube'", "known: sphere, ellipsoid, box, cylinder"]),
+    ("object: elipsoid", ["object = 'elipsoid'", "did you mean ellipsoid?"]),
+    ("object: 3", ["object: Expected `str`, got `int`"]),
+    ("out: ''", ["out: Expected a path"]),
+    ("robot: 5", ["robot: Expected `str`, got `int`", "put it in quotes"]),
+    ("force: 3\nforce: 4", ["'force' appears a second time", "line 2"]),
+    ("experiment: grasp\nforce: 3", ["experiment = 'grasp'", "must be explore"]),
+    ("- force: 3", ["`key: value`"]),
+    ("force 3", ["`key: value`"]),
+    ("palpate_robot: 1\nname: x", ["this is a robot file: give it with --robot"]),
+    ("force: &a 3\nspeed: *a", ["an alias", "line 1, column 8"]),
+    ("force: 3\n\tspeed: 1", ["line 2"]),
+]
+
+
+@pytest.mark.parametrize(("text", "words"), OVERLAY_MISTAKES)
+def test_mistakes_in_an_experiment_file_are_named_with_their_place(text, words, tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text(text)
+    with pytest.raises(InvalidValueError) as found:
+        load_overlay(file, ExploreConfig)
+    message = str(found.value)
+    assert message.startswith(str(file))
+    for word in words:
+        assert word in message
+
+
+def test_an_experiment_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"config = .*none\.yaml: cannot be read: No such file"):
+        load_overlay(tmp_path / "none.yaml", ExploreConfig)
+
+
+def test_an_empty_experiment_file_changes_nothing(tmp_path):
+    (tmp_path / "e.yaml").write_text("# nothing yet\n")
+    assert load_overlay(tmp_path / "e.yaml", ExploreConfig) == {}
+
+
+# --- every value, exactly ---
+
+positive = st.floats(1e-3, 0.1)
+words = st.text(min_size=1, max_size=20).filter(lambda s: s.isprintable() and s.strip() and "\0" not in s)
+
+
+@given(
+    force=st.floats(0.3, 15.0), speed=st.floats(1e-6, 0.1), width=positive, noise=st.floats(0.0, 0.01),
+    tip=st.one_of(st.tuples(positive), st.tuples(positive, positive, positive)),
+    seed=st.integers(0, 2**63 - 1), name=st.sampled_from(["sphere", "box", "ellipsoid", "cylinder"]), text=words,
+)  # fmt: skip
+def test_a_configuration_reads_back_to_the_same_bits(force, speed, width, noise, tip, seed, name, text):
+    config = ExploreConfig(
+        object=name, force=force, speed=speed, width=width, force_noise=noise, tip=tip, seed=seed, robot=text,
+        out=Path(text),
+    )  # fmt: skip
+    again = read_config(config_text(config))
+    assert again == config
+    assert config_text(again) == config_text(config)
+
+
+def test_a_configuration_names_its_experiment_and_is_refused_without():
+    assert config_text(ExploreConfig()).startswith("experiment: explore\n")
+    with pytest.raises(InvalidValueError, match="no line `experiment"):
+        read_config("force: 3")
+    with pytest.raises(InvalidValueError, match=r"force = 100\.0 N|force = 100 N"):
+        read_config("experiment: explore\nforce: 100")
+
+
+@pytest.mark.parametrize("robot", [STAGE, NANO17], ids=["stage", "nano17"])
+def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
+    config = replace(config_for("stage-nano17", **SMALL, seed=5), robot="gone.yaml")
+    planned = plan(config, changed(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
+    again = plan_from_texts(planned.texts())
+    assert again.config == planned.config
+    assert again.robot == planned.robot
+    assert again.parameters == planned.parameters
+    assert again.limits == planned.limits
+    assert felt(again) == felt(planned)
+    assert repr(again.finger) == repr(planned.finger)
+    with pytest.raises(InvalidValueError, match=r"experiment\.yaml' is missing"):
+        plan_from_texts(robot.texts)
+
+
+# --- what the robot file decides ---
+
+
+def test_the_robot_file_makes_the_stage():
+    heavy = plan(ExploreConfig(), changed(STAGE, ("mass_kg: 5.0", "mass_kg: 8"), ("rad_per_s: 100.0", "rad_per_s: 50")))
+    light = plan(ExploreConfig(), STAGE)
+    assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
+    assert heavy.backend.scene.stage == Stage(8.0, 50.0)
+    assert heavy.parameters.gain.gain < light.parameters.gain.gain
+
+
+def test_limits_of_the_robot_hold_and_only_its_workspace_is_narrowed():
+    limits = plan(config_for("stage-nano17"), NANO17).limits
+    assert limits.force == 10.0
+    assert limits.spin_torque == 0.1
+    for axis in range(3):
+        assert -1.0 <= limits.workspace_lower[axis] < limits.workspace_upper[axis] <= 1.0
+    narrow = changed(STAGE, ("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.03, 1, 1]"))
+    assert plan(ExploreConfig(), narrow).limits.workspace_upper[0] == 0.03
+
+
+def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
+    moved = changed(
+        STAGE,
+        ("center_m: [0, 0, 0]", "center_m: [0, 0, 0.02]"),
+        ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 0.02]"),
+    )
+    planned = plan(ExploreConfig(), moved)
+    assert planned.finger.surface.center.tolist() == [0.0, 0.0, 0.02]
+    assert planned.backend.scene.tip.center_of_mass == (0.0, 0.0, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("config", "robot", "words"),
+    [
+        ({"force": 8.0}, NANO17, ["force = 8 N", "at most 7.5 N", "limit of 10 N", "limits.force_N"]),
+        ({"force_noise": 0.0}, NANO17, ["dead sensor", "force_N: 0.003125"]),
+        ({"period": 2e-3}, NANO17, ["sample_rate_Hz = 1000", "write 500"]),
+        ({"speed": 0.05}, changed(STAGE, ("speed_m_per_s: 0.25", "speed_m_per_s: 0.04")), ["limit, 0.04 m/s"]),
+        ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [0.001, 1, 1]")), ["along x", "0.001 m", "workspace"]),
+        ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [1, 1, 0.01]")), ["along z", "workspace"]),
+        ({}, changed(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), ["whole number of time steps"]),
+        ({}, changed(STAGE, ("mass_kg: 0.03", "mass_kg: 0")), ["payload", "weighs something"]),
+        ({}, changed(STAGE, ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 1]")), ["centre of its"]),
+        ({}, changed(STAGE, ("kind: sphere", "kind: cylinder")), ["fingers[0].surface.kind = cylinder"]),
+        ({}, changed(NANO17, ("bias_force_N: [0.0", "bias_force_N: [0.1"), file="sensors/nano17.yaml"), ["bias"]),
+        ({}, changed(NANO17, ("delay_s: 0.0", "delay_s: 0.1"), file="sensors/nano17.yaml"), ["device_delay_s"]),
+        ({"force": 0.4}, changed(NANO17, ("touch_force_N: 0.05", "touch_force_N: 0.4"), file="sensors/nano17.yaml"),
+         ["at least 0.6 N", "touch_force_N"]),
+    ],
+)  # fmt: skip
+def test_what_robot_and_experiment_cannot_do_together_is_refused(config, robot, words):
+    base = {} if robot.sensors[0] is None else {"force_noise": 0.003125, "moment_noise": 1.5625e-5}
+    with pytest.raises(InvalidValueError) as found:
+        plan(ExploreConfig(**{**base, **config}), robot)
+    for word in words:
+        assert word in str(found.value)
+
+
+def test_check_refuses_what_no_experiment_could_do():
+    for robot in (STAGE, NANO17):
+        check(robot)
+    for bad, word in (
+        (changed(STAGE, ("kind: sphere", "kind: cylinder")), "cylinder"),
+        (changed(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), "whole number"),
+        (changed(NANO17, ("force_N: 0.003125", "force_N: 0")), "dead sensor"),
+        (changed(NANO17, ("period_s: 0.001", "period_s: 0.002")), "sample_rate_Hz"),
+    ):
+        with pytest.raises(InvalidValueError, match=word):
+            check(bad)
+
+
+def test_a_nano17_feels_the_sphere_too():
+    found = explore(config_for("stage-nano17", **SMALL))
+    assert found.run.ending is Ending.DONE
+    assert found.force_rms < 0.15
+    assert found.point_rms < 2e-5
+    assert np.isfinite(found.point_error).all()
+
+
+# --- fuzz ---
+
+WORDS = ("1e999", ".nan", "-1", "0", "9" * 40, "true", "null", "", "[]", "{}", "[1, 2]", "*x", "!!int", "3 N", "stage",
+         "'x'", "\t", "é", "1_000", "0x1F", "[" * 300)  # fmt: skip
+
+
+def damaged(rng):
+    lines = config_text(ExploreConfig()).splitlines()
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        i = rng.randrange(len(lines))
+        key = lines[i].partition(":")[0]
+        lines[i] = rng.choice(
+            (
+                f"{key}: {rng.choice(WORDS)}",
+                f"{key}x: 1",
+                f"{key}_mm: 1",
+                lines[rng.randrange(len(lines))],
+                lines[i][: rng.randrange(len(lines[i]) + 1)],
+                lines[i].replace(rng.choice(lines[i]), rng.choice("\x00\x7f:[#&é1 "), 1),
+            )
+        )
+    return "\n".join(lines)
+
+
+def try_overlays(count, seed):
+    """Return how many were read and refused; the values that were read are what plain Python reads."""
+    rng = random.Random(seed)
+    read = refused = 0
+    names = {field.name for field in fields(ExploreConfig)}
+    for _ in range(count):
+        text = damaged(rng)
+        try:
+            values = read_overlay(text, ExploreConfig)
+        except InvalidValueError as error:
+            assert str(error).isprintable(), text
+            refused += 1
+            continue
+        read += 1
+        assert set(values) <= names
+        said = dict(line.split(": ", 1) for line in text.splitlines() if ": " in line and not line.startswith("#"))
+        assert set(values) == set(said) - {"experiment"}, text
+        for key, value in values.items():
+            if type(value) is float:
+                assert float(said[key].partition(" #")[0]) == value or math.isnan(value), (key, text)
+        try:
+            config = ExploreConfig(**values)
+        except InvalidValueError:
+            continue
+        assert read_config(config_text(config)) == config
+    return read, refused
+
+
+def test_500_damaged_experiment_files_are_refused_or_read_right():
+    read, refused = try_overlays(500, 1)
+    assert read > 20
+    assert refused > 100
+
+
+@pytest.mark.slow
+def test_10000_damaged_experiment_files_are_refused_or_read_right():
+    assert sum(try_overlays(10_000, 2)) == 10_000

@@ -1,0 +1,78 @@
+"""What every fault must lead to, on whatever robot."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from faults.fault_rig import Outcome, Rig
+from faults.fault_table import RETRACT_SPEED, Fault, Reaction
+from palpate.errors import LatchedError
+from palpate.runtime.data import Command
+from palpate.runtime.loop import run
+from palpate.runtime.result import Ending
+from palpate.spatial import ZERO, Vector, dot, norm
+
+MOST_PERIODS = 2
+"""From the period that shows the fault to the last one that is not safe."""
+
+ALONG = math.cos(math.radians(5.0))
+"""A retraction keeps to the contact normal within 5 degrees: what friction and noise leave of it."""
+
+Away = Callable[[int], Vector]
+"""True unit vector out of the object at the sample of an index, base frame."""
+
+
+def is_safe(command: Command, reaction: Reaction, away: Vector, grip: tuple[float, ...] | None) -> bool:
+    """Whether the robot may be told this from the trip on."""
+    velocity = command.velocity_base_tip
+    if command.grip_force != grip:
+        return False
+    if velocity == ZERO:
+        return True
+    speed = norm(velocity)
+    along = dot(velocity, away) >= ALONG * speed
+    return reaction is Reaction.RETRACT and along and speed <= RETRACT_SPEED * (1 + 1e-12)
+
+
+def periods_until_safe(
+    outcome: Outcome, fault: Fault, at: int, away: Away, grip: tuple[float, ...] | None = None
+) -> int:
+    """From the period that trips, or at which the signal came, to the first from which on all is safe."""
+    first, told = outcome.tripped_at(at), outcome.commands
+    unsafe = [i for i in range(first, len(told)) if not is_safe(told[i], fault.reaction, away(i), grip)]
+    return unsafe[-1] + 1 - first if unsafe else 0
+
+
+def check_ending(outcome: Outcome, fault: Fault, at: int) -> None:
+    """All of what a fault must lead to, but for the commands."""
+    result, backend, delay = outcome.result, outcome.rig.backend, outcome.tripped_at(at) - at
+    assert result.ending is fault.ending
+    if fault.measure is None:
+        assert result.trip is None
+    else:
+        assert result.trip.measure.startswith(fault.measure)
+        assert fault.value in result.trip.value
+        assert result.trip.limit
+        assert str(result.trip) in outcome.errors()  # in the log too
+        assert delay == fault.delay
+    assert outcome.events[-1].text == f"ended: {fault.ending.value}"
+    assert backend.closed_after == len(backend.commands)
+    rows = outcome.log.record()
+    assert len(rows) >= at
+    # what the robot was told is what the log says, but for the last commands of a device that does not answer
+    logged = [tuple(row) for row in rows.command[: at + 1].tolist()]
+    assert logged[:at] == [c.velocity_base_tip for c in backend.commands[:at]]
+
+
+def check_latch(outcome: Outcome, fresh: Rig) -> None:
+    """A trip lets nothing move until it is reset."""
+    if outcome.result.trip is None:
+        return
+    with pytest.raises(LatchedError, match="reset"):
+        run(fresh.backend, fresh.touch, fresh.controller, outcome.supervisor, duration=0.02)
+    assert fresh.backend.commands == []
+    outcome.supervisor.reset()
+    again = run(fresh.backend, fresh.touch, fresh.controller, outcome.supervisor, duration=0.02)
+    assert again.ending is Ending.TIME_UP
+    assert any(c.velocity_base_tip != ZERO for c in fresh.backend.commands)

@@ -1,0 +1,74 @@
+"""The real stage in MuJoCo, sweeping a sphere at 2 N when something goes wrong."""
+
+import math
+from dataclasses import replace
+
+import msgspec
+
+from faults.fault_rig import FaultyBackend, Rig
+from palpate.controllers import (
+    ExploreController,
+    ExploreParameters,
+    Raster,
+    force_gain,
+    series_stiffness,
+    tracking_delay,
+)
+from palpate.experiments.sensor_presets import preset_sensor
+from palpate.runtime.pacing import Pacer
+from palpate.runtime.supervision import Limits
+from palpate.runtime.touch import Finger, FingerDescription, SensorFinger, Touch
+from palpate.sensing.compensation import Payload
+from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, WrenchNoise, build_stage_scene
+from palpate.spatial import Vector, norm, scale
+from palpate.surfaces import Sphere
+
+RADIUS, FORCE, PERIOD, SPEED = 0.008, 2.0, 1e-3, 0.02
+LAW, STAGE, TARGET = ContactLaw(), Stage(), SphereObject()
+TIP = Tip(Sphere(RADIUS))
+RASTER = Raster(0.02, 0.008, 0.004)
+NOISE = WrenchNoise(1 / 320, 1e-3 / 64, seed=4)
+"""An ATI Nano17's (its data sheet's resolution)."""
+SENSED = Sphere(RADIUS - FORCE / (2 * LAW.stiffness))
+AT = 700
+"""Index of the first period with the fault: in the middle of the first row."""
+
+_CORNER_X, _CORNER_Y = RASTER.corners()[0]
+_START_Z = math.sqrt((TARGET.radius + RADIUS) ** 2 - _CORNER_X**2 - _CORNER_Y**2) + 0.0005
+_SCENE = build_stage_scene(TIP, TARGET, LAW, (_CORNER_X, _CORNER_Y, _START_Z), STAGE)
+
+
+def plain_finger() -> Finger:
+    """A sensor that says what it is told."""
+    return Finger(SENSED, Payload(TIP.mass))
+
+
+def nano17() -> SensorFile:
+    """A sensor that carries the tip."""
+    return msgspec.structs.replace(preset_sensor("nano17"), payload=PayloadEntry(mass=TIP.mass))
+
+
+def sensor_finger() -> SensorFinger:
+    """A sensor with ranges, noise and a health monitor."""
+    return SensorFinger(SENSED, nano17())
+
+
+def controller() -> ExploreController:
+    """As `palpate explore` builds it."""
+    delay = tracking_delay(PERIOD, STAGE.lag)
+    gain = force_gain(series_stiffness(LAW.stiffness, STAGE.stiffness(TIP.mass)), delay)
+    return ExploreController(ExploreParameters(force=FORCE, speed=SPEED, gain=gain, lead=delay), RASTER, PERIOD)
+
+
+def stage_rig(finger: FingerDescription, pacer: Pacer | None = None, duration: float = 1.5) -> Rig:
+    backend = FaultyBackend(MujocoBackend(_SCENE, PERIOD, NOISE, pacer))
+    # an arm that tells of its joints, as the stage does not
+    backend.changes.append((0, lambda now, before: replace(now, arm=replace(now.arm, joint_position=(0.0, 0.0)))))
+    return Rig(backend, Touch(finger), controller(), Limits(), duration)
+
+
+def away(rig: Rig, index: int) -> Vector:
+    """Truly out of the object: both are spheres, the object's centre is the origin."""
+    position = rig.backend.truly[min(index, len(rig.backend.truly) - 1)].arm.position_base_tip
+    return scale(1.0 / norm(position), position)

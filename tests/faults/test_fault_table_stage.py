@@ -1,0 +1,78 @@
+"""Every fault of the table on the stage in MuJoCo, sweeping a sphere at 2 N: the arm has mass, and lags."""
+
+from dataclasses import replace
+
+import pytest
+
+from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
+from faults.fault_rig import Commands, Limited, carry_out
+from faults.fault_table import ANYWHERE, ON_A_SENSOR, RETRACT_DISTANCE, RETRACT_SPEED, Fault, Reaction
+from faults.stage_rig import AT, FORCE, SPEED, STAGE, away, plain_finger, sensor_finger, stage_rig
+from palpate.runtime.data import Phase
+from palpate.runtime.result import Ending
+from palpate.spatial import norm, subtract
+
+RESTS = 1e-3
+"""[m/s]: what the loop calls rest."""
+
+CASES = [(fault, plain_finger) for fault in ANYWHERE] + [(fault, sensor_finger) for fault in ON_A_SENSOR]
+
+
+@pytest.mark.parametrize(("fault", "finger"), CASES, ids=[fault.name for fault, _ in CASES])
+def test_a_fault_ends_in_the_safe_state_within_two_periods(fault, finger):
+    rig = stage_rig(finger())
+    fault.injection.into(rig, AT)
+    outcome = carry_out(rig)
+    backend = rig.backend
+    check_ending(outcome, fault, AT)
+    assert outcome.log.record().phase[AT - 1] == Phase.SCAN
+    assert norm(backend.commands[AT - 1].velocity_base_tip) > 0.5 * SPEED
+    assert periods_until_safe(outcome, fault, AT, lambda index: away(rig, index)) <= MOST_PERIODS
+    truth = backend.sound.truth()
+    first = outcome.tripped_at(AT)
+    gone = norm(subtract(backend.truly[-1].arm.position_base_tip, backend.truly[first].arm.position_base_tip))
+    lag = STAGE.lag * (SPEED if fault.reaction is Reaction.STAND else RETRACT_SPEED)
+    assert gone <= (0.0 if fault.reaction is Reaction.STAND else RETRACT_DISTANCE) + lag + 1e-4
+    if fault.name != "a device is lost for good":  # there, closing stops it
+        assert norm(backend.truly[-1].arm.velocity_base_tip) < RESTS
+    assert norm(truth.force) < 1.5 * FORCE
+
+
+RAM = Commands(lambda command: replace(command, velocity_base_tip=(0.0, 0.0, -0.02)))
+"""The controller drives straight down whatever it feels."""
+
+
+@pytest.mark.parametrize("limit", [4.0, 8.0])
+def test_a_real_collision_is_drawn_back_from(limit):
+    """Nothing is made up: the force grows until it is over the limit, and then falls below half of it."""
+    fault = Fault("ram", RAM, "contact force", " N", Reaction.RETRACT)
+    rig = stage_rig(plain_finger())
+    Limited({"force": limit, "acceleration": 100.0}, RAM).into(rig, AT)
+    outcome = carry_out(rig)
+    assert outcome.result.ending is Ending.TRIPPED
+    assert outcome.result.trip.measure == "contact force"
+    assert outcome.result.stopped
+    assert periods_until_safe(outcome, fault, AT, lambda index: away(rig, index)) <= MOST_PERIODS
+    felt = outcome.log.record().normal_force
+    tripped = outcome.tripped_at(AT)
+    assert felt[tripped] > 0.9 * limit
+    # what the servos' lag still brings: ramming speed x lag x stiffness of the contact
+    assert felt.max() < limit + 0.02 * STAGE.lag * 20e3
+    assert norm(rig.backend.sound.truth().force) < 0.5 * limit
+    assert felt[-20:].max() < 0.5 * limit  # at rest
+
+
+def test_a_path_that_really_leaves_the_workspace_is_stopped_at_its_edge():
+    edge = stage_rig(plain_finger())
+    Limited({"workspace_upper": (-0.002, 1.0, 1.0)}).into(edge, AT)
+    outcome = carry_out(edge)
+    assert outcome.result.trip.measure == "tip position"
+    furthest = max(sample.arm.position_base_tip[0] for sample in edge.backend.truly)
+    assert -0.002 < furthest < -0.002 + 1.1 * SPEED * STAGE.lag
+
+
+def test_without_a_fault_there_is_no_trip():
+    for finger in (plain_finger(), sensor_finger()):
+        outcome = carry_out(stage_rig(finger))
+        assert outcome.result.ending is Ending.TIME_UP
+        assert outcome.result.trip is None

@@ -1,0 +1,102 @@
+"""Whatever goes wrong while an object is held, stopping does not drop it."""
+
+import pytest
+
+from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
+from faults.fault_rig import Commands, FaultyBackend, Rig, carry_out
+from faults.fault_table import ANYWHERE, WITH_A_HAND, Fault
+from faults.grip_plant import TIP_RADIUS, GripPlant
+from palpate.runtime.data import Command, Phase
+from palpate.runtime.supervision import Limits, Supervisor
+from palpate.runtime.touch import Finger, Touch
+from palpate.spatial import ZERO
+from palpate.surfaces import Sphere
+
+GRIP = 3.0
+"""[N]: a fifth more than the object needs."""
+AT = 60
+LIFTING = Command((0.0, 0.0, 0.01), Phase.HOLD, (GRIP, GRIP))
+CREEP = 1e-6
+"""[m]: friction of Coulomb's kind does not creep."""
+
+CASES = (*ANYWHERE, *WITH_A_HAND)
+
+
+class Lift:
+    """Holds and lifts."""
+
+    def start(self, first):
+        pass
+
+    def step(self, now):
+        return LIFTING
+
+
+class LettingGo(Supervisor):
+    """What a supervisor must not be: it opens the hand to be on the safe side."""
+
+    def standstill(self):
+        return Command(ZERO, Phase.STOP, (0.0, 0.0))
+
+
+def holding_rig() -> Rig:
+    touch = Touch(*[Finger(Sphere(TIP_RADIUS))] * 2)
+    return Rig(FaultyBackend(GripPlant(GRIP)), touch, Lift(), Limits(), duration=0.4)
+
+
+@pytest.mark.parametrize("fault", CASES, ids=str)
+def test_what_is_held_stays_held_and_the_arm_stops(fault):
+    rig = holding_rig()
+    # a limit that the grip breaks from the start is set when the fault comes, as the operator would
+    at = 0 if fault.name == "it presses harder than the grip limit" else AT
+    fault.injection.into(rig, at)
+    outcome = carry_out(rig)
+    plant = rig.backend.sound
+    plant.coast(1.0)
+    assert plant.fallen < CREEP
+    assert plant.grip > plant.least_grip
+    if at == 0:
+        assert outcome.result.trip.measure == fault.measure
+        return
+    check_ending(outcome, fault, at)
+    until = periods_until_safe(outcome, fault, at, lambda index: (0.0, 0.0, 0.0), (GRIP, GRIP))
+    assert until <= MOST_PERIODS
+    assert all(c.velocity_base_tip == ZERO for c in outcome.commands[outcome.tripped_at(at) + MOST_PERIODS :])
+
+
+@pytest.mark.parametrize("fault", ANYWHERE, ids=str)
+def test_a_supervisor_that_lets_go_would_drop_it(fault):
+    """The negative control: the plant is such that letting go is seen."""
+    rig = holding_rig()
+    fault.injection.into(rig, AT)
+    carry_out(rig, LettingGo(rig.limits))
+    rig.backend.sound.coast(1.0)
+    assert rig.backend.sound.fallen > 0.1
+
+
+def test_the_plant_drops_what_is_held_too_loosely_and_carries_what_is_not():
+    for grip, falls in ((2.3, True), (2.6, False)):
+        plant = GripPlant(grip)
+        assert (grip < plant.least_grip) is falls
+        plant.coast(0.5)
+        assert (plant.fallen > 0.01) is falls
+
+
+def test_the_fingers_carry_the_weight_and_touch_tells_so():
+    plant = GripPlant(GRIP)
+    now = Touch(*[Finger(Sphere(TIP_RADIUS))] * 2).sense(plant.start())
+    for finger, side in zip(now.fingers, (1.0, -1.0), strict=True):
+        assert finger.contact.normal_force == pytest.approx(GRIP)
+        assert finger.contact.normal == pytest.approx([side, 0.0, 0.0], abs=1e-9)
+    weight = sum(finger.wrench[2] for finger in now.fingers)
+    assert weight == pytest.approx(-plant.mass * 9.80665)
+
+
+def test_in_the_retraction_that_a_force_asks_for_a_hand_does_not_take_part():
+    """Drawing back the finger that feels too much would drop what it holds."""
+    rig = holding_rig()
+    fault = Fault("", Commands(lambda c: c), None)
+    next(f for f in ANYWHERE if f.name == "force over the limit").injection.into(rig, AT)
+    outcome = carry_out(rig)
+    assert outcome.result.trip.measure == "contact force"
+    assert periods_until_safe(outcome, fault, AT, lambda index: (0.0, 0.0, 0.0), (GRIP, GRIP)) == 0
