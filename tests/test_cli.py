@@ -1,14 +1,20 @@
 """The command line as a newcomer types it, mistakes included."""
 
 import re
+import signal
 import subprocess
 import sys
 import time
+import types
+from dataclasses import dataclass
 
 import pytest
 
 from palpate import __version__
-from palpate.cli import MISTAKE, main
+from palpate.cli import COMMANDS, INTERRUPTED, MISTAKE, UNFINISHED, Command, Group, main
+from palpate.errors import InvalidValueError, OverrunError
+from palpate.runtime.result import RunInterrupted
+from palpate.runtime.robot import shipped_robots
 
 SMALL = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05"]
 
@@ -22,7 +28,7 @@ def run(*arguments):
 def test_exploration_leaves_its_files_and_says_where(tmp_path):
     done = run("explore", *SMALL, "--out", str(tmp_path / "new" / "folder"))
     assert done.returncode == 0, done.stderr
-    names = {path.name for path in (tmp_path / "new" / "folder").iterdir()}
+    names = {path.name for path in (tmp_path / "new" / "folder").iterdir() if path.suffix != ".mcap"}
     assert names == {"report.html", "contacts.ply", "contacts.csv", "height_map.ply", "height_map.csv"}
     assert "report.html" in done.stdout
     assert "\x1b[" not in done.stdout, "colours in a pipe"
@@ -52,8 +58,9 @@ def test_help_does_not_load_the_simulator():
     """Heavy imports wait until something runs."""
     code = (
         "import sys, palpate.cli\n"
-        "try: palpate.cli.main(['explore', '--help'])\n"
-        "except SystemExit: pass\n"
+        "for words in (['explore'], ['robot'], ['robot', 'check'], []):\n"
+        "    try: palpate.cli.main([*words, '--help'])\n"
+        "    except SystemExit: pass\n"
         "heavy = {'mujoco', 'numba', 'matplotlib', 'scipy'} & set(sys.modules)\n"
         "sys.exit(', '.join(sorted(heavy)) or 0)"
     )
@@ -106,11 +113,20 @@ def test_nothing_typed_shows_the_help(capsys):
     assert "explore" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("arguments", [["explore", "--object", "cube"], ["explore", "--sped", "1"], ["explor"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["explore", "--object", "cube"],
+        ["explore", "--sped", "1"],
+        ["explor"],
+        ["robot", "chek"],
+        ["robot", "check"],
+    ],
+)
 def test_misspelt_words_are_refused_with_the_alternatives(arguments):
     done = run(*arguments)
     assert done.returncode == MISTAKE
-    assert any(word in done.stderr + done.stdout for word in ("sphere", "--speed", "explore"))
+    assert any(word in done.stderr + done.stdout for word in ("sphere", "--speed", "explore", "check", "ROBOT"))
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path, capsys):
@@ -120,3 +136,154 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, capsys):
     assert main(["explore", "--out", str(blocked)]) == MISTAKE
     assert str(blocked) in capsys.readouterr().err
     assert time.monotonic() - started < 5.0, "found out only after the exploration"
+
+
+# --- files ---
+
+
+def test_a_shown_robot_is_a_start_for_your_own(tmp_path, capsys):
+    assert main(["robot", "list"]) == 0
+    listed = capsys.readouterr().out
+    for name in shipped_robots():
+        assert re.search(rf"^{name} ", listed, re.MULTILINE)
+    assert main(["robot", "show", "stage"]) == 0
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(capsys.readouterr().out.replace("force_N: 20 ", "force_N: 12 "))
+    assert main(["robot", "check", str(mine)]) == 0
+    assert re.search(r"limits\.force +12 N\n", capsys.readouterr().out)
+    assert main(["explore", *SMALL, "--robot", str(mine), "--out", str(tmp_path / "run")]) == 0
+    assert (
+        main(["explore", *SMALL, "--robot", str(mine), "--force", "10", "--out", str(tmp_path / "run")]) == MISTAKE
+    )
+    assert "robot's limit of 12 N" in capsys.readouterr().err
+
+
+def test_check_says_every_value_with_its_unit_and_which_are_default(capsys):
+    assert main(["robot", "check", "stage-nano17"]) == 0
+    said = capsys.readouterr().out
+    for line in (
+        r"backend\.bandwidth +100 rad/s",
+        r"fingers\[0\]\.surface\.radius +0\.008 m",
+        r"fingers\[0\]\.noise\.moment +1\.5625e-05 Nm",
+        r"limits\.acceleration +25 m/s\^2 +default",
+        r"limits\.joint_lower +not limited +default",
+        r"sensor of finger 0: ATI Nano17 .* up to 12 12 17 N",
+    ):
+        assert re.search(rf"^ +{line}", said, re.MULTILINE), line
+
+
+def test_a_sensor_file_can_be_shown_too(capsys):
+    assert main(["robot", "show", "stage-nano17", "--sensor", "0"]) == 0
+    assert "palpate_sensor: 1" in capsys.readouterr().out
+    for words, reason in (
+        (["stage", "--sensor", "0"], "no sensor file"),
+        (["stage", "--sensor", "1"], "last finger is 0"),
+    ):
+        assert main(["robot", "show", *words]) == MISTAKE
+        assert reason in capsys.readouterr().err
+
+
+def test_an_experiment_file_and_what_is_typed(tmp_path, capsys):
+    file = tmp_path / "mine.yaml"
+    file.write_text(
+        f"force: 3\nspeed: 0.05\nwidth: 0.01\ndepth: 0.004\nrobot: stage-nano17\nout: {tmp_path / 'run'}\n"
+    )
+    assert main(["explore", "--config", str(file), "--force", "2.5"]) == 0
+    assert "set 2.5 N" in capsys.readouterr().out
+    assert (tmp_path / "run" / "report.html").exists()
+    with pytest.raises(SystemExit):
+        main(["explore", "--config", str(file), "--help"])
+    shown = capsys.readouterr().out
+    assert "(default: 3.0)" in shown, "help shows what holds with these files"
+    assert "(default: 0.003125)" in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["explore", "--robot", "stge"], ["robot = 'stge'", "did you mean stage?", "stage-nano17"]),
+        (
+            ["explore", "--robot", "BAD"],
+            ["bad.yaml: backend.mas_kg: unknown key", "did you mean mass_kg?", "line "],
+        ),
+        (["explore", "--config", "none.yaml"], ["config = none.yaml", "No such file"]),
+        (["explore", "--config", "BAD"], ["bad.yaml", "this is a robot file", "--robot"]),
+        (["robot", "check", "BAD"], ["bad.yaml: backend.mas_kg"]),
+        (["robot", "check", "."], ["is a folder"]),
+        (["robot", "show", "ur5e"], ["robot = 'ur5e'", "palpate comes with stage, stage-nano17"]),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_said_in_one_line(arguments, words, tmp_path, capsys):
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(shipped_robots()["stage"].read_text().replace("mass_kg: 5", "mas_kg: 5"))
+    assert main([str(bad) if word == "BAD" else word for word in arguments]) == MISTAKE
+    said = capsys.readouterr().err
+    assert said.startswith("palpate: ")
+    assert said.count("\n") == 1
+    for word in words:
+        assert word in said
+
+
+# --- how it ends ---
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """Do nothing."""
+
+
+@pytest.fixture
+def ending(monkeypatch):
+    """Return what the command line returns when a command, nested like the others, raises or returns something."""
+
+    def run_it(result):
+        def runner(config):
+            if isinstance(result, BaseException):
+                raise result
+            return result
+
+        monkeypatch.setitem(sys.modules, "made_up", types.SimpleNamespace(run=runner))
+        monkeypatch.setitem(
+            COMMANDS, "made", Group({"up": Command(Nothing, "made_up:run", "Nothing.")}, "Nothing.")
+        )
+        return main(["made", "up"])
+
+    return run_it
+
+
+@pytest.mark.parametrize(
+    ("result", "code", "said"),
+    [
+        (0, 0, ""),
+        (1, 1, ""),
+        (InvalidValueError("a = 1 m:\n  must be 2;\ntake 2"), MISTAKE, "palpate: a = 1 m: must be 2; take 2\n"),
+        (OverrunError("late by 3 ms"), UNFINISHED, "palpate: late by 3 ms; the robot was stopped\n"),
+        (OSError(28, "No space left on device"), UNFINISHED, "palpate: [Errno 28] No space left on device\n"),
+        (RunInterrupted(None), INTERRUPTED, "palpate: interrupted; the robot was stopped\n"),
+        (KeyboardInterrupt(), INTERRUPTED, "palpate: interrupted\n"),
+    ],
+)
+def test_every_ending_has_its_exit_code_and_one_line(result, code, said, ending, capsys):
+    assert ending(result) == code
+    assert capsys.readouterr().err == said
+
+
+def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
+    out = tmp_path / "run"
+    endless = ["--speed", "0.002", "--spacing", "0.001", "--out", str(out)]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "palpate", "explore", *endless],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    deadline = time.monotonic() + 60.0
+    while not out.exists() and time.monotonic() < deadline:  # made when all is planned, just before the run
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == INTERRUPTED
+    assert "interrupted" in said
+    assert "the robot was stopped" in said or "the robot is at rest" in said
+    assert "Traceback" not in said

@@ -118,7 +118,10 @@ def test_every_refusal_names_the_whole_path_and_the_line():
     assert told(part, text % "-1").endswith("(line 5, column 5)")
     assert told(part, text % "x").startswith("shapes[1].radius_m: Expected `float`, got `str` ('x') (line 5")
     wrong = told(part, (text % "2").replace("    radius_m", "    radius_mm"))
-    assert wrong == "shapes[1].radius_mm: unknown key; the unit stands in the key: write radius_m, in m (line 5, column 5)"
+    assert (
+        wrong
+        == "shapes[1].radius_mm: unknown key; the unit stands in the key: write radius_m, in m (line 5, column 5)"
+    )
 
 
 def test_a_key_of_another_kind_of_the_union_is_unknown():
@@ -184,7 +187,9 @@ def test_known_keys_carry_our_units_and_only_those():
 @given(st.sampled_from(sorted(known_keys(ExploreConfig))), st.data())
 def test_one_slip_of_the_finger_is_understood(key, data):
     i = data.draw(st.integers(0, len(key) - 1))
-    slip = data.draw(st.sampled_from([key[:i] + key[i + 1 :], key[:i] + key[i] + key[i:], key.upper(), key.title()]))
+    slip = data.draw(
+        st.sampled_from([key[:i] + key[i + 1 :], key[:i] + key[i] + key[i:], key.upper(), key.title()])
+    )
     known = list(known_keys(ExploreConfig))
     assert slip in known or nearest(slip, known) == key
 

@@ -57,7 +57,11 @@ def test_the_shipped_stage_says_what_holds_without_a_file():
 
 # --- precedence ---
 
-LAYERS = {"force_noise": (0.003125, 0.004, 0.005), "period": (0.001, 0.002, 0.004), "moment_noise": (1.5625e-5, 1e-4, 2e-4)}
+LAYERS = {
+    "force_noise": (0.003125, 0.004, 0.005),
+    "period": (0.001, 0.002, 0.004),
+    "moment_noise": (1.5625e-5, 1e-4, 2e-4),
+}
 
 
 @pytest.mark.parametrize("field", LAYERS)
@@ -201,7 +205,9 @@ def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
 
 
 def test_the_robot_file_makes_the_stage():
-    heavy = plan(ExploreConfig(), changed(STAGE, ("mass_kg: 5.0", "mass_kg: 8"), ("rad_per_s: 100.0", "rad_per_s: 50")))
+    heavy = plan(
+        ExploreConfig(), changed(STAGE, ("mass_kg: 5.0", "mass_kg: 8"), ("rad_per_s: 100.0", "rad_per_s: 50"))
+    )
     light = plan(ExploreConfig(), STAGE)
     assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
     assert heavy.backend.scene.stage == Stage(8.0, 50.0)

@@ -112,6 +112,13 @@ def _signal(number: int) -> Commands:
     return Commands(act)
 
 
+def _twisted(*wrench: float) -> tuple[float, ...]:
+    """3 mN m more about the force's axis."""
+    (x, y, z), (a, b, c) = wrench[:3], wrench[3:]
+    twist = 0.003 / math.hypot(x, y, z)
+    return (x, y, z, a + twist * x, b + twist * y, c + twist * z)
+
+
 ANYWHERE = (
     Fault("a force is NaN", reading(lambda x, y, z, *m: (x, NAN, z, *m)), "wrench of finger 1", "not finite"),
     Fault("a moment is infinite", reading(lambda *w: (*w[:5], INF)), "wrench of finger 1", "not finite"),
@@ -126,7 +133,7 @@ ANYWHERE = (
     ),
     Fault(
         "spin torque over the limit",
-        Limited({"spin_torque": 0.002}, reading(lambda x, y, z, a, b, c: (x, y, z, a, b, c + 0.003))),
+        Limited({"spin_torque": 0.002}, reading(_twisted)),
         "spin torque",
         " N m",
         Reaction.RETRACT,
@@ -296,9 +303,6 @@ def hand(**told: Callable[..., object]) -> Samples:
 
 
 WITH_A_HAND = (
-    Fault(
-        "it presses harder than the grip limit", Limited({"grip_force": 2.5}), "commanded grip force", "3 N"
-    ),
     Fault(
         "the finger feels more than the grip limit",
         Limited({"grip_force": 10.0}, reading(lambda x, y, z, a, b, c: (5.0 * x, y, z, a, b, c))),

@@ -52,7 +52,9 @@ def test_what_people_write_is_read_as_they_mean_it():
 
 def test_left_out_limits_are_the_supervisors_own_and_none_is_forgotten():
     assert LimitsEntry().limits() == Limits()
-    assert [field.name for field in msgspec.structs.fields(LimitsEntry)] == [field.name for field in fields(Limits)]
+    assert [field.name for field in msgspec.structs.fields(LimitsEntry)] == [
+        field.name for field in fields(Limits)
+    ]
     assert [without_unit(key) for key in known_keys(LimitsEntry)] == [field.name for field in fields(Limits)]
 
 

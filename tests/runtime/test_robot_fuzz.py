@@ -88,7 +88,9 @@ def misspelt(rng):
     path = rng.choice([path for path in keys(tree) if path[-1] not in ("palpate_robot", "kind")])
     key = path[-1]
     i = rng.randrange(len(key) - 1)
-    wrong = rng.choice((key[:i] + key[i + 1 :], key[:i] + key[i] + key[i:], key[:i] + key[i + 1] + key[i] + key[i + 2 :]))
+    wrong = rng.choice(
+        (key[:i] + key[i + 1 :], key[:i] + key[i] + key[i:], key[:i] + key[i + 1] + key[i] + key[i + 2 :])
+    )
     if wrong == key:
         return misspelt(rng)
     parent = parent_of(tree, path)
@@ -126,7 +128,21 @@ def wrong_value(rng):
     """A number that is none, or that cannot be; whether it can, the independent reading judges."""
     tree = fresh(rng)
     path, value = rng.choice(list(leaves(tree)))
-    choices = ["text", True, None, {"a": 1}, [[1]], -1.0, 0.0, 1e300, math.inf, -math.inf, math.nan, 5e-324, 10**30]
+    choices = [
+        "text",
+        True,
+        None,
+        {"a": 1},
+        [[1]],
+        -1.0,
+        0.0,
+        1e300,
+        math.inf,
+        -math.inf,
+        math.nan,
+        5e-324,
+        10**30,
+    ]
     new = rng.choice(choices)
     if isinstance(value, list) and value and rng.random() < 0.5:
         value[rng.randrange(len(value))] = new

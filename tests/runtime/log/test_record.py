@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, Phase
-from palpate.runtime.recorder import Recorder
+from palpate.runtime.log import MemoryLog, Recorder
 from palpate.sensing.contact import ContactStatus
-from runtime.puppets import sample, touch
+from runtime.puppets import PERIOD, sample, touch
 
 # a rotation with rational entries, neither symmetric nor about an axis of coordinates
 ROTATION = ((0.8, 0.0, 0.6), (0.36, 0.8, -0.48), (-0.48, 0.6, 0.64))
@@ -17,7 +18,8 @@ POSITION = (0.3, -0.2, 0.1)
 
 def fed(count=5, wrench=None, rotation=ROTATION):
     rng = np.random.default_rng(4)
-    recorder, hand, rows = Recorder(), touch(), []
+    memory, hand, rows = MemoryLog(), touch(), []
+    recorder = Recorder(memory)
     for i in range(count):
         force = rng.normal(size=3) * 2.0
         given = wrench or (*force.tolist(), *(rng.normal(size=3) * 1e-3).tolist())
@@ -25,8 +27,11 @@ def fed(count=5, wrench=None, rotation=ROTATION):
         s = sample(0.25 * i, given, POSITION, velocity, rotation)
         command = Command(tuple(rng.normal(size=3).tolist()), tuple(Phase)[i % len(Phase)])
         rows.append((s, hand.sense(s), command))
-        recorder(*rows[-1])
-    return recorder.record(), rows
+        if i == 0:
+            recorder.start(s, rows[0][1], PERIOD)
+        recorder.record(*rows[-1], 1e-5, 0.0)
+    recorder.close()
+    return memory.record(), rows
 
 
 def test_it_holds_what_was_fed_in_order():
@@ -79,23 +84,35 @@ def test_without_a_contact_it_holds_nan_and_says_why(wrench, status):
 
 
 def test_recording_may_be_read_and_go_on():
-    recorder, hand = Recorder(), touch()
+    memory, hand = MemoryLog(), touch()
+    recorder = Recorder(memory)
     for i in range(3):
         s = sample(float(i))
-        recorder(s, hand.sense(s), Command())
-        assert len(recorder.record()) == i + 1
-    assert recorder.record().time.tolist() == [0.0, 1.0, 2.0]
+        now = hand.sense(s)
+        if i == 0:
+            recorder.start(s, now, PERIOD)
+        recorder.record(s, now, Command(), 0.0, 0.0)
+        recorder.flush()
+        assert len(memory.record()) == i + 1
+    assert memory.record().time.tolist() == [0.0, 1.0, 2.0]
 
 
 def test_an_empty_record_has_the_right_shapes():
-    record = Recorder().record()
+    record = MemoryLog().record()
     assert len(record) == 0
     assert record.centroid.shape == (0, 3)
     assert record.wrench.shape == (0, 6)
 
 
-def test_it_records_the_finger_it_was_told_to():
-    recorder, hand = Recorder(finger=1), touch(2)
+def test_there_is_a_record_of_each_finger():
+    memory, hand = MemoryLog(), touch(2)
+    recorder = Recorder(memory)
     s = sample(wrenches=((0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 3.0, 0.0, 0.0, 0.0, 0.0)))
-    recorder(s, hand.sense(s), Command())
-    assert recorder.record().normal_force[0] == pytest.approx(3.0)
+    now = hand.sense(s)
+    recorder.start(s, now, PERIOD)
+    recorder.record(s, now, Command(), 0.0, 0.0)
+    recorder.close()
+    assert memory.record().normal_force[0] == pytest.approx(1.0)
+    assert memory.record(finger=1).normal_force[0] == pytest.approx(3.0)
+    with pytest.raises(InvalidValueError, match="finger = 2: must be from 0 to 1"):
+        memory.record(finger=2)

@@ -1,0 +1,50 @@
+"""The process that runs the loop against `watchdog_device`; tests kill it: PORT LOG [SECONDS].
+
+Prints "running" once it moves, and its ending on standard error; the exit code is that of `palpate`'s commands.
+"""
+
+import sys
+from pathlib import Path
+
+from faults.device_client import DeviceBackend, Sweep
+from palpate.runtime.log import LogWriter, Recorder
+from palpate.runtime.loop import run
+from palpate.runtime.result import Ending, RunInterrupted
+from palpate.runtime.supervision import Limits, Supervisor
+from palpate.runtime.touch import Finger, Touch
+from palpate.surfaces import Sphere
+
+RUNNING = 20
+"""Periods after which it says so."""
+LIMITS = Limits(acceleration=50.0, sample_age=0.04)
+"""A loaded machine: stalls of some 20 ms are its own, not the device's."""
+
+
+def main() -> int:
+    port, path, seconds = int(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3])
+    periods = []
+
+    def announce(sample, now, command):
+        periods.append(None)
+        if len(periods) == RUNNING:
+            print("running", flush=True)
+
+    try:
+        result = run(
+            DeviceBackend(port),
+            Touch(Finger(Sphere(0.01))),
+            Sweep(),
+            Supervisor(LIMITS),
+            duration=seconds,
+            recorder=Recorder(LogWriter(path)),
+            observers=(announce,),
+        )
+    except RunInterrupted as interrupted:
+        print(f"{interrupted}; at rest: {interrupted.result.stopped}", file=sys.stderr, flush=True)
+        return 130
+    print(f"{result.ending.value}; {result.trip}; at rest: {result.stopped}", file=sys.stderr, flush=True)
+    return 0 if result.ending is not Ending.TRIPPED else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

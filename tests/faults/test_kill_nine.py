@@ -1,0 +1,197 @@
+"""Real processes, real signals: the loop dies, the device stops itself; the device dies, the loop says so."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from faults.device_client import PERIOD
+from faults.loop_process import LIMITS
+from faults.watchdog_device import WATCHDOG
+from palpate.runtime.log import Level, read_log
+
+HERE = Path(__file__).parent
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(HERE.parent)}
+LONGEST_STOP = 0.01
+"""[s]: what the device may take beyond its watchdog, besides the time that the machine kept it from running, which
+it measures itself (tens of milliseconds on a loaded one)."""
+MOST_LOST = 0.5
+"""Of the log [s]."""
+PATIENCE = 30.0
+"""For a process to do what it should [s]."""
+
+
+class Device:
+    """`watchdog_device` in its process."""
+
+    def __init__(self, port: int = 0) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-I", str(HERE / "watchdog_device.py"), str(port)], stdout=subprocess.PIPE, text=True
+        )
+        self.port = int(self.told("port")[0])
+
+    def told(self, what: str) -> list[float]:
+        """Wait for the next line of a kind; return its numbers."""
+        for line in self.process.stdout:
+            kind, *numbers = line.split()
+            if kind == what:
+                return [float(x) for x in numbers]
+        raise AssertionError(f"the device ended without a word of {what!r}")
+
+    def rest(self) -> list[str]:
+        """Have it end; return all that it has still to say."""
+        self.process.terminate()
+        return self.process.communicate(timeout=PATIENCE)[0].splitlines()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.communicate()
+
+
+@contextmanager
+def loop_against(device: Device, log: Path, seconds: float = 60.0):
+    """`loop_process`, once it moves the device."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "faults.loop_process", str(device.port), str(log), str(seconds)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+    )
+    try:
+        assert process.stdout.readline() == "running\n", process.stderr.read()
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@dataclass(frozen=True)
+class Killed:
+    """What was left of a run that was killed.
+
+    Attributes:
+        stop: From the last command that arrived to the device's standing still [s].
+        stall: The device was kept from running so long [s].
+        lost: Of the log, up to the kill [s].
+        ran: How long [s].
+    """
+
+    stop: float
+    stall: float
+    lost: float
+    ran: float
+
+
+def kill_nine(folder: Path, after: float) -> Killed:
+    path = folder / "run.mcap"
+    with Device() as device, loop_against(device, path) as loop:
+        time.sleep(after)
+        killed = time.monotonic()
+        loop.kill()
+        last, stopped, stall = device.told("stopped")
+        (*_, final) = device.rest()
+        log = read_log(path)
+    assert last <= killed + PERIOD + LONGEST_STOP + stall  # a packet may have been on its way
+    assert final == "final 0.0 0.0"
+    assert log.gaps == ()
+    assert not log.complete
+    times = log.record().time
+    assert (times[1:] > times[:-1]).all()
+    return Killed(stopped - last, stall, killed - times[-1], killed - times[0])
+
+
+def check_killed(found: Killed) -> None:
+    assert WATCHDOG < found.stop <= WATCHDOG + LONGEST_STOP + found.stall
+    assert found.lost <= MOST_LOST
+
+
+@pytest.mark.parametrize("after", [0.05, 0.55, 0.85])
+def test_after_kill_nine_the_device_stops_itself_and_the_log_is_readable(after, tmp_path):
+    check_killed(kill_nine(tmp_path, after))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trial", range(20))
+def test_after_kill_nine_at_any_time_the_device_stops_and_the_log_is_readable(trial, tmp_path):
+    check_killed(kill_nine(tmp_path, random.Random(trial).uniform(0.0, 1.5)))
+
+
+@pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "kill")])
+def test_told_to_stop_the_process_ends_in_good_order(number, name, tmp_path):
+    path = tmp_path / "run.mcap"
+    with Device() as device, loop_against(device, path) as loop:
+        time.sleep(0.2)
+        asked = time.monotonic()
+        loop.send_signal(number)
+        _, said = loop.communicate(timeout=PATIENCE)
+        *_, final = device.rest()
+    assert loop.returncode == 130
+    assert said == "interrupted; the robot was stopped; at rest: True\n"
+    assert final.split()[1] < "1e-6" or float(final.split()[1]) < 1e-6
+    log = read_log(path)
+    assert log.complete
+    assert log.events[-1].text == "ended: interrupted"
+    record = log.record()
+    late = record.time > asked + 2 * PERIOD + LONGEST_STOP
+    assert late.sum() >= 9  # it stood still for 20 ms, recorded
+    assert not record.command[late].any()
+
+
+def test_a_device_that_dies_ends_the_run_with_a_word(tmp_path):
+    path = tmp_path / "run.mcap"
+    with Device() as device, loop_against(device, path) as loop:
+        died = time.monotonic()
+        device.process.kill()
+        _, said = loop.communicate(timeout=PATIENCE)
+    assert loop.returncode == 1
+    assert "back end was ConnectionRefusedError" in said
+    assert "at rest: False" in said  # nobody knows
+    log = read_log(path)
+    assert log.complete
+    (trip,) = [event for event in log.events if event.source == "supervisor"]
+    assert trip.level is Level.ERROR
+    assert trip.time < died + LIMITS.sample_age + 2 * PERIOD
+
+
+def test_a_device_that_hangs_is_noticed_by_its_own_time_stamps_and_finds_only_stops_when_it_wakes(tmp_path):
+    path = tmp_path / "run.mcap"
+    with Device() as device, loop_against(device, path) as loop:
+        device.process.send_signal(signal.SIGSTOP)
+        hung = time.monotonic()
+        _, said = loop.communicate(timeout=PATIENCE)
+        device.process.send_signal(signal.SIGCONT)
+        time.sleep(0.1)
+        *_, final = device.rest()
+    assert loop.returncode == 1
+    assert "age of the sample of the arm" in said
+    assert "at rest: False" in said
+    assert float(final.split()[1]) < 1e-6
+    record = read_log(path).record()
+    late = record.time > hung + LIMITS.sample_age + 2 * PERIOD + LONGEST_STOP
+    assert late.sum() > 50
+    assert not record.command[late].any()
+
+
+def test_a_device_that_restarts_is_not_moved_until_somebody_looks(tmp_path):
+    path = tmp_path / "run.mcap"
+    with Device() as device, loop_against(device, path) as loop:
+        device.process.kill()
+        device.process.wait()
+        with Device(device.port) as again:
+            _, said = loop.communicate(timeout=PATIENCE)
+            left = again.rest()
+    assert loop.returncode == 1
+    assert "stopped by the supervisor" in said
+    assert left == ["final 0.0 0.0"]  # nothing to be stopped by the watchdog: it was never told to move
+    assert read_log(path).complete

@@ -1,0 +1,98 @@
+"""Runs made up for the tests of the log: any layout, any 64 bits as a number, compared bit by bit."""
+
+import dataclasses
+import struct
+from enum import Enum
+
+import numpy as np
+
+from palpate.runtime.data import (
+    ArmSample,
+    Command,
+    FingerObservation,
+    HandSample,
+    Observation,
+    Phase,
+    Sample,
+    WrenchSample,
+)
+from palpate.runtime.log import Layout, Level, LogWriter, Recorder
+from palpate.sensing.contact import Contact, ContactStatus
+from palpate.sensing.ft.health import HEALTHY, Measure, Verdict
+
+PERIOD = 1e-3
+ONE_FINGER = Layout(6, None, (6,), 2)
+SMALL = Layout(0, None, (1,), 2)
+TWO_FINGERS_AND_A_HAND = Layout(7, 3, (6, 16), 3)
+
+
+def any_bits(rng, count):
+    """Doubles of any bit pattern, every fourth of them special."""
+    values = rng.integers(0, 2**64, count, dtype=np.uint64).view(np.float64)
+    special = np.array([0.0, -0.0, 5e-324, -5e-324, 2.3e-308, np.nan, -np.nan, np.inf, -np.inf, 1.0, -1.5e308])
+    chosen = rng.integers(0, 4, count) == 0
+    values[chosen] = rng.choice(special, int(chosen.sum()))
+    return values
+
+
+def one_period(rng, layout, time):
+    """A period of random numbers; only its time is given."""
+
+    def numbers(count):
+        return tuple(any_bits(rng, count).tolist())
+
+    def arrays(count):
+        return any_bits(rng, count)
+
+    rotation = (numbers(3), numbers(3), numbers(3))
+    arm = ArmSample(numbers(1)[0], numbers(3), rotation, numbers(3), numbers(layout.joints))
+    hand = None if layout.hand_joints is None else HandSample(numbers(1)[0], numbers(layout.hand_joints))
+    wrenches = tuple(WrenchSample(numbers(1)[0], numbers(channels), numbers(3)) for channels in layout.channels)
+    sample = Sample(time, arm, wrenches, hand)
+    fingers = []
+    for wrench in wrenches:
+        status = rng.choice(list(ContactStatus))
+        contact = Contact(arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), ContactStatus(status))
+        health = HEALTHY if rng.integers(2) else Verdict(rng.choice(list(Measure)))
+        fingers.append(FingerObservation(wrench.time, numbers(6), contact, bool(rng.integers(2)), health))
+    now = Observation(time, arm, tuple(fingers), hand)
+    grip = None if rng.integers(2) else numbers(int(rng.integers(0, layout.grips + 1)))
+    command = Command(numbers(3), Phase(rng.choice(list(Phase))), grip)
+    return sample, now, command, *numbers(2)
+
+
+def a_run(count, layout=ONE_FINGER, seed=0, start=0.0):
+    """`count` periods, a millisecond apart."""
+    rng = np.random.default_rng(seed)
+    return [one_period(rng, layout, start + i * PERIOD) for i in range(count)]
+
+
+def feed(recorder, periods):
+    """Record periods, and an event and a change now and then."""
+    for i, period in enumerate(periods):
+        if i % 97 == 50:
+            recorder.event(period[0].time, Level.WARN, "test", f"event before period {i}")
+        if i % 131 == 60:
+            recorder.change(period[0].time, f"gain {i}", i + 0.1)
+        recorder.record(*period)
+
+
+def write(path, periods, attachments=None, **options):
+    """Write a log; returns the summary."""
+    recorder = Recorder(LogWriter(path, attachments or {}, **options))
+    recorder.start(periods[0][0], periods[0][1], PERIOD)
+    feed(recorder, periods)
+    return recorder.close()
+
+
+def bits(thing):
+    """Everything in a piece of data, numbers by their 64 bits."""
+    if thing is None or isinstance(thing, str):
+        return [thing]
+    if isinstance(thing, Enum):
+        return [thing]
+    if dataclasses.is_dataclass(thing):
+        return [x for field in dataclasses.fields(thing) for x in bits(getattr(thing, field.name))]
+    if isinstance(thing, tuple):
+        return [len(thing), *(x for part in thing for x in bits(part))]
+    return [struct.pack("<d", thing)]
