@@ -290,12 +290,11 @@ def advance(
         memory[WALKED] = stamp
     memory[STARTED] = 1.0
     if math.isnan(stamp):
+        # or the queue would grow while samples are lost
         _follow_to(done, fixed, memory, end)
         return REPEATED
     _follow_to(stamp, fixed, memory, end)
     _read(stamp, fixed, memory, draw)
-    if done > stamp:
-        _follow_to(done, fixed, memory, end)
     return FRESH
 
 

@@ -3,8 +3,9 @@
 A maker states limits, not one sensor: a preset is one specimen of its kind, drawn within them (`specimen`). The
 same number is the same sensor, with the same errors, in every run; the seed of a run is another thing.
 
-What no document says is an ASSUMPTION, marked as such here and in `SensorModel.source`. All presets show no bias:
-they were tared (software bias) before the run. Replace what you know better:
+What no document says is an ASSUMPTION, marked as such here and in `SensorModel.source`; QUOTED is what was read in
+others' quotations of the maker, not in his own document. All presets show no bias: they were tared (software bias)
+before the run. Replace what you know better:
 
     dataclasses.replace(sensor_preset(PresetSensor.NANO17), bandwidth=SecondOrderLag(326.0))
 """
@@ -48,7 +49,7 @@ CROSS_TALK = 0.01
 
 ZERO_DRIFT = 5e-4
 """ASSUMPTION: of the full load per kelvin. A load cell of one axis is sold with 5e-5 (Octogon, data sheet FRB,
-"temp. effect on zero"); sensors of six axes, whose makers rarely state it, are worse."""
+"temp. effect on zero"); ten times that for six axes in little room."""
 
 WARM_UP = WarmUp(rise=5.0, time_constant=600.0)
 """ASSUMPTION: of a small sensor by its own electronics, and what it is bolted to."""
@@ -57,16 +58,17 @@ LIMIT_SIGMAS = 3.0
 """ASSUMPTION: standard deviations in what a maker gives as a limit of the noise, or as "precision"."""
 
 NANO17_RATED: Wrench = (12.0, 12.0, 17.0, 0.12, 0.12, 0.12)
-"""Calibration SI-12-0.12 [N, N m], from ATI's page of the Nano17."""
+"""Calibration SI-12-0.12 [N, N m]. QUOTED from ATI's page of the Nano17."""
 
 NANO17_RESOLUTION = alike(1 / 320, 1e-3 / 64)
-"""Likewise: 1/320 N and 1/64 N mm."""
+"""1/320 N, QUOTED likewise, and 1/64 N mm, as in palpate's sensor files."""
 
 NET_BOX_RATE = 7000.0
-"""[Hz] at which ATI's electronics sample, accurate to 0.5 %: ATI's page ft_SystemInterfaces.aspx."""
+"""[Hz]. ASSUMPTION: `ft_sequence` of a Net box counts about so fast; ATI states 7000, accurate to 0.5 %, for
+its Digital F/T (page ft_SystemInterfaces.aspx)."""
 
 NET_BOX_LATENCY = 288e-6
-"""[s] between an event and its Ethernet packet (Net F/T, RDT over UDP): likewise."""
+"""[s] between an event and its Ethernet packet, Net F/T, RDT over UDP: ATI's page ft_SystemInterfaces.aspx."""
 
 AXIA80_RATED: Wrench = (500.0, 500.0, 900.0, 20.0, 20.0, 20.0)
 """Axia80-M20, calibration SI-500-20 [N, N m]: manual 9610-05-Ethernet Axia-09, table 4.8."""
@@ -78,7 +80,7 @@ AXIA80_NOISE = 5e-4
 """Of the full scale: larger jumps are abnormal, says manual 9610-05-Ethernet Axia-09, section 14.5."""
 
 FT300S_RATED: Wrench = alike(300.0, 30.0)
-"""[N, N m]: the range Robotiq advertises for the FT 300 and FT 300-S."""
+"""[N, N m]. QUOTED from Robotiq's product page."""
 
 FT300S_STEP = alike(0.01, 0.001)
 """[N, N m] per count of its stream: FT 300-S instruction manual, section 4.4.2."""
@@ -87,14 +89,15 @@ FT300S_RATE = 100.0
 """[Hz] of its stream: likewise."""
 
 FT300S_LATENCY = 16 * 10 / 19200
-"""[s] that a message of 16 bytes (likewise) takes at 19200 baud, ten bits to the byte: computed."""
+"""[s] that a message of 16 bytes (likewise) takes, ten bits to the byte. ASSUMPTION: at 19200 baud."""
 
 FT300S_NOISE = alike(0.1, 0.005)
 """ASSUMPTION [N, N m]: a buyers' guide gives 0.1 N as its resolution (roboticscenter.ai, force-torque sensor
 selection guide); the moment is that at an arm of 50 mm."""
 
 UR5E_RATED: Wrench = alike(50.0, 10.0)
-"""Range [N, N m]; with the two below from the UR5e's data sheet, "Force sensing, tool flange/torque sensor"."""
+"""Range [N, N m]; this and the two below are QUOTED from the UR5e's data sheet, "Force sensing, tool flange/torque
+sensor"."""
 
 UR5E_PRECISION: Wrench = alike(3.5, 0.2)
 """[N, N m]."""
@@ -144,9 +147,10 @@ def nano17(specimen: int = 0) -> SensorModel:
     """
     return SensorModel(
         name="ATI Nano17 SI-12-0.12, simulated",
-        source="range and resolution from ATI's page of the Nano17; clock and latency of the Net box from ATI's "
-        "page of system interfaces; ASSUMPTION: noise is one resolution, cross-talk 1 % of the range, zero drift "
-        "0.05 % of the range per kelvin, warm-up of 5 K in 10 minutes, readings end at 105 % of the range",
+        source="range and resolution QUOTED from ATI's page of the Nano17; latency of the Net box from ATI's page "
+        "of system interfaces; ASSUMPTION: samples at 7000 Hz, noise is one resolution, cross-talk 1 % of the "
+        "range, zero drift 0.05 % of the range per kelvin, warm-up of 5 K in 10 minutes, readings end at 105 % "
+        "of the range",
         rated=NANO17_RATED,
         cross_talk=_cross_talk(NANO17_RATED, specimen),
         thermal_drift=_thermal_drift(NANO17_RATED, specimen),
@@ -190,9 +194,10 @@ def ft300s(specimen: int = 0) -> SensorModel:
     counts = float(np.iinfo(np.int16).max)
     return SensorModel(
         name="Robotiq FT 300-S, simulated",
-        source="range as advertised; counts and rate of the stream from the FT 300-S instruction manual, section "
-        "4.4.2; latency computed from 16 bytes at 19200 baud; ASSUMPTION: noise of 0.1 N and 5 mN m, cross-talk "
-        "1 % of the range, zero drift 0.05 % of the range per kelvin, warm-up of 5 K in 10 minutes",
+        source="range QUOTED from Robotiq's product page; counts and rate of the stream from the FT 300-S "
+        "instruction manual, section 4.4.2; ASSUMPTION: latency is 16 bytes at 19200 baud, noise of 0.1 N and "
+        "5 mN m, cross-talk 1 % of the range, zero drift 0.05 % of the range per kelvin, warm-up of 5 K in "
+        "10 minutes",
         rated=FT300S_RATED,
         cross_talk=_cross_talk(FT300S_RATED, specimen),
         thermal_drift=_thermal_drift(FT300S_RATED, specimen),
@@ -210,16 +215,17 @@ def ur5e_sensor(specimen: int = 0) -> SensorModel:
     The data sheet says "precision" and "accuracy" without saying of what. ASSUMPTION: precision is three standard
     deviations of a reading, and what accuracy has beyond it is the error of calibration at full load: so every
     specimen keeps to both, and not only the usual one, as if they were added in squares.
-    (A UR5e held 1 to 10 N to 0.38 N on the average: Trochimczuk et al. 2026, Sensors 26(5) 1709.) No bandwidth and
-    no drift with temperature are published; none is simulated.
+    (Measured: set to 1 to 10 N, a UR5e was off by 0.38 N on the average, and set to 10 N, by -1.1 to 3.3 N over
+    its workspace; abstract of Trochimczuk et al. 2026, Sensors 26(5) 1709.) No document on bandwidth or on drift with
+    temperature was found; none is simulated.
     """
     limits = zip(UR5E_ACCURACY, UR5E_PRECISION, UR5E_RATED, strict=True)
     a, b, c, d, e, f = ((accuracy - precision) / full for accuracy, precision, full in limits)
     return SensorModel(
         name="Universal Robots UR5e, simulated",
-        source="range, precision and accuracy from the UR5e's data sheet; rate of RTDE; ASSUMPTION: precision is "
-        "three standard deviations, the rest of accuracy is cross-talk and gain, latency is one cycle, readings "
-        "end at 105 % of the range",
+        source="range, precision and accuracy QUOTED from the UR5e's data sheet; rate of RTDE; ASSUMPTION: "
+        "precision is three standard deviations, the rest of accuracy is cross-talk and gain, latency is one "
+        "cycle, readings end at 105 % of the range",
         rated=UR5E_RATED,
         cross_talk=drawn_cross_talk(UR5E_RATED, (a, b, c, d, e, f), specimen),
         noise=WhiteNoise(_scaled(UR5E_PRECISION, 1.0 / LIMIT_SIGMAS)),

@@ -3,6 +3,7 @@
 import math
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -127,7 +128,7 @@ def test_a_state_of_another_sensor_is_refused():
 @pytest.mark.parametrize("time", [0.004, 0.003, -1.0, math.nan, math.inf])
 def test_a_time_that_is_not_later_is_refused_and_changes_nothing(time):
     sensor, untouched = ImperfectSensor(EVERYTHING, DT, 7), ImperfectSensor(EVERYTHING, DT, 7)
-    run(sensor, 0, 5), run(untouched, 0, 5)
+    assert run(sensor, 0, 5) == run(untouched, 0, 5)
     with pytest.raises(InvalidValueError, match="later"):
         sensor.step(time, *load(9))
     assert run(sensor, 5, 300) == run(untouched, 5, 300)
@@ -135,8 +136,13 @@ def test_a_time_that_is_not_later_is_refused_and_changes_nothing(time):
 
 def test_steps_too_close_together_for_the_latency_are_refused_not_forgotten():
     sensor = ImperfectSensor(SensorModel(latency=0.01), 1e-3)
+
+    def hurry():
+        for k in range(100):
+            sensor.step(1e-5 * k, *load(k))
+
     with pytest.raises(InvalidValueError, match="closer together than the period"):
-        [sensor.step(1e-5 * k, *load(k)) for k in range(100)]
+        hurry()
 
 
 @settings(max_examples=40, deadline=None)
@@ -157,12 +163,13 @@ def test_steps_as_far_apart_as_the_period_or_farther_always_have_room(latency, r
 
 def test_other_kinds_of_numbers_are_taken_without_starting_a_compiler():
     sensor, other = ImperfectSensor(EVERYTHING, DT, 7), ImperfectSensor(EVERYTHING, DT, 7)
-    compiled = list(kernel.advance.signatures)
+    dispatcher: Any = kernel.advance
+    compiled = list(dispatcher.signatures)
     assert len(compiled) == 1
     for k in range(20):
         a = sensor.step(np.float64(k), np.array([1, 2, 3, 0, 0, 0], dtype=np.float32), (0, 0, 9))
         assert a == other.step(float(k), (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), (0.0, 0.0, 9.0))
-    assert list(kernel.advance.signatures) == compiled
+    assert list(dispatcher.signatures) == compiled
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan])

@@ -187,8 +187,8 @@ def test_a_drift_is_found_at_its_rate_and_none_where_there_is_none():
 
 def test_known_loads_find_the_cross_talk():
     model = replace(nano17(6), thermal_drift=None)
-    loads = np.random.default_rng(2).uniform(-0.5, 0.5, (40, 6)) * model.rated
     rated = np.array(model.rated)
+    loads = np.random.default_rng(2).uniform(-0.5, 0.5, (40, 6)) * rated
     fit = fit_calibration(
         means(model, loads) / rated, loads, ranges=rated
     )  # channels of one unit: shares of the range

@@ -174,6 +174,13 @@ def test_a_slow_device_repeats_the_same_sample_until_the_next():
     assert len({s.wrench for s in samples}) == 20
 
 
+@pytest.mark.parametrize("every", [1, 2, 3, 4, 5, 7, 8, 10])
+def test_a_clock_in_step_with_its_reader_misses_no_beat_by_rounding(every):
+    sensor = ImperfectSensor(SensorModel(clock=SampleClock(1000.0 / every)), DT)
+    stamps = np.array([sensor.step(DT * k, NOTHING, REST).time for k in range(5000)])
+    assert np.allclose(stamps, DT * (np.arange(5000) // every * every), rtol=0.0, atol=1e-9)
+
+
 @pytest.mark.parametrize("probability", [0.01, 0.3, 0.9])
 @pytest.mark.parametrize("clock", [None, SampleClock(1000.0), SampleClock(7000.0, 0.2e-4), SampleClock(130.0)])
 def test_samples_are_lost_as_often_as_said_each_by_itself(probability, clock):
@@ -197,6 +204,7 @@ def test_samples_are_lost_as_often_as_said_each_by_itself(probability, clock):
         sd = math.sqrt(probability * (1 - probability) * per_tick / len(behind))
         correlated = (1 + probability) / (1 - probability)  # a loss lasts
         assert (behind > 0).mean() == pytest.approx(probability, abs=5 * sd * math.sqrt(correlated))
+        assert (behind > 1).mean() == pytest.approx(probability**2, abs=5 * sd * math.sqrt(correlated))
 
 
 def test_what_is_noise_at_a_moment_does_not_depend_on_what_is_lost():

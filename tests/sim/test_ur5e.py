@@ -162,6 +162,10 @@ def test_no_joint_ever_feels_more_of_the_links_than_its_servo_is_made_for():
         slowest, fastest = min(slowest, frequencies.min()), max(fastest, frequencies.max())
     assert np.all(largest <= LARGEST_LINK_INERTIA)
     assert np.all(largest >= 0.8 * np.array(LARGEST_LINK_INERTIA))
+    # critically damped by themselves
+    damping = -model.actuator_biasprm[:, 2]
+    inertia = np.add(ARMATURE, LARGEST_LINK_INERTIA)
+    assert damping / (2.0 * np.sqrt(np.array(ARM.stiffness) * inertia)) == pytest.approx(np.ones(6))
     # joints move one another: damping ratios are these over the bandwidth
     assert slowest > 0.75 * ARM.bandwidth
     assert fastest < 2.3 * ARM.bandwidth
