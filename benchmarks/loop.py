@@ -191,7 +191,7 @@ class Measured:
 
     @property
     def work(self) -> np.ndarray:
-        """Of each period but the first, which nothing was read for: read, sense, control, supervise, record [s]."""
+        """Of each period but the first, for which nothing was read: from read to record [s]."""
         compute = self.result.timing.compute[1:]
         return compute + self.read[: len(compute)]
 
@@ -441,15 +441,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="a few seconds: does it run? the figures mean little")
     effort = QUICK if parser.parse_args(arguments).quick else FULL
     console = Console(width=max(115, Console().width))
-    tables = []
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("running the loop", total=2 + 5 + 2 * effort.pairs + 2 + 5)
 
         def done() -> None:
             progress.advance(task)
 
-        for section in (parts, lateness, recorder_pairs, switching):
-            tables.append(section(effort, done))
+        tables = [section(effort, done) for section in (parts, lateness, recorder_pairs, switching)]
         tables.append(collections(done))
     for made in tables:
         console.print(made)

@@ -16,7 +16,7 @@ from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file, 
 from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
-from palpate.strict_decode import known_keys
+from palpate.strict_types import known_keys
 
 STAGE = Path(shipped_robots()["stage"]).read_text(encoding="utf-8")
 MINIMAL = """

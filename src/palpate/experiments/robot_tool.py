@@ -12,7 +12,7 @@ from palpate.experiments.robot_values import load_named_robot
 from palpate.nearest_name import unit_of, without_unit
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, robot_path, shipped_robots
 from palpate.sensing.ft.sensor_file import SensorFile
-from palpate.strict_decode import shown_path
+from palpate.strict_refusal import shown_path
 from palpate.strict_yaml import Key, read_yaml
 
 

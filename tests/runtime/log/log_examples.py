@@ -52,7 +52,9 @@ def one_period(rng, layout, time):
     fingers = []
     for wrench in wrenches:
         status = rng.choice(list(ContactStatus))
-        contact = Contact(arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), ContactStatus(status))
+        contact = Contact(
+            arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), ContactStatus(status)
+        )
         health = HEALTHY if rng.integers(2) else Verdict(rng.choice(list(Measure)))
         fingers.append(FingerObservation(wrench.time, numbers(6), contact, bool(rng.integers(2)), health))
     now = Observation(time, arm, tuple(fingers), hand)
