@@ -204,13 +204,32 @@ def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
 # --- what the robot file decides ---
 
 
+def test_what_the_robot_file_says_an_exploration_need_not_be_told():
+    other = changed(
+        STAGE,
+        ("kind: sphere", "kind: ellipsoid"),
+        ("radius_m: 0.008", "semi_axes_m: [0.01, 0.008, 0.012]"),
+        ("force_N: 0\n", "force_N: 0.01\n"),
+        ("moment_Nm: 0\n", "moment_Nm: 1e-4\n"),
+        ("period_s: 0.001", "period_s: 0.002"),
+    )
+    said = {"tip": (0.01, 0.008, 0.012), "force_noise": 0.01, "moment_noise": 1e-4, "period": 0.002}
+    assert values_of(other) == said
+
+
 def test_the_robot_file_makes_the_stage():
     heavy = plan(
-        ExploreConfig(), changed(STAGE, ("mass_kg: 5.0", "mass_kg: 8"), ("rad_per_s: 100.0", "rad_per_s: 50"))
+        ExploreConfig(),
+        changed(
+            STAGE,
+            ("mass_kg: 5.0", "mass_kg: 8"),
+            ("rad_per_s: 100.0", "rad_per_s: 50"),
+            ("leash_m: 0.0025", "leash_m: 0.003"),
+        ),
     )
     light = plan(ExploreConfig(), STAGE)
     assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
-    assert heavy.backend.scene.stage == Stage(8.0, 50.0)
+    assert heavy.backend.scene.stage == Stage(8.0, 50.0, 0.003)
     assert heavy.parameters.gain.gain < light.parameters.gain.gain
 
 
@@ -265,9 +284,9 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
         ({}, changed(STAGE, ("mass_kg: 0.03", "mass_kg: 0")), ["payload", "weighs something"]),
         ({}, changed(STAGE, ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 1]")), ["centre of its"]),
         ({}, changed(STAGE, ("kind: sphere", "kind: cylinder")), ["fingers[0].surface.kind = cylinder"]),
-        ({}, changed(NANO17, ("bias_force_N: [0.0", "bias_force_N: [0.1"), file="sensors/nano17.yaml"), ["bias"]),
-        ({}, changed(NANO17, ("delay_s: 0.0", "delay_s: 0.1"), file="sensors/nano17.yaml"), ["device_delay_s"]),
-        ({"force": 0.4}, changed(NANO17, ("force_N: 0.05", "force_N: 0.4"), file="sensors/nano17.yaml"),
+        ({}, changed(NANO17, ("bias_force_N: [0.0", "bias_force_N: [0.1"), file="sensor-0.yaml"), ["bias"]),
+        ({}, changed(NANO17, ("delay_s: 0.0", "delay_s: 0.1"), file="sensor-0.yaml"), ["device_delay_s"]),
+        ({"force": 0.4}, changed(NANO17, ("force_N: 0.05", "force_N: 0.4"), file="sensor-0.yaml"),
          ["at least 0.6 N", "touch_force_N"]),
     ],
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A robot with something wrong: a rig of back end, touch, controller, and what is done to it from some period on."""
+"""A robot with something wrong: back end, touch, controller, and what is done to them from some period on."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,7 +9,7 @@ from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import Event, Level, MemoryLog, Recorder, Sink
 from palpate.runtime.loop import Observer, run
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.result import RunInterrupted, RunResult
+from palpate.runtime.result import RunResult, result_until
 from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Touch
 
@@ -260,6 +260,9 @@ def carry_out(rig: Rig, supervisor: Supervisor | None = None, file: Sink | None 
             live=rig.live,
             observers=rig.observers,
         )
-    except RunInterrupted as interrupted:
-        result = interrupted.result
+    except KeyboardInterrupt as interruption:
+        found = result_until(interruption)
+        if found is None:
+            raise
+        result = found
     return Outcome(rig, result, supervisor, log, tuple(log.events))

@@ -23,7 +23,7 @@ SCAN = (0.001, 0.0, 0.0)
 
 @contextmanager
 def full_disk(room: int):
-    """No file may grow beyond some bytes: the system itself refuses, as on a full disk, in the middle of a write."""
+    """No file may grow beyond some bytes: the system itself refuses, as on a full disk, amid a write."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
     try:
@@ -72,6 +72,7 @@ def test_a_disk_that_was_full_from_the_start_is_refused_before_anything_moves(tm
         carry_out_with(LogWriter(tmp_path / "run.mcap"), given)
     assert given.backend.commands == []
     assert given.backend.closed_after == 0
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_fault_is_dealt_with_as_ever_while_the_disk_is_full(tmp_path):

@@ -23,6 +23,7 @@ DEFAULTS = {
     "fingers[0].noise.force_N": 0.0,
     "fingers[0].noise.moment_Nm": 0.0,
     "limits.force_N": 20.0,
+    "limits.moment_Nm": 2.0,
     "limits.spin_torque_Nm": 1.0,
     "limits.grip_force_N": 40.0,
     "limits.speed_m_per_s": 0.25,

@@ -138,7 +138,11 @@ class FreshSamples:
         for i, last in enumerate(before.fingers):
             if now.fingers[i].time < last.time:
                 return _backwards(f"force/torque sensor {i + 1}", now.fingers[i].time, last.time)
-        if now.hand is not None and before.hand is not None and now.hand.time < before.hand.time:
+        if before.hand is None:
+            return None
+        if now.hand is None:
+            return Finding("sample of the hand", "missing", "one in every period")
+        if now.hand.time < before.hand.time:
             return _backwards("the hand", now.hand.time, before.hand.time)
         return None
 
