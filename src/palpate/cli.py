@@ -17,6 +17,7 @@ from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import ExploreOptions
 from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
+from palpate.experiments.replay_config import ReplayConfig
 from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 
 DESCRIPTION = (
@@ -88,6 +89,11 @@ COMMANDS: Mapping[str, Command | Group] = {
             ),
         },
         "Logs of runs: what is in them, and as tables.",
+    ),
+    "replay": Command(
+        ReplayConfig,
+        "palpate.experiments.replay_command:run_replay",
+        "Feed the log of a run through sensing and control again, and compare the commands.",
     ),
     "robot": Group(
         {

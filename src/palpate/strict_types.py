@@ -1,6 +1,7 @@
 """What the types that YAML is decoded into say of themselves: their keys, kinds and choices."""
 
 import dataclasses
+import enum
 import functools
 import typing
 from collections.abc import Sequence
@@ -58,10 +59,12 @@ def item_type(kind: object) -> object:
 
 
 def choices(kind: object, path: Sequence[Key]) -> tuple[typing.Any, ...]:
-    """The words that a `Literal` allows, where a path leads."""
+    """The words that a `Literal` or an enumeration allows, where a path leads."""
     for step in path:
         if isinstance(step, int):
             kind = item_type(kind)
         else:
             kind = next((known_keys(record)[step] for record in records(kind) if step in known_keys(record)), None)
+    if isinstance(kind, type) and issubclass(kind, enum.Enum):
+        return tuple(member.value for member in kind)
     return typing.get_args(kind)

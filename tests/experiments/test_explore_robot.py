@@ -337,7 +337,7 @@ def damaged(rng):
                 f"{key}_mm: 1",
                 lines[rng.randrange(len(lines))],
                 lines[i][: rng.randrange(len(lines[i]) + 1)],
-                lines[i].replace(rng.choice(lines[i]), rng.choice("\x00\x7f:[#&é1 "), 1),
+                lines[i].replace(rng.choice(lines[i] or ":"), rng.choice("\x00\x7f:[#&é1 "), 1),
             )
         )
     return "\n".join(lines)
@@ -363,7 +363,8 @@ def try_overlays(count, seed):
         assert set(values) == set(said) - {"experiment"}, text
         for key, value in values.items():
             if type(value) is float:
-                assert float(said[key].partition(" #")[0]) == value or math.isnan(value), (key, text)
+                word = said[key].partition(" #")[0].strip()
+                assert math.isnan(value) if word == ".nan" else float(word) == value, (key, text)
         try:
             config = ExploreConfig(**values)
         except InvalidValueError:

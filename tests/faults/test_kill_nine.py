@@ -19,7 +19,8 @@ from faults.watchdog_device import WATCHDOG
 from palpate.runtime.log import Level, read_log
 
 HERE = Path(__file__).parent
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(HERE.parent)}
+PYTHONPATH = os.pathsep.join(filter(None, (str(HERE.parent), os.environ.get("PYTHONPATH"))))
+ENVIRONMENT = os.environ | {"PYTHONPATH": PYTHONPATH}
 LONGEST_STOP = 0.01
 """[s]: what the device may take beyond its watchdog, besides the time that the machine kept it from running, which
 it measures itself (tens of milliseconds on a loaded one)."""

@@ -14,6 +14,10 @@ from palpate.strict_refusal import shown_path
 
 TEXTS = [load_robot(name).texts[ROBOT_TEXT] for name in ("stage", "stage-nano17")]
 DEFAULTS = {
+    "pace.kind": "simulated",
+    "pace.overrun": "skip",
+    "pace.spin_s": 0.0,
+    "pace.priority": None,
     "fingers[0].surface.center_m": [0.0, 0.0, 0.0],
     "fingers[0].surface.rotvec_rad": [0.0, 0.0, 0.0],
     "fingers[0].payload.mass_kg": 0.0,

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 
@@ -89,9 +90,8 @@ def replay_log(
 ) -> ReplayedLog:
     """Replay the log of an exploration.
 
-    Example:
-        replay_log("runs/explore").identical
-        replay_log("runs/explore", {"force": 3.0}).velocity_difference
+    For example `replay_log("runs/explore").identical`, or
+    `replay_log("runs/explore", {"force": 3.0}).velocity_difference`.
 
     Args:
         log: As read, or its file, or a folder with its latest.mcap.
@@ -100,7 +100,8 @@ def replay_log(
         observers: Called every period, for example to show progress.
 
     Raises:
-        InvalidValueError: It is no log of an exploration, nothing of it can be replayed, or what is changed cannot be.
+        InvalidValueError: It is no log of an exploration, nothing of it can be replayed, or what is changed
+            cannot be.
         OSError: The log cannot be read.
     """
     if not isinstance(log, Log):
@@ -108,9 +109,7 @@ def replay_log(
     planned = _plan(log, settings)
     extent = extent_of(log)
     made = planned.controller() if controller is None else controller(planned)
-    changes, left_out = log.changes, ()
-    if controller is not None:
-        changes, left_out = _parted(log.changes, made)
+    changes, left_out = (log.changes, ()) if controller is None else _parted(log.changes, made)
     done = _replayed(log, extent, planned, made, changes, observers, changed=bool(settings or controller))
     count = rows_of_replay(done)
     return ReplayedLog(
@@ -164,7 +163,7 @@ def _replayed(
     *,
     changed: bool,
 ) -> Replay:
-    samples = (sample for sample, _ in zip(log.samples(), range(extent.count), strict=False))
+    samples = islice(log.samples(), extent.count)
     touch, supervisor = Touch(planned.finger), Supervisor(planned.limits)
     try:
         return replay(samples, log.heading.period, touch, controller, supervisor, changes, observers)

@@ -40,7 +40,8 @@ def load_controller_maker(name: str) -> ControllerMaker:
                 f"controller = {name}: there is no module {error.name}, neither in {os.getcwd()} nor installed"
             ) from None
         except Exception as error:
-            raise InvalidValueError(f"controller = {name}: {_raised(f'importing {module_name}', error)}") from error
+            raised = _raised(f"importing {module_name}", error)
+            raise InvalidValueError(f"controller = {name}: {raised}") from error
     function = getattr(module, function_name, None)
     if function is None:
         own = [other for other in vars(module) if not other.startswith("_") and callable(getattr(module, other))]

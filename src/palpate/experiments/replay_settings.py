@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
-from palpate.nearest_name import advice_on_key
+from palpate.nearest_name import nearest, without_unit
 from palpate.strict_decode import decode_some
 from palpate.strict_yaml import read_yaml
 
@@ -43,7 +43,9 @@ def settings_of(words: Sequence[str]) -> dict[str, object]:
     for word in words:
         name, equals, text = word.partition("=")
         if not (name and equals and text):
-            raise InvalidValueError(f"--set {word}: write NAME=VALUE without spaces, as in --set force=3 speed=0.03")
+            raise InvalidValueError(
+                f"--set {word}: write NAME=VALUE without spaces, as in --set force=3 speed=0.03, and LOG before it"
+            )
         if name in settings:
             raise InvalidValueError(f"--set {word}: {name} is given twice")
         settings[name] = _value(name, text)
@@ -69,5 +71,8 @@ def changed_config(config: ExploreConfig, settings: Mapping[str, object]) -> Exp
         if name in FIXED:
             raise InvalidValueError(f"{name}: a replay cannot change it: {FIXED[name]}")
         if name not in CHANGEABLE:
-            raise InvalidValueError(f"{name}: {advice_on_key(name, CHANGEABLE)}")
+            names = (*CHANGEABLE, *FIXED)
+            near = nearest(name, names) or nearest(without_unit(name), names)
+            advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(CHANGEABLE)}"
+            raise InvalidValueError(f"{name}: an exploration has no such setting; {advice}")
     return replace(config, **decode_some(settings, ExploreConfig))  # type: ignore[arg-type]

@@ -11,10 +11,13 @@ from palpate.runtime.log import Level, LogWriter, MemoryLog, Recorder, Recording
 from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.fields import Codes, period_groups, walk
 from palpate.runtime.log.layout import MOST
+from palpate.runtime.log.row_packer import any_packer, one_finger_packer
 from runtime.log.log_examples import ONE_FINGER, PERIOD, SMALL, TWO_FINGERS_AND_A_HAND, a_run, bits
 from runtime.puppets import sample, touch
 
 WIDTH = sum(quantity.count for _, quantity in walk(period_groups(SMALL, Codes())))
+
+PACKERS = (one_finger_packer, any_packer)
 
 
 class Watcher:
@@ -115,12 +118,42 @@ def test_a_period_that_does_not_fit_is_dropped_counted_and_told(name, wrong, tmp
         assert bits(found) == bits(periods[number][0])
 
 
-def test_without_a_hand_a_hand_does_not_fit():
+def test_one_finger_is_packed_as_any_number_is():
+    for layout in (SMALL, ONE_FINGER):
+        for period in a_run(50, layout):
+            blocks = bytearray(1000), bytearray(1000)
+            ends = {packer(layout)(block, 8, *period) for packer, block in zip(PACKERS, blocks, strict=True)}
+            assert ends == {8 + 8 * sum(q.count for _, q in walk(period_groups(layout, Codes())))}
+            assert blocks[0] == blocks[1]
+
+
+@pytest.mark.parametrize(
+    "name", ["a hand", "a joint as a channel", "a channel less, a grip force more", "fingers"]
+)
+def test_with_one_finger_too_what_does_not_fit_is_dropped(name):
     memory, periods = MemoryLog(), a_run(1)
+    s, now, command, *times = periods[0]
+    (given,), arm = s.wrenches, s.arm
+    wrong, told = {
+        "a hand": (replace(s, hand=HandSample(0.0, (0.0,))), command),
+        "a joint as a channel": (
+            replace(
+                s,
+                arm=replace(arm, joint_position=arm.joint_position[1:]),
+                wrenches=(replace(given, wrench=(*given.wrench, 0.0)),),
+            ),
+            command,
+        ),
+        "a channel less, a grip force more": (
+            replace(s, wrenches=(replace(given, wrench=given.wrench[1:]),)),
+            replace(command, grip_force=(1.0,) * 3),
+        ),
+        "fingers": (replace(s, wrenches=(given, given)), command),
+    }[name]
     recorder = started(periods, memory)
-    s, *rest = periods[0]
-    recorder.record(replace(s, hand=HandSample(0.0, (0.0,))), *rest)
+    recorder.record(wrong, now, told, *times)
     assert recorder.close().rows_lost == 1
+    assert len(memory.record()) == 0
 
 
 def test_whole_numbers_are_numbers_too():

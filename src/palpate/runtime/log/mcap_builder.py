@@ -99,7 +99,9 @@ class McapBuilder:
         parts = [head]
         heading = encode_heading(self._heading, zlib.crc32(head))
         place = len(head)
-        texts = {HEADING_NAME: heading} | {name: text.encode("utf-8", "backslashreplace") for name, text in self._attachments.items()}
+        texts = {HEADING_NAME: heading} | {
+            name: text.encode("utf-8", "backslashreplace") for name, text in self._attachments.items()
+        }
         for name, data in texts.items():
             suffix = name[name.rfind(".") :]
             attachment = Attachment(
