@@ -6,7 +6,8 @@ The loop that drives robots, paced at 1 kHz: the exploration controller and the 
 run on a force/torque sensor as its file describes it (calibration, bias, payload, a low-pass, health), whose
 readings are made up: a fingertip that presses with about 2 N on a surface that turns a little, with noise. Every
 period is recorded to a file. The tables say what was asked for (issue 4), and what this machine gives; maxima are
-the machine's, and are told but not judged. It takes about four minutes; close other programs. For real-time
+the machine's, and are told but not judged. It takes about four minutes; close other programs, for what they
+leave of the caches decides what a period costs. For real-time
 priority run it as a user who may have it.
 """
 
@@ -44,8 +45,7 @@ from palpate.runtime import (
 )
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import live_parameters_of
-from palpate.runtime.log import MemoryLog, Recorder
-from palpate.runtime.log.log_writer import LogWriter
+from palpate.runtime.log import LogWriter, MemoryLog, Recorder
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution

@@ -139,6 +139,9 @@ def test_a_path_is_never_spoilt_by_what_people_write():
     evil = "x - at `$.spare.size_m`"
     message = told(decode, {"name": evil}, Plain)
     assert message.startswith(f"name = '{evil}'")
+    hidden = told(part, "test_file: 1\nspare: {\ufeffkind: flat, size_m: [1, 2]}")
+    assert hidden.isprintable()
+    assert "spare.kind: missing" in hidden
     assert "`" not in told(decode_some, {"a\u2028b": 1}, Plain).split(":")[0]
 
 

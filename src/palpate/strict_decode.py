@@ -13,7 +13,7 @@ import msgspec
 
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import advice_on_key, nearest
-from palpate.strict_refusal import Refusal, not_among, parted, refusal, shown
+from palpate.strict_refusal import Refusal, not_among, parted, refusal, shown, shown_path
 from palpate.strict_types import item_type, known_keys, records, tags
 from palpate.strict_yaml import LONGEST, Key, place_of, read_yaml
 
@@ -178,7 +178,7 @@ def _checked_tag(found: dict[str, object], tag: str, known: list[str], path: tup
         return given
     if tag not in found:
         near = nearest(tag, [key for key in found if isinstance(found[key], str)])
-        hint = f"; is {near} misspelt?" if near else ""
+        hint = f"; is {shown_path((near,))} misspelt?" if near else ""
         raise Refusal((*path, tag), f": missing; write {tag}: and one of {', '.join(known)}{hint}")
     raise Refusal((*path, tag), not_among(given, known))
 

@@ -46,6 +46,7 @@ def _first_wrench(**told):
 
 bad_samples = st.one_of(
     st.builds(_arm, st.sampled_from(("position_base_tip", "velocity_base_tip")), three),
+    st.builds(_arm, st.just("rotation_base_tip"), st.tuples(three, three, three)),
     st.builds(_arm, st.just("time"), any_float),
     st.builds(_arm, st.just("joint_position"), st.lists(any_float, max_size=3).map(tuple)),
     st.builds(_first_wrench, wrench=six),
@@ -84,7 +85,8 @@ injections = st.one_of(
     st.builds(lambda change, n: Samples(ForAWhile(change, n)), bad_samples, st.integers(1, 60)),
     st.builds(Commands, bad_commands),
 )
-histories = st.lists(st.tuples(st.integers(0, PERIODS + 20), injections), max_size=6)
+histories = st.lists(st.tuples(st.integers(1, PERIODS + 20), injections), max_size=6)
+"""From the second period on: what is wrong at the start may raise, as nothing moves yet."""
 limits = st.builds(
     Limits,
     force=st.sampled_from((1.0, 5.0, 20.0)),

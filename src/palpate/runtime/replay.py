@@ -116,13 +116,11 @@ class Replay:
         codec: Says what is in a row.
         rows: One per period as a log keeps them, coming to rest included, shape (n, width).
         result: How it ended. A replay of all samples ends with an `EndOfLogError`.
-        dropped: Why rows are missing at the end, as what was commanded cannot be recorded; empty if none are.
     """
 
     codec: PeriodCodec
     rows: FloatArray
     result: RunResult
-    dropped: str
 
     @property
     def commands(self) -> tuple[Command, ...]:
@@ -189,9 +187,7 @@ def replay(
     except KeyboardInterrupt:
         raise KeyboardInterrupt from None  # which speaks of no robot: none moved
     assert kept.codec is not None  # the run began
-    recording = result.recording
-    dropped = "" if recording is None else recording.problem or ""
-    return Replay(kept.codec, kept.all(), result, dropped)
+    return Replay(kept.codec, kept.all(), result)
 
 
 class _KeptRows:

@@ -245,6 +245,50 @@ def test_every_byte_counts(tmp_path, originals):
         assert not log.complete, place
 
 
+def records_of(original, opcode):
+    return [original.data[p : p + 9 + n] for p, kind, n in original.records if kind == opcode]
+
+
+@pytest.mark.parametrize("which", [0, 1, 3])
+def test_a_chunk_of_another_run_does_not_pass(which, tmp_path, originals):
+    """Same layout, same sample times, valid check sums: only the start on the wall clock differs."""
+    ours, theirs = (records_of(original, Opcode.CHUNK)[which] for original in originals[:2])
+    (tmp_path / "a.mcap").write_bytes(originals[0].data.replace(ours, theirs))
+    log = read_log(tmp_path / "a.mcap")
+    assert "do not agree with themselves or with this run's start" in log.damage
+    if which in (0, 3):
+        assert sum(gap.count for gap in log.gaps) == 450 - len(log) > 0
+
+
+def test_an_event_of_another_run_does_not_pass(tmp_path, originals):
+    lonely = [
+        records_of(original, Opcode.CHUNK)[i]
+        for original in originals[:2]
+        for i, record in enumerate(records_of(original, Opcode.CHUNK))
+        if len(record) == min(map(len, records_of(original, Opcode.CHUNK)))
+    ]
+    (tmp_path / "a.mcap").write_bytes(originals[0].data.replace(lonely[0], lonely[-1]))
+    assert "do not agree with themselves or with this run's start" in read_log(tmp_path / "a.mcap").damage
+
+
+def test_an_attachment_of_another_run_does_not_pass(tmp_path, originals):
+    ours, theirs = (records_of(original, Opcode.ATTACHMENT)[1] for original in originals[:2])
+    (tmp_path / "a.mcap").write_bytes(originals[0].data.replace(ours, theirs))
+    log = read_log(tmp_path / "a.mcap")
+    assert "'experiment.yaml'" in log.damage
+    assert "is of another run, or comes again" in log.damage
+    assert set(log.attachments) == {"versions.yaml"}
+    assert len(log) == 450
+
+
+def test_damaged_schemas_are_refused(tmp_path, originals):
+    """MCAP has no check sum for them; the heading does."""
+    data = originals[0].data.replace(b"float64 compute_time", b"float32 compute_time", 1)
+    (tmp_path / "a.mcap").write_bytes(data)
+    with pytest.raises(InvalidValueError, match="its schemas or channels are damaged"):
+        read_log(tmp_path / "a.mcap")
+
+
 def forged_chunk(original, content, size, crc=None):
     """The log with one more chunk in front of its first, with valid check sums."""
     compressed = zstandard.ZstdCompressor().compress(content)

@@ -184,10 +184,12 @@ def test_events_have_room_when_periods_have_none_left(tmp_path, monkeypatch):
     monkeypatch.setattr(LogFile, "append", hang)
     recorder = Recorder(LogWriter(tmp_path / "a.mcap", backlog=200_000))
     looped(recorder, a_run(1000), 2)
-    recorder.event(2.0, Level.ERROR, "supervisor", "contact force")
+    texts = [f"contact force {i}" for i in range(200)]
+    for text in texts:
+        recorder.event(2.0, Level.ERROR, "supervisor", text)
     released.set()
     assert recorder.close().rows_lost > 0
-    assert read_log(tmp_path / "a.mcap").events[0].text == "contact force"
+    assert [event.text for event in read_log(tmp_path / "a.mcap").events[:200]] == texts
 
 
 def test_an_error_that_nobody_thought_of_is_told_too(tmp_path, monkeypatch):
