@@ -306,14 +306,15 @@ def test_a_hand_that_was_never_told_how_to_grip_does_not_retract_either():
 @defect
 def test_the_default_limits_let_a_hand_grip_as_hard_as_the_grip_limit_says():
     """Found: 40 N of grip are allowed, but a contact force of 20 N of the same finger trips."""
+    force = 0.9 * Limits().grip_force
 
     class Gripping(PuppetBackend):
         def _now(self, step):
             now = super()._now(step)
             return replace(now, hand=HandSample(now.time, (0.1,)))
 
-    grip = Command(REST, Phase.HOLD, (30.0,))
-    backend = Gripping(dict.fromkeys(range(2000), HARD))
+    grip = Command(REST, Phase.HOLD, (force,))
+    backend = Gripping(dict.fromkeys(range(2000), {"wrench": (0.0, 0.0, force, 0.0, 0.0, 0.0)}))  # noqa: RUF024
     assert go(backend, PuppetController(dict.fromkeys(range(100), grip))).trip is None
 
 
