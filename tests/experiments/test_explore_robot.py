@@ -21,6 +21,7 @@ from palpate.experiments.robot_values import config_for, values_of
 from palpate.runtime import Command, Ending
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.sim import Stage
+from palpate.surfaces import Sphere
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NANO17 = load_robot("stage-nano17")
@@ -76,10 +77,12 @@ def test_each_source_beats_those_before_it(field, tmp_path):
     assert getattr(default_options([*named, f"--config={file}"]), field) == experiment
     import tyro
 
-    from palpate.cli import COMMANDS
+    from palpate.cli import COMMANDS, Command
 
     words = [*named, "--config", str(file), f"--{field.replace('_', '-')}", repr(typed)]
-    options = tyro.cli(COMMANDS["explore"].config, default=default_options(words), args=words)
+    command = COMMANDS["explore"]
+    assert isinstance(command, Command)
+    options = tyro.cli(command.config, default=default_options(words), args=words)
     assert getattr(options.settled, field) == typed
     assert type(options.settled) is ExploreConfig
 
@@ -250,6 +253,7 @@ def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
         ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 0.02]"),
     )
     planned = plan(ExploreConfig(), moved)
+    assert isinstance(planned.finger.surface, Sphere)
     assert planned.finger.surface.center.tolist() == [0.0, 0.0, 0.02]
     assert planned.backend.scene.tip.center_of_mass == (0.0, 0.0, 0.02)
 

@@ -51,11 +51,30 @@ def nano(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def two_seconds(tmp_path_factory):
+    """The log of a shorter run like that."""
+    folder = tmp_path_factory.mktemp("short")
+    assert record(config_for("stage-nano17", **SMALL, change=CHANGES, out=folder)) is Ending.DONE
+    return (folder / "latest.mcap").read_bytes()
+
+
 @pytest.fixture
-def small(nano, tmp_path):
-    """The log of that run in a folder of its own, by another name."""
-    (tmp_path / "mine.mcap").write_bytes((nano / "latest.mcap").read_bytes())
+def small(two_seconds, tmp_path):
+    """It in a folder of its own, by another name."""
+    (tmp_path / "mine.mcap").write_bytes(two_seconds)
     return tmp_path / "mine.mcap"
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Reports are begun but not drawn, which takes a second each."""
+
+    def write(report, path):
+        assert len(report.recorded.time) > 1000
+        path.write_text(report.outcome)
+
+    monkeypatch.setattr("palpate.experiments.replay_command.write_replay_report", write)
 
 
 def check_identical(found, least=1000):
@@ -71,7 +90,7 @@ def check_identical(found, least=1000):
 
 def test_a_run_with_noise_sensor_file_and_live_changes_comes_out_bit_for_bit(nano, capsys):
     found = replay_log(nano)
-    check_identical(found, 4500)
+    check_identical(found, 4400)
     assert [change.name for change in found.log.changes] == ["force", "speed", "force_gain", "force"]
     record = found.records()[0]
     assert np.ptp(record.normal_force[record.phase == Phase.SCAN.value]) > 0.5  # the changes did something
@@ -157,7 +176,7 @@ def test_a_run_that_was_killed_comes_out_as_far_as_its_log_goes(tmp_path):
 def test_a_run_of_a_minute_comes_out_bit_for_bit(robot, tmp_path):
     noise = {"force_noise": 0.01, "moment_noise": 1e-4} if robot == "stage" else {}
     values = {"width": 0.04, "depth": 0.04, "spacing": 0.002, "speed": 0.02, **noise, "seed": 7, "out": tmp_path}
-    changes = ((5.0, "force", 3.0), (20.0, "speed", 0.015), (30.0, "force_gain", 1.5e-3), (45.0, "force", 1.0))
+    changes = ((5.0, "force", 3.0), (20.0, "speed", 0.014), (30.0, "force_gain", 1.5e-3), (45.0, "force", 1.0))
     assert record(config_for(robot, **values, change=changes)) is Ending.DONE
     found = replay_log(tmp_path)
     check_identical(found, 60_000)
@@ -182,12 +201,24 @@ def test_a_log_written_again_is_the_same_log(nano, tmp_path):
     check_identical(replay_log(rewritten(read_log(nano / "latest.mcap"), tmp_path / "again.mcap")))
 
 
-@pytest.mark.parametrize("bit", [20, 40, 51, 62])
-def test_one_flipped_bit_in_one_sample_is_found(bit, nano, tmp_path, capsys):
-    log = read_log(nano / "latest.mcap")
-    row, column = 2000, log.codec.columns["finger_0.reading"].start + 2
+def flipped(log, row, bit):
+    """The rows with one bit of one reading flipped."""
     rows = log.rows.copy()
-    rows.view(np.uint64)[row, column] ^= np.uint64(1 << bit)
+    rows.view(np.uint64)[row, log.codec.columns["finger_0.reading"].start + 2] ^= np.uint64(1 << bit)
+    return rows
+
+
+@pytest.mark.parametrize("bit", [0, 1, 7, 20, 40, 51, 62])
+def test_whichever_bit_of_a_sample_is_flipped_it_is_found_in_its_period(bit, small):
+    log = read_log(small)
+    for row in (5, 1001, 1501):
+        found = replay_log(replace(log, rows=flipped(log, row, bit)))
+        assert found.sensing.first.row == row
+
+
+def test_one_flipped_bit_in_one_sample_is_told_with_what_it_changes(small, tmp_path, undrawn, capsys):
+    log, row = read_log(small), 1500
+    rows = flipped(log, row, 20)
     path = rewritten(log, tmp_path / "flipped.mcap", rows)
     assert main(["replay", str(path)]) == 1
     said = capsys.readouterr().out
@@ -207,8 +238,8 @@ def test_a_flipped_bit_in_a_recorded_command_is_found_there_and_nowhere_else(nan
     assert found.commands.identical == found.commands.count - 1
 
 
-def test_other_versions_are_named_where_something_differs(nano, tmp_path, capsys):
-    log = read_log(nano / "latest.mcap")
+def test_other_versions_are_named_where_something_differs(small, tmp_path, undrawn, capsys):
+    log = read_log(small)
     texts = dict(log.attachments)
     texts["versions.yaml"] = re.sub("numpy: .*", "numpy: 1.0.0", texts["versions.yaml"])
     rows = log.rows.copy()
@@ -268,7 +299,7 @@ def test_what_makes_no_difference_is_identical_and_says_so(small, capsys):
     assert "No commanded velocity differs" in (small.parent / "mine-replay.html").read_text()
 
 
-def test_reports_are_named_after_their_logs_and_none_is_overwritten(small, tmp_path, capsys):
+def test_reports_are_named_after_their_logs_and_none_is_overwritten(small, tmp_path, undrawn):
     other = tmp_path / "other.mcap"
     other.write_bytes(small.read_bytes())
     (tmp_path / "latest.mcap").symlink_to("other.mcap")
@@ -282,9 +313,9 @@ def test_reports_are_named_after_their_logs_and_none_is_overwritten(small, tmp_p
     }
 
 
-def test_observers_see_every_period(nano):
+def test_observers_see_every_period(small):
     seen = []
-    found = replay_log(nano, observers=(lambda sample, now, command: seen.append(command),))
+    found = replay_log(small, observers=(lambda sample, now, command: seen.append(command),))
     assert len(seen) == found.replayed
 
 
@@ -327,14 +358,12 @@ def controllers(tmp_path, monkeypatch):
     sys.modules.pop(name, None)
 
 
-def test_the_same_controller_by_another_name_gives_the_same(nano, controllers, tmp_path, capsys):
+def test_the_same_controller_by_another_name_gives_the_same(small, controllers, tmp_path, undrawn, capsys):
     before = list(sys.path)
-    assert main(["replay", str(nano), "--controller", f"{controllers}:same", "--out", str(tmp_path)]) == 0
+    assert main(["replay", str(small), "--controller", f"{controllers}:same", "--out", str(tmp_path)]) == 0
     assert sys.path == before
-    count = len(replay_log(nano).commands.same)
-    assert f"{count} of {count} commands identical" in capsys.readouterr().out.replace(
-        f"{count:,}".replace(",", " "), str(count)
-    )
+    count = f"{replay_log(small).replayed:,}".replace(",", " ")
+    assert f"{count} of {count} commands identical" in capsys.readouterr().out
 
 
 def test_a_controller_of_ones_own_is_compared_and_drawn(small, controllers, capsys):
@@ -345,7 +374,7 @@ def test_a_controller_of_ones_own_is_compared_and_drawn(small, controllers, caps
     assert f"{controllers}:still" in (small.parent / "mine-replay.html").read_text()
 
 
-def test_a_controller_that_raises_is_shown_where(small, controllers, capsys):
+def test_a_controller_that_raises_is_shown_where(small, controllers, undrawn, capsys):
     assert main(["replay", str(small), "--controller", f"{controllers}:raising"]) == 1
     said = capsys.readouterr().out
     assert "ZeroDivisionError: mine" in said

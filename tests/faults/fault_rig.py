@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import Event, Level, MemoryLog, Recorder, Sink
@@ -30,7 +30,7 @@ class FaultyBackend:
     """
 
     def __init__(self, sound: Backend) -> None:
-        self.sound = sound
+        self.sound: Any = sound  # each test knows which
         self.commands: list[Command] = []
         self.samples: list[Sample] = []
         self.changes: list[tuple[int, ChangedSample]] = []
@@ -139,7 +139,7 @@ class Counting:
     def start(self, first: Observation) -> None:
         self._sound.start(first)
 
-    def step(self, now: Observation) -> object:
+    def step(self, now: Observation) -> Any:
         command = self._sound.step(now)
         self._index += 1
         return self._act(command) if self._index > self._at else command

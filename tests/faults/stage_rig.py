@@ -83,10 +83,16 @@ def controller() -> ExploreController:
     return ExploreController(ExploreParameters(force=FORCE, speed=SPEED, gain=gain, lead=delay), RASTER, PERIOD)
 
 
+class JointedStage(MujocoBackend):
+    """A stage that tells of joints."""
+
+    def _sample(self, time):
+        now = super()._sample(time)
+        return replace(now, arm=replace(now.arm, joint_position=(0.0, 0.0)))
+
+
 def stage_rig(finger: FingerDescription, pacer: Pacer | None = None, duration: float = 1.5) -> Rig:
-    backend = FaultyBackend(MujocoBackend(_SCENE, PERIOD, NOISE, pacer))
-    # an arm that tells of its joints, as the stage does not
-    backend.changes.append((0, lambda now, before: replace(now, arm=replace(now.arm, joint_position=(0.0, 0.0)))))
+    backend = FaultyBackend(JointedStage(_SCENE, PERIOD, NOISE, pacer))
     return Rig(backend, Touch(finger), controller(), Limits(), duration)
 
 

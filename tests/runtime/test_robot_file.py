@@ -17,6 +17,7 @@ from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
 from palpate.strict_types import known_keys
+from palpate.surfaces import Ellipsoid
 
 STAGE = Path(shipped_robots()["stage"]).read_text(encoding="utf-8")
 MINIMAL = """
@@ -43,6 +44,7 @@ def test_what_people_write_is_read_as_they_mean_it():
     assert robot.backend.mass == 5.0
     assert robot.period == 0.001
     surface = robot.fingers[0].surface.surface()
+    assert isinstance(surface, Ellipsoid)
     assert surface.semi_axes == (0.008, 0.008, 0.012)
     assert surface.center.tolist() == [0.0, 0.0, 0.02]
     assert robot.fingers[0].payload == PayloadEntry(mass=0.03, center_of_mass=(0.0, 0.0, 0.02))

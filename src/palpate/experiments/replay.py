@@ -39,7 +39,7 @@ class ReplayedLog:
         replay: What came out.
         replayed: How many of its rows are commands of controller and supervisor.
         commands: How they differ from those recorded.
-        sensing: How what was sensed differs.
+        sensing: How what was sensed differs, as far as the replay went.
     """
 
     log: Log
@@ -122,7 +122,7 @@ def replay_log(
         done,
         count,
         difference_of_commands(log, extent.count, done, count),
-        difference_of_sensing(log, extent.count, done, count),
+        difference_of_sensing(log, min(extent.count, count), done, count),
     )
 
 

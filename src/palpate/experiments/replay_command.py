@@ -92,15 +92,15 @@ def _failed(console: Console, found: ReplayedLog) -> bool:
     error = found.replay.result.error
     if error is None or found.replay.reached_end:
         return False
-    console.print("".join(traceback.format_exception(error)), markup=False, highlight=False)
+    console.print("".join(traceback.format_exception(error)), markup=False, highlight=False, soft_wrap=True)
     return True
 
 
 def _table(found: ReplayedLog) -> Table:
     table = Table(show_header=False)
-    table.add_column("name")
-    table.add_column("value", justify="right", style="bold")
-    table.add_column("unit")
+    table.add_column("name", no_wrap=True)
+    table.add_column("value", justify="right", style="bold", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
     table.add_column("note", style="dim")
     for figure in key_figures(found):
         table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))

@@ -7,6 +7,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import cast
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_plan import ExplorationPlan
@@ -67,8 +68,7 @@ def load_controller_maker(name: str) -> ControllerMaker:
                 f"controller = {name}: {function_name} returned {_shown(made)}: must be a controller, with the "
                 "methods start(first) and step(now)"
             )
-        controller: Controller = made
-        return controller
+        return cast(Controller, made)
 
     return make
 

@@ -38,7 +38,7 @@ def verdict(done: ReplayedLog) -> str:
     commands, sensing = done.commands, done.sensing
     found = f"{grouped(commands.identical)} of {grouped(commands.count)} commands identical, bit for bit"
     if sensing.first is None:
-        return f"{found}; so is all that was sensed"
+        return f"{found}; all that was sensed is the same"
     return f"{found}; what was sensed, in {grouped(sensing.identical)} of {grouped(sensing.count)} periods"
 
 

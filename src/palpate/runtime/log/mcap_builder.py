@@ -88,7 +88,7 @@ class McapBuilder:
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._attachment_entries: list[AttachmentIndex] = []
         self._chunk_entries = bytearray()
-        self._counts = dict.fromkeys((PERIOD_CHANNEL, EVENT_CHANNEL, PARAMETER_CHANNEL), 0)
+        self._counts: dict[int, int] = dict.fromkeys((PERIOD_CHANNEL, EVENT_CHANNEL, PARAMETER_CHANNEL), 0)
         self._chunks = 0
         self._start, self._end = 0, 0
         self._size = self._crc = 0
