@@ -1,8 +1,4 @@
-"""What reviews of loop and supervisor found: ways round a limit, results lost, stops that were not sent.
-
-Each stays mended. Those marked as defects are not yet: the marks are strict, and a test that begins to pass fails
-the suite until its mark is taken off.
-"""
+"""What reviews of loop and supervisor found: each stays mended."""
 
 import math
 import signal
@@ -24,8 +20,6 @@ AT = 20
 HARD = {"wrench": (0.0, 0.0, 30.0, 0.0, 0.0, 0.0)}
 FIRM = {"wrench": (0.0, 0.0, 6.0, 0.0, 0.0, 0.0)}
 FOR_EVER = range(AT, 2000)
-
-defect = pytest.mark.xfail(strict=True, reason="found in review, not yet mended")
 
 
 def go(backend, controller=None, duration=0.1, **more):
@@ -260,7 +254,6 @@ def spoilt(change):
     return Spoilt()
 
 
-@defect
 @pytest.mark.parametrize(
     "told",
     [{"velocity_base_tip": (0.0, 0.0)}, {"velocity_base_tip": None}, {"time": None}],
@@ -275,7 +268,6 @@ def test_an_arm_that_makes_no_sense_while_it_is_brought_to_rest_is_no_exception_
     assert {command.velocity_base_tip for command in backend.commands[AT:]} == {REST}
 
 
-@defect
 @pytest.mark.parametrize(
     "change",
     [
@@ -289,7 +281,6 @@ def test_what_comes_in_the_middle_of_a_run_is_noticed(change):
     assert go(spoilt(change)).trip is not None
 
 
-@defect
 def test_a_hand_that_was_never_told_how_to_grip_does_not_retract_either():
     """It may hold something from before, with "as before" for a grip."""
 
@@ -303,7 +294,6 @@ def test_a_hand_that_was_never_told_how_to_grip_does_not_retract_either():
     assert {command.velocity_base_tip for command in backend.commands[AT:]} == {REST}
 
 
-@defect
 def test_the_default_limits_let_a_hand_grip_as_hard_as_the_grip_limit_says():
     """Found: 40 N of grip are allowed, but a contact force of 20 N of the same finger trips."""
     force = 0.9 * Limits().grip_force
@@ -318,13 +308,11 @@ def test_the_default_limits_let_a_hand_grip_as_hard_as_the_grip_limit_says():
     assert go(backend, PuppetController(dict.fromkeys(range(100), grip))).trip is None
 
 
-@defect
 def test_stop_is_a_word_of_the_supervisor_and_no_controllers():
     moving = Command((0.01, 0.0, 0.0), Phase.STOP)
     assert go(PuppetBackend(), PuppetController({AT: moving})).trip is not None
 
 
-@defect
 def test_time_that_was_lost_is_noticed():
     """The process, or the machine, stood still for ten seconds; the robot's watchdog has stopped it long ago."""
 
@@ -335,7 +323,6 @@ def test_time_that_was_lost_is_noticed():
     assert go(spoilt(later)).trip is not None
 
 
-@defect
 def test_two_signals_at_once_are_one_request():
     """The kernel and the shell both send SIGHUP when a terminal is closed."""
 

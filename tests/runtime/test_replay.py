@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, Command, HandSample, Phase, Sample, WrenchSample
 from palpate.runtime.live import Change, LiveParameter, LiveParameters
-from palpate.runtime.log import Heading, Log, LogWriter, MemoryLog, Recorder, read_log
+from palpate.runtime.log import Event, Heading, Level, Log, LogWriter, MemoryLog, Recorder, read_log
 from palpate.runtime.log.chunk import PERIOD_CHANNEL
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.loop import run
@@ -58,8 +58,9 @@ def made_up(index, wrenches=None, **changes):
 class Robot:
     """Says what is made up; `faults` maps a period to a sample or an exception."""
 
-    def __init__(self, faults=None):
+    def __init__(self, faults=None, hand=True):
         self.period, self.pacer, self.faults, self.index = PERIOD, SimulatedTime(), faults or {}, 0
+        self.hand = hand
 
     def start(self):
         return self.told()
@@ -72,7 +73,7 @@ class Robot:
         found = self.faults.get(self.index) or made_up(self.index)
         if isinstance(found, Exception):
             raise found
-        return found
+        return found if self.hand else replace(found, hand=None)
 
     def close(self):
         pass
@@ -87,8 +88,8 @@ class Robot:
 class Feeler:
     """Commands from what it feels and remembers; `faults` maps periods to what is done instead."""
 
-    def __init__(self, faults=None, end=None, grips=True):
-        self.faults, self.end, self.grips = faults or {}, end, grips
+    def __init__(self, faults=None, end=None):
+        self.faults, self.end = faults or {}, end
         self.live = LiveParameters(LiveParameter("gain", 1e-3, 1e-4, 1e-2, 0.05, "m/s/N", "velocity per force"))
 
     def start(self, first):
@@ -103,10 +104,10 @@ class Feeler:
         if self.end is not None and index >= self.end[0]:
             return Command(phase=self.end[1])
         finger, other = now.fingers
-        self.memory = 0.9 * self.memory + 0.1 * finger.wrench[0] + 1e-3 * now.hand.joint_position[0]
+        self.memory = 0.9 * self.memory + 0.1 * finger.wrench[0] + 1e-3 * now.arm.joint_position[0]
         gain = self.live.value("gain")
         velocity = (gain * finger.contact.normal_force, -0.0 * self.memory, gain * (self.memory + other.wrench[3]))
-        grip = None if index % 3 == 0 or not self.grips else (1.0 + abs(self.memory), 0.0)
+        grip = None if index % 3 == 0 or now.hand is None else (1.0 + abs(self.memory), 0.0)
         return Command(velocity, Phase.SCAN, grip)
 
 
@@ -136,17 +137,15 @@ class Run:
     ending: Ending
 
 
-def recorded(
-    robot_faults=None, faults=None, end=None, periods=60, changes=(), observers=(), file=None, grips=True
-):
+def recorded(robot_faults=None, faults=None, end=None, periods=60, changes=(), observers=(), file=None, hand=True):
     """Run the robot; the log is read from a file, if one is named."""
-    noted, controller = Noted(), Feeler(faults, end, grips)
+    noted, controller = Noted(), Feeler(faults, end)
     for index, value in changes:
         ask = controller.faults.setdefault
         ask(index, lambda v=value: (controller.live.request("gain", v), Command((0.0, 0.0, 0.0), Phase.SCAN))[1])
     try:
         result = run(
-            Robot(robot_faults),
+            Robot(robot_faults, hand),
             touch(),
             controller,
             Supervisor(LIMITS),
@@ -159,13 +158,11 @@ def recorded(
     return Run(noted.as_log() if file is None else read_log(file), result.ending)
 
 
-def replayed(log, faults=None, end=None, grips=True):
+def replayed(log, faults=None, end=None):
     """Replay it; returns the differences of commands and of sensing, and the replay."""
     extent = extent_of(log)
     samples = list(log.samples())[: extent.count]
-    done = replay(
-        samples, log.heading.period, touch(), Feeler(faults, end, grips), Supervisor(LIMITS), log.changes
-    )
+    done = replay(samples, log.heading.period, touch(), Feeler(faults, end), Supervisor(LIMITS), log.changes)
     rows = rows_of_replay(done)
     return (
         difference_of_commands(log, extent.count, done, rows),
@@ -203,7 +200,7 @@ class Story:
     controller: dict | None = None
     end: tuple | None = None
     observed: int | None = None
-    grips: bool = True
+    hand: bool = True
 
 
 STORIES = {
@@ -214,7 +211,7 @@ STORIES = {
     # with the period of the trip
     "force over limit": Story(Ending.TRIPPED, 31, robot={30: hard(30)}),
     # and the way back, which is not finished at once
-    "retracts": Story(Ending.TRIPPED, 36, robot={i: hard(i) for i in range(30, 35)}, grips=False),
+    "retracts": Story(Ending.TRIPPED, 36, robot={i: hard(i) for i in range(30, 35)}, hand=False),
     "NaN in a sample": Story(Ending.TRIPPED, 31, robot={30: NAN}),
     "clock goes back": Story(Ending.TRIPPED, 31, robot={30: LATE}),
     "controller raises": Story(Ending.TRIPPED, 31, controller={30: raise_it}),
@@ -240,7 +237,7 @@ def test_whatever_ended_a_run_its_commands_come_out_again_bit_for_bit(name, tmp_
     changes = ((10, 4e-3), (20, 2e-3))
     file = tmp_path / "a.mcap"
     faults = dict(story.controller or {})
-    original = recorded(story.robot, faults, story.end, 60, changes, (observe,), file, story.grips)
+    original = recorded(story.robot, faults, story.end, 60, changes, (observe,), file, story.hand)
     assert original.ending is story.ending
     assert extent_of(original.log).count == story.count
     assert len(original.log) > story.count, "how it came to rest was recorded too"
@@ -250,7 +247,7 @@ def test_whatever_ended_a_run_its_commands_come_out_again_bit_for_bit(name, tmp_
         again[30] = Command((0.001, 0.0, 0.0), Phase.SCAN)
     still = Command((0.0, 0.0, 0.0), Phase.SCAN)
     again |= {10: still, 20: still}
-    commands, sensing, done = replayed(original.log, again, story.end, story.grips)
+    commands, sensing, done = replayed(original.log, again, story.end)
     assert commands.first is None, str(commands.first)
     assert sensing.first is None, str(sensing.first)
     assert commands.identical == commands.count == story.count
@@ -259,6 +256,15 @@ def test_whatever_ended_a_run_its_commands_come_out_again_bit_for_bit(name, tmp_
     assert (done.trip is not None) == inside
     if inside:
         assert str(done.trip) == original.log.events[0].text
+
+
+def test_a_device_that_is_lost_while_the_robot_retracts_ends_what_can_be_replayed():
+    robot = {i: hard(i) for i in range(30, 40)} | {33: OSError("no answer")}
+    log = recorded(robot, hand=False).log
+    lost = replace(log, events=(*log.events, Event(0.033, Level.ERROR, "back end", "OSError: no answer")))
+    assert extent_of(lost).count == 33
+    commands, _, _ = replayed(lost)
+    assert (commands.identical, commands.first) == (33, None)
 
 
 def a_log(**options):

@@ -29,7 +29,7 @@ DEFAULTS = {
     "limits.force_N": 20.0,
     "limits.moment_Nm": 2.0,
     "limits.spin_torque_Nm": 1.0,
-    "limits.grip_force_N": 40.0,
+    "limits.grip_force_N": 20.0,
     "limits.speed_m_per_s": 0.25,
     "limits.acceleration_m_per_s2": 25.0,
     "limits.sample_age_s": 0.02,

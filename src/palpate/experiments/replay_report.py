@@ -39,7 +39,9 @@ def verdict(done: ReplayedLog) -> str:
     found = f"{grouped(commands.identical)} of {grouped(commands.count)} commands identical, bit for bit"
     if sensing.first is None:
         return f"{found}; all that was sensed is the same"
-    return f"{found}; what was sensed, in {grouped(sensing.identical)} of {grouped(sensing.count)} periods"
+    return (
+        f"{found}; what was sensed is the same in {grouped(sensing.identical)} of {grouped(sensing.count)} periods"
+    )
 
 
 def remarks(done: ReplayedLog) -> tuple[str, ...]:

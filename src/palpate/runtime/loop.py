@@ -250,14 +250,20 @@ class _Run:
                     break
                 continue
             self._watch(command)
-            arm = self._sample.arm
-            rests = norm(arm.velocity_base_tip) < REST_SPEED and self._time - arm.time <= oldest
-            slow = slow + 1 if rests else 0
+            slow = slow + 1 if self._rests(oldest) else 0
             if slow >= wanted:
                 break
         if failure:
             self._tell(self._time, Level.ERROR, "back end", failure)
         return slow >= wanted
+
+    def _rests(self, oldest: float) -> bool:
+        """Whether the arm says that it stands still, and not so long ago; if it makes no sense it does not."""
+        arm = self._sample.arm
+        try:
+            return norm(arm.velocity_base_tip) < REST_SPEED and self._time - arm.time <= oldest
+        except Exception:  # a device's nonsense must not end the braking
+            return False
 
     def _watch(self, command: Command) -> None:
         """Sense and record; whatever is sensed, and whoever fails, the robot stands still."""

@@ -68,6 +68,8 @@ def _rows_until_rest(codec: PeriodCodec, rows: FloatArray, caused_inside: bool) 
 
 
 def _caused_inside(log: Log) -> bool:
-    """Whether sensing, control or supervision ended the run."""
+    """Whether sensing, control or supervision ended the run, and no device was lost on top of it."""
     trips = [event for event in log.events if event.source == "supervisor"]
-    return bool(trips) and not trips[0].text.startswith(tuple(f"{measure} was " for measure in FROM_OUTSIDE))
+    if not trips or any(event.source == "back end" for event in log.events):
+        return False
+    return not trips[0].text.startswith(tuple(f"{measure} was " for measure in FROM_OUTSIDE))

@@ -37,7 +37,7 @@ class Limits:
     force: float = 20.0
     moment: float = 2.0
     spin_torque: float = 1.0
-    grip_force: float = 40.0
+    grip_force: float = 20.0
     speed: float = REDUCED_SPEED
     acceleration: float = GRAVEST_STEP
     sample_age: float = OLDEST_SAMPLE
