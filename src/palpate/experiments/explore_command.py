@@ -63,7 +63,7 @@ def _tell(console: Console, result: RunResult) -> None:
     if result.error is not None:
         import traceback
 
-        console.print("".join(traceback.format_exception(result.error)), markup=False, highlight=False)
+        console.print("".join(traceback.format_exception(result.error)), markup=False, highlight=False, soft_wrap=True)
     recording = result.recording
     if recording is None or recording.path is None:
         return

@@ -186,6 +186,9 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
         force_range=(LEAST_FORCE * ready.touch_force, min(MOST_FORCE, LANDING_SHARE * limits.force)),
         speed_range=(SLOWEST, min(FASTEST, limits.speed)),
     )
+    live = live_parameters(parameters)
+    for _, name, value in config.change:
+        live.check(name, value)
     gap = top - float(target.height(np.array(first_x), np.array(first_y)))
     return ExplorationPlan(
         config,

@@ -218,6 +218,8 @@ class _Run:
         try:
             self._take(self._backend.step(command))
         except Exception as error:
+            if self._trip_told:  # and now this: it ends the reaction
+                self._tell(self._time, Level.ERROR, "back end", type(error).__name__)
             self._supervisor.fail(self._time, "back end", error)
             self._tell_trip()
             self._ending = Ending.TRIPPED

@@ -127,9 +127,16 @@ def test_one_finger_is_packed_as_any_number_is():
             assert blocks[0] == blocks[1]
 
 
-@pytest.mark.parametrize(
-    "name", ["a hand", "a joint as a channel", "a channel less, a grip force more", "fingers"]
+ODD = (
+    "a hand",
+    "a joint as a channel",
+    "a channel less, a grip force more",
+    "a joint less, a grip force more",
+    "fingers",
 )
+
+
+@pytest.mark.parametrize("name", ODD)
 def test_with_one_finger_too_what_does_not_fit_is_dropped(name):
     memory, periods = MemoryLog(), a_run(1)
     s, now, command, *times = periods[0]
@@ -146,6 +153,10 @@ def test_with_one_finger_too_what_does_not_fit_is_dropped(name):
         ),
         "a channel less, a grip force more": (
             replace(s, wrenches=(replace(given, wrench=given.wrench[1:]),)),
+            replace(command, grip_force=(1.0,) * 3),
+        ),
+        "a joint less, a grip force more": (
+            replace(s, arm=replace(arm, joint_position=arm.joint_position[1:])),
             replace(command, grip_force=(1.0,) * 3),
         ),
         "fingers": (replace(s, wrenches=(given, given)), command),

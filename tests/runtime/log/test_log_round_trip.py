@@ -85,10 +85,11 @@ def test_events_and_changes_come_back_in_order_with_exact_times(tmp_path):
     events = [
         Event(1e9, Level.DEBUG, "", ""),
         Event(1e9 + 1e-6, Level.INFO, "µ source", "two\nlines, \0 and \U0001f916"),
+        Event(1 / 3, Level.ERROR, "third", "no decimal fraction"),
         Event(float("inf"), Level.FATAL, "clock", "x" * 9000),
     ]
     changes = [Change(1e9 + 2**-20, "gain", -0.0), Change(1e9, "ζ", float("nan"))]
-    for event, change in zip(events, [*changes, None], strict=True):
+    for event, change in zip(events, [*changes, None, None], strict=True):
         recorder.event(event.time, event.level, event.source, event.text)
         if change is not None:
             recorder.change(change.time, change.name, change.value)
