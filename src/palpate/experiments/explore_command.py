@@ -63,7 +63,8 @@ def _tell(console: Console, result: RunResult) -> None:
     if result.error is not None:
         import traceback
 
-        console.print("".join(traceback.format_exception(result.error)), markup=False, highlight=False, soft_wrap=True)
+        trace = "".join(traceback.format_exception(result.error))
+        console.print(trace, markup=False, highlight=False, soft_wrap=True)
     recording = result.recording
     if recording is None or recording.path is None:
         return

@@ -10,6 +10,7 @@ from palpate.controllers import (
     ExploreParameters,
     Raster,
     force_gain,
+    live_parameters,
     series_stiffness,
     tracking_delay,
 )
@@ -187,8 +188,11 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
         speed_range=(SLOWEST, min(FASTEST, limits.speed)),
     )
     live = live_parameters(parameters)
-    for _, name, value in config.change:
-        live.check(name, value)
+    for time, name, value in config.change:
+        try:
+            live.check(name, value)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"change after {time:g} s: {error}") from None
     gap = top - float(target.height(np.array(first_x), np.array(first_y)))
     return ExplorationPlan(
         config,

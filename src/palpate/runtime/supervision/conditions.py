@@ -108,8 +108,8 @@ CLOCK_SLACK = 1e-9
 """[s]: rounding of time stamps."""
 
 LONGEST_GAP = 0.1
-"""[s] from period to period: by then the robot's own watchdog (20 to 100 ms) has stopped it, or it has gone on with
-an old command for as long."""
+"""[s] from period to period: by then the robot's own watchdog (20 to 100 ms) has stopped it, or it has gone on
+with an old command for as long."""
 
 
 @dataclass(frozen=True, slots=True)
