@@ -128,11 +128,11 @@ class _Run:
         if self._recorder is not None:
             self._recorder.start(self._sample, self._now, self._backend.period)
         self._controller.start(self._now)
-        self._pacer.start()
 
     def go_on(self, periods: int) -> None:
         """Run period after period until there is a reason to end, then come to rest."""
         try:
+            self._pacer.start()
             index = 0
             # a reaction that has begun goes on to its own end
             while index < periods or self._supervisor.reacting:
