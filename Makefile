@@ -54,6 +54,8 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/contact
 	$(BIN)/python benchmarks/every_tip.py
 	$(BIN)/python benchmarks/exploration.py
+	$(BIN)/python benchmarks/loop.py
+	$(BIN)/python benchmarks/recording.py
 
 pictures: $(VENV)/.run $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py

@@ -6,8 +6,8 @@ The loop that drives robots, paced at 1 kHz: the exploration controller and the 
 run on a force/torque sensor as its file describes it (calibration, bias, payload, a low-pass, health), whose
 readings are made up: a fingertip that presses with about 2 N on a surface that turns a little, with noise. Every
 period is recorded to a file. The tables say what was asked for (issue 4), and what this machine gives; maxima are
-the machine's, and are told but not judged. It takes about four minutes; close other programs. For real-time
-priority run it as a user who may have it.
+the machine's, and are told but not judged. It takes about four minutes. Close other programs: what they leave of
+the caches decides what a period costs. For real-time priority run it as a user who may have it.
 """
 
 import argparse
@@ -44,8 +44,7 @@ from palpate.runtime import (
 )
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.live import live_parameters_of
-from palpate.runtime.log import MemoryLog, Recorder
-from palpate.runtime.log.log_writer import LogWriter
+from palpate.runtime.log import LogWriter, MemoryLog, Recorder
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.timing import Distribution
@@ -191,7 +190,7 @@ class Measured:
 
     @property
     def work(self) -> np.ndarray:
-        """Of each period but the first, which nothing was read for: read, sense, control, supervise, record [s]."""
+        """Of each period but the first, for which nothing was read: from read to record [s]."""
         compute = self.result.timing.compute[1:]
         return compute + self.read[: len(compute)]
 
@@ -441,15 +440,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="a few seconds: does it run? the figures mean little")
     effort = QUICK if parser.parse_args(arguments).quick else FULL
     console = Console(width=max(115, Console().width))
-    tables = []
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("running the loop", total=2 + 5 + 2 * effort.pairs + 2 + 5)
 
         def done() -> None:
             progress.advance(task)
 
-        for section in (parts, lateness, recorder_pairs, switching):
-            tables.append(section(effort, done))
+        tables = [section(effort, done) for section in (parts, lateness, recorder_pairs, switching)]
         tables.append(collections(done))
     for made in tables:
         console.print(made)

@@ -1,6 +1,6 @@
 """Pure step functions: Observation -> Command."""
 
-from palpate.controllers.explore import ExploreController, ExploreParameters
+from palpate.controllers.explore import ExploreController, ExploreParameters, live_parameters
 from palpate.controllers.gains import ForceGain, force_gain, series_stiffness, tracking_delay
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.raster import PathFollower, Raster
@@ -13,6 +13,7 @@ __all__ = [
     "PathFollower",
     "Raster",
     "force_gain",
+    "live_parameters",
     "series_stiffness",
     "tracking_delay",
 ]

@@ -29,13 +29,15 @@ class NormalTracker:
         self._lead = lead
         self._normal: Vector | None = None
         self._rate: Vector = ZERO
+        self._predicted: Vector | None = None
 
     def reset(self) -> None:
         """Forget everything: the next normal is taken as it is."""
-        self._normal, self._rate = None, ZERO
+        self._normal, self._rate, self._predicted = None, ZERO, None
 
     def update(self, measured: Vector) -> None:
         """Take a measured unit normal."""
+        self._predicted = None
         if self._normal is None:
             self._normal = measured
             return
@@ -60,5 +62,7 @@ class NormalTracker:
     @property
     def predicted(self) -> Vector:
         """The unit normal expected `lead` seconds from now."""
-        turn = scale(self._lead, self._rate)
-        return unit(add_scaled(turn, 1.0, self.normal))
+        if self._predicted is None:  # asked for more than once a period
+            turn = scale(self._lead, self._rate)
+            self._predicted = unit(add_scaled(turn, 1.0, self.normal))
+        return self._predicted

@@ -16,6 +16,8 @@ from palpate.experiments.calibrate_config import CalibrateConfig
 from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import ExploreOptions
+from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
+from palpate.experiments.replay_config import ReplayConfig
 from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 
 DESCRIPTION = (
@@ -72,6 +74,26 @@ COMMANDS: Mapping[str, Command | Group] = {
         CalibrateConfig,
         "palpate.experiments.calibrate:run_calibrate",
         "Find out about a force/torque sensor, and keep it in its sensor file.",
+    ),
+    "log": Group(
+        {
+            "info": Command(
+                LogInfoConfig,
+                "palpate.experiments.log_command:run_log_info",
+                "Tell what is in a log: how long, how regular, what happened, what is missing.",
+            ),
+            "export": Command(
+                LogExportConfig,
+                "palpate.experiments.log_command:run_log_export",
+                "Write a log as tables, CSV or Parquet.",
+            ),
+        },
+        "Logs of runs: what is in them, and as tables.",
+    ),
+    "replay": Command(
+        ReplayConfig,
+        "palpate.experiments.replay_command:run_replay",
+        "Feed the log of a run through sensing and control again, and compare the commands.",
     ),
     "robot": Group(
         {

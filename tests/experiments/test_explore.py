@@ -1,5 +1,6 @@
 """Explorations against the simulation's truth: force held, surface found, contact kept."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import plan
 from palpate.runtime import Ending
 
 ROWS = ExploreConfig(spacing=0.008)
@@ -64,3 +66,26 @@ def test_friction_need_not_be_known():
 def test_a_raster_beyond_the_object_is_refused():
     with pytest.raises(InvalidValueError, match=r"(?s)at most .*--size"):
         explore(replace(ROWS, width=0.5))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ((5.0, "force", 300.0), "change after 5 s: force = 300 N: must lie between 0.3 and 15 N"),
+        ((5.0, "fource", 3.0), "did you mean force?"),
+    ],
+)
+def test_a_change_that_cannot_be_is_refused_before_anything_moves(change, words):
+    with pytest.raises(InvalidValueError, match=re.escape(words)):
+        plan(ExploreConfig(change=(change,)))
+
+
+def test_force_and_speed_follow_changes_while_it_runs_and_points_stay_on_the_surface():
+    """The tip is compressed more by a larger force: the map must not show it."""
+    found = explore(ExploreConfig(width=0.01, depth=0.004, change=((1.0, "force", 4.0), (1.5, "speed", 0.03))))
+    assert found.run.ending is Ending.DONE
+    late = found.scanning & (found.record.time > 2.0)
+    assert np.all(found.set_force[late] == 4.0)
+    assert np.median(found.true_normal_force[late]) == pytest.approx(4.0, abs=0.1)
+    assert np.median(np.linalg.norm(found.record.velocity[late], axis=1)) == pytest.approx(0.03, rel=0.05)
+    assert found.point_rms < 0.005e-3

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
-from palpate.experiments.explore import explore
+from palpate.experiments.explore import carry_out, explore
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import default_options
 from palpate.experiments.explore_plan import plan, plan_from_texts
@@ -21,6 +21,7 @@ from palpate.experiments.robot_values import config_for, values_of
 from palpate.runtime import Command, Ending
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.sim import Stage
+from palpate.surfaces import Sphere
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NANO17 = load_robot("stage-nano17")
@@ -74,12 +75,14 @@ def test_each_source_beats_those_before_it(field, tmp_path):
     assert getattr(default_options(named), field) == robot
     assert getattr(default_options([*named, "--config", str(file)]), field) == experiment
     assert getattr(default_options([*named, f"--config={file}"]), field) == experiment
-    from palpate.cli import COMMANDS
-
     import tyro
 
+    from palpate.cli import COMMANDS, Command
+
     words = [*named, "--config", str(file), f"--{field.replace('_', '-')}", repr(typed)]
-    options = tyro.cli(COMMANDS["explore"].config, default=default_options(words), args=words)
+    command = COMMANDS["explore"]
+    assert isinstance(command, Command)
+    options = tyro.cli(command.config, default=default_options(words), args=words)
     assert getattr(options.settled, field) == typed
     assert type(options.settled) is ExploreConfig
 
@@ -204,13 +207,32 @@ def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
 # --- what the robot file decides ---
 
 
+def test_what_the_robot_file_says_an_exploration_need_not_be_told():
+    other = changed(
+        STAGE,
+        ("kind: sphere", "kind: ellipsoid"),
+        ("radius_m: 0.008", "semi_axes_m: [0.01, 0.008, 0.012]"),
+        ("force_N: 0\n", "force_N: 0.01\n"),
+        ("moment_Nm: 0\n", "moment_Nm: 1e-4\n"),
+        ("period_s: 0.001", "period_s: 0.002"),
+    )
+    said = {"tip": (0.01, 0.008, 0.012), "force_noise": 0.01, "moment_noise": 1e-4, "period": 0.002}
+    assert values_of(other) == said
+
+
 def test_the_robot_file_makes_the_stage():
     heavy = plan(
-        ExploreConfig(), changed(STAGE, ("mass_kg: 5.0", "mass_kg: 8"), ("rad_per_s: 100.0", "rad_per_s: 50"))
+        ExploreConfig(),
+        changed(
+            STAGE,
+            ("mass_kg: 5.0", "mass_kg: 8"),
+            ("rad_per_s: 100.0", "rad_per_s: 50"),
+            ("leash_m: 0.0025", "leash_m: 0.003"),
+        ),
     )
     light = plan(ExploreConfig(), STAGE)
     assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
-    assert heavy.backend.scene.stage == Stage(8.0, 50.0)
+    assert heavy.backend.scene.stage == Stage(8.0, 50.0, 0.003)
     assert heavy.parameters.gain.gain < light.parameters.gain.gain
 
 
@@ -231,8 +253,26 @@ def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
         ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 0.02]"),
     )
     planned = plan(ExploreConfig(), moved)
+    assert isinstance(planned.finger.surface, Sphere)
     assert planned.finger.surface.center.tolist() == [0.0, 0.0, 0.02]
     assert planned.backend.scene.tip.center_of_mass == (0.0, 0.0, 0.02)
+
+
+@pytest.mark.parametrize("center", ["0.003, -0.002, -0.02", "-0.05, 0.0, 0.03"])
+def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
+    """The tip's centre takes the same path, whatever lever the sensor feels it through."""
+    moved = changed(
+        STAGE,
+        ("center_m: [0, 0, 0]", f"center_m: [{center}]"),
+        ("center_of_mass_m: [0, 0, 0]", f"center_of_mass_m: [{center}]"),
+    )
+    config = ExploreConfig(**SMALL)
+    one, other = carry_out(plan(config, STAGE)), carry_out(plan(config, moved))
+    assert other.run.ending is Ending.DONE
+    assert abs(len(other.cloud) - len(one.cloud)) <= 2
+    assert other.point_rms < 1.2 * one.point_rms
+    assert other.cloud.position.min(axis=0) == pytest.approx(one.cloud.position.min(axis=0), abs=2e-5)
+    assert other.cloud.position.max(axis=0) == pytest.approx(one.cloud.position.max(axis=0), abs=2e-5)
 
 
 @pytest.mark.parametrize(
@@ -242,15 +282,15 @@ def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
         ({"force_noise": 0.0}, NANO17, ["dead sensor", "force_N: 0.003125"]),
         ({"period": 2e-3}, NANO17, ["sample_rate_Hz = 1000", "write 500"]),
         ({"speed": 0.05}, changed(STAGE, ("speed_m_per_s: 0.25", "speed_m_per_s: 0.04")), ["limit, 0.04 m/s"]),
-        ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [0.001, 1, 1]")), ["along x", "0.001 m", "workspace"]),
+        ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [0.001, 1, 1]")), ["along x", "0.001 m"]),
         ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [1, 1, 0.01]")), ["along z", "workspace"]),
         ({}, changed(STAGE, ("time_step_s: 0.0005", "time_step_s: 0.0007")), ["whole number of time steps"]),
         ({}, changed(STAGE, ("mass_kg: 0.03", "mass_kg: 0")), ["payload", "weighs something"]),
         ({}, changed(STAGE, ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 1]")), ["centre of its"]),
         ({}, changed(STAGE, ("kind: sphere", "kind: cylinder")), ["fingers[0].surface.kind = cylinder"]),
-        ({}, changed(NANO17, ("bias_force_N: [0.0", "bias_force_N: [0.1"), file="sensors/nano17.yaml"), ["bias"]),
-        ({}, changed(NANO17, ("delay_s: 0.0", "delay_s: 0.1"), file="sensors/nano17.yaml"), ["device_delay_s"]),
-        ({"force": 0.4}, changed(NANO17, ("touch_force_N: 0.05", "touch_force_N: 0.4"), file="sensors/nano17.yaml"),
+        ({}, changed(NANO17, ("bias_force_N: [0.0", "bias_force_N: [0.1"), file="sensor-0.yaml"), ["bias"]),
+        ({}, changed(NANO17, ("delay_s: 0.0", "delay_s: 0.1"), file="sensor-0.yaml"), ["device_delay_s"]),
+        ({"force": 0.4}, changed(NANO17, ("force_N: 0.05", "force_N: 0.4"), file="sensor-0.yaml"),
          ["at least 0.6 N", "touch_force_N"]),
     ],
 )  # fmt: skip
@@ -285,8 +325,8 @@ def test_a_nano17_feels_the_sphere_too():
 
 # --- fuzz ---
 
-WORDS = ("1e999", ".nan", "-1", "0", "9" * 40, "true", "null", "", "[]", "{}", "[1, 2]", "*x", "!!int", "3 N", "stage",
-         "'x'", "\t", "é", "1_000", "0x1F", "[" * 300)  # fmt: skip
+WORDS = ("1e999", ".nan", "-1", "0", "9" * 40, "true", "null", "", "[]", "{}", "[1, 2]", "*x", "!!int", "3 N",
+         "stage", "'x'", "\t", "é", "1_000", "0x1F", "[" * 300)  # fmt: skip
 
 
 def damaged(rng):
@@ -301,7 +341,7 @@ def damaged(rng):
                 f"{key}_mm: 1",
                 lines[rng.randrange(len(lines))],
                 lines[i][: rng.randrange(len(lines[i]) + 1)],
-                lines[i].replace(rng.choice(lines[i]), rng.choice("\x00\x7f:[#&é1 "), 1),
+                lines[i].replace(rng.choice(lines[i] or ":"), rng.choice("\x00\x7f:[#&é1 "), 1),
             )
         )
     return "\n".join(lines)
@@ -317,7 +357,8 @@ def try_overlays(count, seed):
         try:
             values = read_overlay(text, ExploreConfig)
         except InvalidValueError as error:
-            assert str(error).isprintable(), text
+            if not str(error).isprintable():
+                raise AssertionError(text) from error
             refused += 1
             continue
         read += 1
@@ -326,7 +367,8 @@ def try_overlays(count, seed):
         assert set(values) == set(said) - {"experiment"}, text
         for key, value in values.items():
             if type(value) is float:
-                assert float(said[key].partition(" #")[0]) == value or math.isnan(value), (key, text)
+                word = said[key].partition(" #")[0].strip()
+                assert math.isnan(value) if word == ".nan" else float(word) == value, (key, text)
         try:
             config = ExploreConfig(**values)
         except InvalidValueError:

@@ -60,9 +60,11 @@ def check_ending(outcome: Outcome, fault: Fault, at: int) -> None:
     assert backend.closed_after == len(backend.commands)
     rows = outcome.log.record()
     assert len(rows) >= at
-    # what the robot was told is what the log says, but for the last commands of a device that does not answer
-    logged = [tuple(row) for row in rows.command[: at + 1].tolist()]
+    logged = [tuple(row) for row in rows.command.tolist()]
     assert logged[:at] == [c.velocity_base_tip for c in backend.commands[:at]]
+    if result.trip is not None:
+        first = outcome.tripped_at(at) + (fault.measure == "back end")  # there, the command was sent and is logged
+        assert all(norm(velocity) <= RETRACT_SPEED * (1 + 1e-12) for velocity in logged[first:])
 
 
 def check_latch(outcome: Outcome, fresh: Rig) -> None:

@@ -1,15 +1,15 @@
-"""A robot with something wrong: a rig of back end, touch, controller, and what is done to it from some period on."""
+"""A robot with something wrong: back end, touch, controller, and what is done to them from some period on."""
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import Event, Level, MemoryLog, Recorder, Sink
 from palpate.runtime.loop import Observer, run
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.result import RunInterrupted, RunResult
+from palpate.runtime.result import RunResult, result_until
 from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Touch
 
@@ -30,7 +30,7 @@ class FaultyBackend:
     """
 
     def __init__(self, sound: Backend) -> None:
-        self.sound = sound
+        self.sound: Any = sound  # each test knows which
         self.commands: list[Command] = []
         self.samples: list[Sample] = []
         self.changes: list[tuple[int, ChangedSample]] = []
@@ -139,7 +139,7 @@ class Counting:
     def start(self, first: Observation) -> None:
         self._sound.start(first)
 
-    def step(self, now: Observation) -> object:
+    def step(self, now: Observation) -> Any:
         command = self._sound.step(now)
         self._index += 1
         return self._act(command) if self._index > self._at else command
@@ -260,6 +260,9 @@ def carry_out(rig: Rig, supervisor: Supervisor | None = None, file: Sink | None 
             live=rig.live,
             observers=rig.observers,
         )
-    except RunInterrupted as interrupted:
-        result = interrupted.result
+    except KeyboardInterrupt as interruption:
+        found = result_until(interruption)
+        if found is None:
+            raise
+        result = found
     return Outcome(rig, result, supervisor, log, tuple(log.events))

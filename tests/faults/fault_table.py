@@ -83,9 +83,7 @@ def arm(**told: Callable[..., object]) -> Samples:
     """The arm's sample is changed, field by field: `field=change(now, before)`."""
 
     def changed(now: Sample, before: Sample) -> Sample:
-        return replace(
-            now, arm=replace(now.arm, **{name: f(now.arm, before.arm) for name, f in told.items()})
-        )
+        return replace(now, arm=replace(now.arm, **{name: f(now.arm, before.arm) for name, f in told.items()}))
 
     return Samples(changed)
 
@@ -144,9 +142,7 @@ ANYWHERE = (
         "measured speed of the tip",
         "0.3 m/s",
     ),
-    Fault(
-        "outside the workspace", arm(position_base_tip=lambda a, b: (0.0, 0.0, 1.01)), "tip position", "1.0100"
-    ),
+    Fault("outside the workspace", arm(position_base_tip=lambda a, b: (0.0, 0.0, 1.01)), "tip position", "1.0100"),
     Fault(
         "a joint out of its range",
         Limited(
@@ -237,9 +233,7 @@ ANYWHERE = (
         "commanded acceleration",
         " m/s^2",
     ),
-    Fault(
-        "the controller grips too hard", _commanded(grip_force=(50.0, 50.0)), "commanded grip force", "50 N"
-    ),
+    Fault("the controller grips too hard", _commanded(grip_force=(50.0, 50.0)), "commanded grip force", "50 N"),
     Fault("an observer raises", Observing(raising(lambda: KeyError("x"))), "observer", "KeyError"),
     Fault("live parameters raise", Live(raising(lambda: RuntimeError("no"))), "live parameters", "no"),
     Fault("Ctrl-C", _signal(signal.SIGINT), None, ending=Ending.INTERRUPTED),
@@ -291,13 +285,12 @@ ON_A_SENSOR = (
 )
 """Where a sensor file describes the sensor: what its health monitor knows."""
 
+
 def hand(**told: Callable[..., object]) -> Samples:
     """The hand's sample is changed."""
 
     def changed(now: Sample, before: Sample) -> Sample:
-        return replace(
-            now, hand=replace(now.hand, **{name: f(now.hand, before.hand) for name, f in told.items()})
-        )
+        return replace(now, hand=replace(now.hand, **{name: f(now.hand, before.hand) for name, f in told.items()}))
 
     return Samples(changed)
 
@@ -317,9 +310,7 @@ WITH_A_HAND = (
         "21 ms",
         delay=20,
     ),
-    Fault(
-        "the controller forgets a finger", _commanded(grip_force=(3.0,)), "commanded grip force", "(3.0,)"
-    ),
+    Fault("the controller forgets a finger", _commanded(grip_force=(3.0,)), "commanded grip force", "(3.0,)"),
     Fault("the controller grips with NaN", _commanded(grip_force=(NAN, 3.0)), "commanded grip force", "nan"),
     Fault("the controller lets go of the negative", _commanded(grip_force=(-1.0, -1.0)), "commanded grip force"),
 )

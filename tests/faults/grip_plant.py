@@ -15,8 +15,8 @@ class GripPlant:
     """Two fingers squeeze an object along x; Coulomb friction carries it.
 
     The grip follows what was commanded last, and the arm its velocity, with first-order lags. The object sticks to
-    the fingers while the friction that its weight and acceleration ask for is below 2 mu F, and slides down between
-    them otherwise. A hand whose process went silent keeps its last grip: so do those that people build.
+    the fingers while the friction that its weight and acceleration ask for is below 2 mu F, and slides down
+    between them otherwise. A hand whose process went silent keeps its last grip: so do those that people build.
 
     Attributes:
         fallen: How far the object has slid down between the fingers [m].

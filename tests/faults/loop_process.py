@@ -1,6 +1,6 @@
 """The process that runs the loop against `watchdog_device`; tests kill it: PORT LOG [SECONDS].
 
-Prints "running" once it moves, and its ending on standard error; the exit code is that of `palpate`'s commands.
+Says "running" once it moves, and its ending on standard error; the exit code is that of `palpate`'s commands.
 """
 
 import sys
@@ -9,7 +9,7 @@ from pathlib import Path
 from faults.device_client import DeviceBackend, Sweep
 from palpate.runtime.log import LogWriter, Recorder
 from palpate.runtime.loop import run
-from palpate.runtime.result import Ending, RunInterrupted
+from palpate.runtime.result import Ending, result_until
 from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Finger, Touch
 from palpate.surfaces import Sphere
@@ -27,7 +27,8 @@ def main() -> int:
     def announce(sample, now, command):
         periods.append(None)
         if len(periods) == RUNNING:
-            print("running", flush=True)
+            sys.stdout.write("running\n")
+            sys.stdout.flush()
 
     try:
         result = run(
@@ -39,10 +40,11 @@ def main() -> int:
             recorder=Recorder(LogWriter(path)),
             observers=(announce,),
         )
-    except RunInterrupted as interrupted:
-        print(f"{interrupted}; at rest: {interrupted.result.stopped}", file=sys.stderr, flush=True)
+    except KeyboardInterrupt as interruption:
+        result = result_until(interruption)
+        sys.stderr.write(f"interrupted; the robot was stopped; at rest: {result.stopped}\n")
         return 130
-    print(f"{result.ending.value}; {result.trip}; at rest: {result.stopped}", file=sys.stderr, flush=True)
+    sys.stderr.write(f"{result.ending.value}; {result.trip}; at rest: {result.stopped}\n")
     return 0 if result.ending is not Ending.TRIPPED else 1
 
 

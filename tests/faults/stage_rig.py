@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import msgspec
 
-from faults.fault_rig import FaultyBackend, Rig
+from faults.fault_rig import FaultyBackend, Rig, Samples
 from palpate.controllers import (
     ExploreController,
     ExploreParameters,
@@ -15,11 +15,12 @@ from palpate.controllers import (
     tracking_delay,
 )
 from palpate.experiments.sensor_presets import preset_sensor
+from palpate.runtime.data import Sample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.supervision import Limits
 from palpate.runtime.touch import Finger, FingerDescription, SensorFinger, Touch
 from palpate.sensing.compensation import Payload
-from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, SensorFile
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, WrenchNoise, build_stage_scene
 from palpate.spatial import Vector, norm, scale
 from palpate.surfaces import Sphere
@@ -49,6 +50,27 @@ def nano17() -> SensorFile:
     return msgspec.structs.replace(preset_sensor("nano17"), payload=PayloadEntry(mass=TIP.mass))
 
 
+FULL_SCALE = 32767
+"""Counts of a 16 bit converter."""
+
+
+def digitised(sensor: SensorFile, share: float) -> tuple[SensorFile, Samples]:
+    """The same sensor, read through a converter that clips at a share of its range."""
+    per_count = [share * limit / FULL_SCALE for limit in sensor.axis_limits]
+    matrix = tuple(tuple(per_count[i] * (i == j) for j in range(6)) for i in range(6))
+    raw = CalibrationEntry(
+        raw_unit="counts", matrix=matrix, offset=(0.0,) * 6, raw_range=(-float(FULL_SCALE), float(FULL_SCALE))
+    )
+
+    def read(now: Sample, before: Sample) -> Sample:
+        (first,) = now.wrenches
+        counts = (round(x / unit) for x, unit in zip(first.wrench, per_count, strict=True))
+        clipped = tuple(float(min(max(n, -FULL_SCALE), FULL_SCALE)) for n in counts)
+        return replace(now, wrenches=(replace(first, wrench=clipped),))
+
+    return msgspec.structs.replace(sensor, calibration=raw), Samples(read)
+
+
 def sensor_finger() -> SensorFinger:
     """A sensor with ranges, noise and a health monitor."""
     return SensorFinger(SENSED, nano17())
@@ -61,10 +83,16 @@ def controller() -> ExploreController:
     return ExploreController(ExploreParameters(force=FORCE, speed=SPEED, gain=gain, lead=delay), RASTER, PERIOD)
 
 
+class JointedStage(MujocoBackend):
+    """A stage that tells of joints."""
+
+    def _sample(self, time):
+        now = super()._sample(time)
+        return replace(now, arm=replace(now.arm, joint_position=(0.0, 0.0)))
+
+
 def stage_rig(finger: FingerDescription, pacer: Pacer | None = None, duration: float = 1.5) -> Rig:
-    backend = FaultyBackend(MujocoBackend(_SCENE, PERIOD, NOISE, pacer))
-    # an arm that tells of its joints, as the stage does not
-    backend.changes.append((0, lambda now, before: replace(now, arm=replace(now.arm, joint_position=(0.0, 0.0)))))
+    backend = FaultyBackend(JointedStage(_SCENE, PERIOD, NOISE, pacer))
     return Rig(backend, Touch(finger), controller(), Limits(), duration)
 
 

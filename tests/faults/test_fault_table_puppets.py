@@ -1,4 +1,4 @@
-"""Every fault of the table, on puppets: the defined safe state within two periods, and nothing moves until reset."""
+"""Every fault of the table, on puppets: the safe state within two periods, and nothing moves until reset."""
 
 from dataclasses import replace
 

@@ -2,14 +2,29 @@
 
 from dataclasses import replace
 
+import msgspec
 import pytest
 
 from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
 from faults.fault_rig import Commands, Limited, carry_out
 from faults.fault_table import ANYWHERE, ON_A_SENSOR, RETRACT_DISTANCE, RETRACT_SPEED, Fault, Reaction
-from faults.stage_rig import AT, FORCE, SPEED, STAGE, away, plain_finger, sensor_finger, stage_rig
+from faults.stage_rig import (
+    AT,
+    FORCE,
+    SENSED,
+    SPEED,
+    STAGE,
+    away,
+    digitised,
+    nano17,
+    plain_finger,
+    sensor_finger,
+    stage_rig,
+)
 from palpate.runtime.data import Phase
 from palpate.runtime.result import Ending
+from palpate.runtime.touch import SensorFinger
+from palpate.sensing.ft import Butterworth
 from palpate.spatial import norm, subtract
 
 RESTS = 1e-3
@@ -60,6 +75,22 @@ def test_a_real_collision_is_drawn_back_from(limit):
     assert felt.max() < limit + 0.02 * STAGE.lag * 20e3
     assert norm(rig.backend.sound.truth().force) < 0.5 * limit
     assert felt[-20:].max() < 0.5 * limit  # at rest
+
+
+@pytest.mark.parametrize("filters", [(), (Butterworth(30.0),)], ids=["unfiltered", "behind a filter"])
+def test_a_sensor_that_is_really_pressed_into_saturation_is_drawn_out_of_it(filters):
+    """Its converter clips at 5 N: it shows no more, however hard it is pressed, and a filter shows it late."""
+    sensor, converter = digitised(msgspec.structs.replace(nano17(), filters=filters), 0.3)
+    rig = stage_rig(SensorFinger(SENSED, sensor))
+    converter.into(rig, 0)
+    fault = Fault("saturated", RAM, "force/torque sensor 1", reaction=Reaction.RETRACT)
+    Limited({"acceleration": 100.0}, RAM).into(rig, AT)
+    outcome = carry_out(rig)
+    assert outcome.result.trip.measure == "force/torque sensor 1"
+    assert "raw reading at the end of its range" in outcome.result.trip.value
+    assert outcome.result.stopped
+    assert periods_until_safe(outcome, fault, AT, lambda index: away(rig, index)) <= MOST_PERIODS
+    assert norm(rig.backend.sound.truth().force) < 1.0
 
 
 def test_a_path_that_really_leaves_the_workspace_is_stopped_at_its_edge():

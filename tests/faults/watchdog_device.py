@@ -69,7 +69,8 @@ class Device:
 
 def say(line: str) -> None:
     with contextlib.suppress(BrokenPipeError):
-        print(line, flush=True)
+        sys.stdout.write(f"{line}\n")
+        sys.stdout.flush()
 
 
 def main() -> None:

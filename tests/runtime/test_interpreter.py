@@ -136,15 +136,17 @@ def test_a_busy_thread_gives_way_sooner(collections):
             asked = time.monotonic() + 2e-3
             time.sleep(2e-3)
             late.append(time.monotonic() - asked)
-        return sorted(late)[30]
+        return sorted(late)[20]
+
+    def is_sooner():
+        before = delays()
+        with undisturbed():
+            return delays() < 0.5 * before
 
     thread = threading.Thread(target=compute)
     thread.start()
     try:
-        before = delays()
-        with undisturbed():
-            during = delays()
+        assert any(is_sooner() for _ in range(5))  # other programs can spoil a try
     finally:
         stop.set()
         thread.join()
-    assert during < 0.5 * before

@@ -10,7 +10,7 @@ import pytest
 from palpate.errors import InvalidValueError, LatchedError
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.loop import run
-from palpate.runtime.result import Ending
+from palpate.runtime.result import Ending, result_until
 from palpate.runtime.supervision import Limits, Supervisor
 from runtime.puppets import PERIOD, PUSH, REST, PuppetBackend, PuppetController, touch
 
@@ -271,7 +271,7 @@ def test_a_signal_ends_the_run_between_periods_with_all_that_is_known(name):
     before, backend = signal.getsignal(number), PuppetBackend()
     with pytest.raises(KeyboardInterrupt) as raised:
         go(backend, AskingController(number, 20))
-    result = raised.value.result
+    result = result_until(raised.value)
     assert result.ending is Ending.INTERRUPTED
     assert result.stopped
     assert result.trip is None

@@ -1,5 +1,7 @@
 """What a fingertip needs compiled is compiled when touch is set up, never in a control period."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ from palpate.spatial import IDENTITY, ZERO
 )
 def test_sensing_compiles_nothing(surface):
     touch = Touch(Finger(surface))
-    solver = solver_for(surface.evaluate, surface.level)
+    solver: Any = solver_for(surface.evaluate, surface.level)  # compiled: it knows its signatures
     compiled = list(solver.signatures)
     assert compiled
     arm = ArmSample(0.0, ZERO, IDENTITY, ZERO)

@@ -1,5 +1,6 @@
 """Real time: deadlines on a grid that never drifts, what is done about missed ones, a thread left as it was."""
 
+import ctypes
 import math
 import os
 import subprocess
@@ -246,6 +247,10 @@ def scheduling():
     return policy, os.sched_getparam(thread).sched_priority, os.getpriority(os.PRIO_PROCESS, thread), slack
 
 
+def set_timer_slack(nanoseconds):
+    ctypes.CDLL(None).prctl(29, ctypes.c_ulong(nanoseconds), 0, 0, 0)
+
+
 def fail_while_paced(pacer):
     try:
         pacer.wait()
@@ -257,7 +262,9 @@ def fail_while_paced(pacer):
 @linux
 @pytest.mark.parametrize("priority", [None, 1, 50])
 def test_the_thread_is_as_before_whatever_happens(priority):
+    set_timer_slack(40_000)  # ns: neither Linux's 50 us nor ours
     before = scheduling()
+    assert before[3] == 40_000
     pacer = RealTime(1e-3, priority=priority)
     for _ in range(2):
         pacer.start()
@@ -356,11 +363,12 @@ def test_without_rights_it_says_what_is_missing_and_goes_on():
 def test_it_takes_what_the_system_grants(monkeypatch, allowed, nice_is_granted):
     import resource
 
-    before, schedule, nice = scheduling(), os.sched_setscheduler, []
+    before, schedule, nice, policies = scheduling(), os.sched_setscheduler, [], []
 
     def refuse_real_time(thread, policy, parameter):
         if policy & os.SCHED_FIFO:
             raise PermissionError(1, "Operation not permitted")
+        policies.append(policy)
         schedule(thread, policy, parameter)
 
     def set_nice(which, thread, value):
@@ -378,6 +386,8 @@ def test_it_takes_what_the_system_grants(monkeypatch, allowed, nice_is_granted):
     assert ("or ask for at most 7" in note) == (allowed == 7)
     assert note.endswith("going on with nice -20 instead" if nice_is_granted else "going on without")
     assert nice == [-20, before[2]]
+    # threads that are started meanwhile are ordinary
+    assert policies == [before[0] | os.SCHED_RESET_ON_FORK] * nice_is_granted + [before[0]]
     assert scheduling()[1:] == before[1:]
 
 
@@ -391,3 +401,22 @@ def test_elsewhere_it_goes_on_without(monkeypatch, platform):
     quiet = RealTime(1e-3)
     quiet.start()
     assert quiet.stop().note == ""
+
+
+@linux
+def test_a_user_who_may_not_take_the_flag_off_still_gets_the_old_policy_back(monkeypatch):
+    """The kernel lets a user with RLIMIT_RTPRIO set SCHED_RESET_ON_FORK, but not clear it (sched(7))."""
+    asked = []
+
+    def schedule(thread, policy, parameter):
+        asked.append((policy, parameter.sched_priority))
+        if not policy & os.SCHED_RESET_ON_FORK:
+            raise PermissionError(1, "Operation not permitted")
+
+    policy = os.sched_getscheduler(0)
+    monkeypatch.setattr(os, "sched_setscheduler", schedule)
+    pacer = RealTime(1e-3, priority=8)
+    pacer.start()
+    assert pacer.stop().note == "real-time priority 8 (SCHED_FIFO)"
+    assert asked[0] == (os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, 8)
+    assert asked[-1] == (policy | os.SCHED_RESET_ON_FORK, 0)

@@ -16,7 +16,8 @@ from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file, 
 from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
-from palpate.strict_decode import known_keys
+from palpate.strict_types import known_keys
+from palpate.surfaces import Ellipsoid
 
 STAGE = Path(shipped_robots()["stage"]).read_text(encoding="utf-8")
 MINIMAL = """
@@ -43,6 +44,7 @@ def test_what_people_write_is_read_as_they_mean_it():
     assert robot.backend.mass == 5.0
     assert robot.period == 0.001
     surface = robot.fingers[0].surface.surface()
+    assert isinstance(surface, Ellipsoid)
     assert surface.semi_axes == (0.008, 0.008, 0.012)
     assert surface.center.tolist() == [0.0, 0.0, 0.02]
     assert robot.fingers[0].payload == PayloadEntry(mass=0.03, center_of_mass=(0.0, 0.0, 0.02))
@@ -113,11 +115,20 @@ def test_every_kind_of_fingertip_is_built_where_the_file_puts_it(text, kind):
     assert surface.center == (0.0, 0.0, 0.1)
     # a quarter turn about y takes the surface's z axis to the sensor's x axis
     assert surface.rotation[:, 2] == pytest.approx([1.0, 0.0, 0.0], abs=1e-15)
+    built = surface.surface()
+    assert "center=[0.0, 0.0, 0.1]" in repr(built)
+    assert f"rotation={surface.rotation.tolist()}" in repr(built)
 
 
 MISTAKES = [
+    # pace
+    ("  kind: simulated ", "  kind: realtime ", ["pace.kind = 'realtime'", "did you mean real_time?"]),
+    ("  kind: simulated ", "  kind: real_time\n  overrun: skipp ", ["pace.overrun", "did you mean skip?"]),
+    ("  kind: simulated ", "  kind: real_time\n  priority: 500 ", ["pace", "priority = 500", "1 to 99"]),
+    ("  kind: simulated ", "  kind: real_time\n  spin_s: 0.002 ", ["spin = 0.002 s", "shorter than the period"]),
+    ("  kind: simulated ", "  kind: simulated\n  priority: 50 ", ["pace.priority: unknown key"]),
     # misspelt
-    ("radius_m", "raduis_m", ["fingers[0].surface.raduis_m", "did you mean radius_m?", "line 20, column 7"]),
+    ("radius_m", "raduis_m", ["fingers[0].surface.raduis_m", "did you mean radius_m?", "line 26, column 7"]),
     ("mass_kg: 5.0", "mas_kg: 5.0", ["backend.mas_kg", "did you mean mass_kg?", "line 10, column 3"]),
     ("backend:", "backedn:", ["backedn: unknown key", "did you mean backend?"]),
     ("fingers:", "finger:", ["finger: unknown key", "did you mean fingers?"]),
@@ -139,7 +150,7 @@ MISTAKES = [
     ("spin_torque_Nm: 1.0", "spin_torque_mNm: 1000", ["limits.spin_torque_mNm", "spin_torque_Nm, in Nm"]),
     ("joint_lower_rad: []", "joint_lower_deg: [-180]", ["limits.joint_lower_deg", "joint_lower_rad, in rad"]),
     ("sample_age_s", "sample_age_ms", ["limits.sample_age_ms", "write sample_age_s, in s"]),
-    ("moment_Nm", "moment_N", ["fingers[0].noise.moment_N", "write moment_Nm, in Nm"]),
+    ("moment_Nm: 0", "moment_N: 0", ["fingers[0].noise.moment_N", "write moment_Nm, in Nm"]),
     # right key, number in another unit
     ("radius_m: 0.008", "radius_m: 8", ["fingers[0].surface.radius_m = 8", "to 0.5 m", "another unit?"]),
     ("period_s: 0.001", "period_s: 1000", ["period_s = 1000", "from 1e-05 to 1 s"]),
@@ -225,7 +236,7 @@ def test_a_sensor_file_is_found_next_to_the_robot_file_and_its_mistakes_name_bot
     with pytest.raises(InvalidValueError, match=r"r\.yaml: .*fingers\[0\]\.sensor.*cannot read .*tip\.yaml"):
         load_robot(str(robot))
     folder.mkdir()
-    sensor = load_robot("stage-nano17").texts["sensors/nano17.yaml"]
+    sensor = load_robot("stage-nano17").texts["sensor-0.yaml"]
     (folder / "tip.yaml").write_text(sensor)
     assert load_robot(str(robot)).sensors[0].model.startswith("ATI Nano17")
     (folder / "tip.yaml").write_text(sensor.replace("mass_kg", "mass_g"))
@@ -236,7 +247,7 @@ def test_a_sensor_file_is_found_next_to_the_robot_file_and_its_mistakes_name_bot
 def test_texts_of_a_log_must_be_complete():
     texts = dict(load_robot("stage-nano17").texts)
     assert read_robot({**texts, "experiment.yaml": "not looked at"}).texts == texts
-    with pytest.raises(InvalidValueError, match=r"nano17\.yaml' is missing"):
+    with pytest.raises(InvalidValueError, match=r"sensor-0\.yaml' is missing"):
         read_robot({ROBOT_TEXT: texts[ROBOT_TEXT]})
     with pytest.raises(InvalidValueError, match=r"'robot\.yaml' is missing"):
         read_robot({})

@@ -67,8 +67,8 @@ class Exploration:
             observers=(watch,),
         )
         self.record = memory.record()
-        truth = np.array(truth)
-        self.touching, self.force = truth[:, 0] > 0, np.linalg.norm(truth[:, 1:], axis=1)
+        rows = np.array(truth)
+        self.touching, self.force = rows[:, 0] > 0, np.linalg.norm(rows[:, 1:], axis=1)
         self.scan = self.record.phase == Phase.SCAN.value
 
     def controller(self):

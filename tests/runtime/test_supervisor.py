@@ -71,6 +71,7 @@ def test_whatever_is_sensed_the_controller_goes_on_only_within_the_limits(wrench
     within = (
         all(map(math.isfinite, (*wrench, *position, *velocity)))
         and math.hypot(*wrench[:3]) <= 20.0
+        and math.hypot(*wrench[3:]) <= 2.0
         and math.hypot(*velocity) <= 1.1 * 0.25
         and all(-1.0 <= x <= 1.0 for x in position)
     )
@@ -84,6 +85,12 @@ def test_whatever_is_sensed_the_controller_goes_on_only_within_the_limits(wrench
 
 OUT_OF_BOUNDS = {
     "force": (Limits(force=5.0), {"wrench": (0.0, 0.0, 5.1, 0.0, 0.0, 0.0)}, "contact force was 5.1 N", "5 N"),
+    "moment": (
+        Limits(moment=0.5),
+        {"wrench": (0.0, 0.0, 0.0, 0.6, 0.0, 0.0)},
+        "contact moment was 0.6",
+        "0.5 N m",
+    ),
     "spin": (
         Limits(spin_torque=0.01),
         {"wrench": (0.0, 0.0, 2.0, 0.0, 0.0, 0.02)},
@@ -330,7 +337,9 @@ def test_a_hand_that_holds_something_does_not_retract():
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-@pytest.mark.parametrize("name", ["force", "spin_torque", "grip_force", "speed", "acceleration", "sample_age"])
+@pytest.mark.parametrize(
+    "name", ["force", "moment", "spin_torque", "grip_force", "speed", "acceleration", "sample_age"]
+)
 def test_limits_that_limit_nothing_are_refused(name, bad):
     with pytest.raises(InvalidValueError, match=f"{name.replace('_', ' ')} limit"):
         Limits(**{name: bad})

@@ -31,7 +31,9 @@ def config_text(config: ExploreConfig) -> str:
     Raises:
         InvalidValueError: A path in it cannot be written as text.
     """
-    kind = next(name for name, kind in KINDS.items() if type(config) is kind)
+    kind = next((name for name, kind in KINDS.items() if type(config) is kind), None)
+    if kind is None:
+        raise TypeError(f"{type(config).__name__} is no configuration of an experiment")
     values = {field.name: _plain(getattr(config, field.name)) for field in fields(config)}
     return yaml_text({KIND_KEY: kind, **values})
 

@@ -99,7 +99,7 @@ def carry_out(
         sinks: Where to record it, beside memory.
 
     Raises:
-        RunInterrupted: By Ctrl-C; the robot was stopped. An `Attempt` still knows what was found until then.
+        KeyboardInterrupt: The robot was stopped. An `Attempt` still knows what was found until then.
     """
     attempt = Attempt(planned)
     return attempt.found(attempt.run(observers, sinks))

@@ -11,7 +11,7 @@ from palpate.experiments.explore_report import exploration_report
 from palpate.experiments.progress import run_progress
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
 from palpate.reporting import summary_table
-from palpate.runtime import Ending, RunInterrupted, RunResult
+from palpate.runtime import Ending, RunResult, result_until
 from palpate.runtime.log import LogWriter, new_log_path
 
 INTERRUPTED = 130
@@ -32,19 +32,22 @@ def run_explore(config: ExploreConfig) -> int:
     planned = plan(config)
     make_folder(config.out)
     attempt = Attempt(planned)
-    log = log_writer(planned)
+    log, interrupted = log_writer(planned), False
     with run_progress(console, planned.expected_duration) as observer:
         try:
             result = attempt.run((observer,), (log,))
-        except RunInterrupted as interrupted:
-            result = interrupted.result
+        except KeyboardInterrupt as interruption:
+            found = result_until(interruption)
+            if found is None:
+                raise
+            result, interrupted = found, True
     exploration = attempt.found(result)
     with console.status("drawing the report"):
         files = write_exploration(exploration, config.out)
     console.print(summary_table(exploration_report(exploration)))
     _tell(console, result)
     console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
-    if result.ending is Ending.INTERRUPTED:
+    if interrupted:
         return INTERRUPTED
     return 0 if result.ending is Ending.DONE else 1
 
@@ -60,7 +63,8 @@ def _tell(console: Console, result: RunResult) -> None:
     if result.error is not None:
         import traceback
 
-        console.print("".join(traceback.format_exception(result.error)), markup=False, highlight=False)
+        trace = "".join(traceback.format_exception(result.error))
+        console.print(trace, markup=False, highlight=False, soft_wrap=True)
     recording = result.recording
     if recording is None or recording.path is None:
         return

@@ -10,6 +10,7 @@ from palpate.controllers import (
     ExploreParameters,
     Raster,
     force_gain,
+    live_parameters,
     series_stiffness,
     tracking_delay,
 )
@@ -17,7 +18,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
 from palpate.experiments.explore_config import FASTEST, LEAST_FORCE, MOST_FORCE, SLOWEST, ExploreConfig
 from palpate.experiments.robot_in_scene import build
-from palpate.experiments.simulated_stage import Task
+from palpate.experiments.simulated_stage import Task, only_finger
 from palpate.runtime import FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
@@ -84,7 +85,7 @@ class ExplorationPlan:
         config: What was asked for.
         robot: What carries it out.
         target: What is touched.
-        raster: The path of the tip's centre, from above.
+        raster: The path of the tip frame's origin, from above.
         parameters: For the controller.
         finger: For touch.
         limits: For the supervisor.
@@ -153,18 +154,21 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
     )
     top = target.top + max(config.tip) + CLEARANCE
     first_x, first_y = raster.corners()[0]
+    # the raster so far is the path of the tip's centre; what is moved is the tip frame, which never turns
+    x, y, z = only_finger(robot).surface.center
     task = Task(
         tip=config.tip,
         compression=config.force * half_compliance,
         target=target,
         law=law,
-        start=(first_x, first_y, top),
+        start=(first_x - x, first_y - y, top - z),
         period=config.period,
         noise=WrenchNoise(config.force_noise, config.moment_noise, config.seed),
         touch_force=config.touch_force,
     )
     descent = 2.0 * target.top + max(config.tip) + CLEARANCE
-    limits = _limits(robot.file.limits.limits(), raster, top, descent)
+    path = replace(raster, center=(raster.center[0] - x, raster.center[1] - y))
+    limits = _limits(robot.file.limits.limits(), path, top - z, descent)
     _check_force(config, limits)
     ready = build(robot, task)
     _check_speed(config, ready.backend.scene.pair, limits)
@@ -183,12 +187,18 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
         force_range=(LEAST_FORCE * ready.touch_force, min(MOST_FORCE, LANDING_SHARE * limits.force)),
         speed_range=(SLOWEST, min(FASTEST, limits.speed)),
     )
+    live = live_parameters(parameters)
+    for time, name, value in config.change:
+        try:
+            live.check(name, value)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"change after {time:g} s: {error}") from None
     gap = top - float(target.height(np.array(first_x), np.array(first_y)))
     return ExplorationPlan(
         config,
         robot,
         target,
-        raster,
+        path,
         parameters,
         ready.finger,
         limits,

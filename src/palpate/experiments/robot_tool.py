@@ -10,9 +10,9 @@ from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, 
 from palpate.experiments.robot_in_scene import check
 from palpate.experiments.robot_values import load_named_robot
 from palpate.nearest_name import unit_of, without_unit
-from palpate.runtime.robot import ROBOT_TEXT, load_robot, robot_path, shipped_robots
+from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot, robot_path, shipped_robots
 from palpate.sensing.ft.sensor_file import SensorFile
-from palpate.strict_decode import shown_path
+from palpate.strict_refusal import shown_path
 from palpate.strict_yaml import Key, read_yaml
 
 
@@ -37,12 +37,11 @@ def run_show(config: RobotShowConfig) -> int:
         return 0
     if config.sensor >= len(robot.file.fingers):
         raise InvalidValueError(f"sensor = {config.sensor}: the last finger is {len(robot.file.fingers) - 1}")
-    name = robot.file.fingers[config.sensor].sensor
-    if name is None:
+    if robot.sensors[config.sensor] is None:
         raise InvalidValueError(
             f"sensor = {config.sensor}: this finger has no sensor file; its sensor has no flaws"
         )
-    sys.stdout.write(robot.texts[name])
+    sys.stdout.write(robot.texts[SENSOR_TEXT.format(config.sensor)])
     return 0
 
 

@@ -89,7 +89,7 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     else:
         touch_force = sensor.contact.touch_force
         described = SensorFinger(sensed, sensor)
-    backend = MujocoBackend(scene, task.period, task.noise)
+    backend = MujocoBackend(scene, task.period, task.noise, robot.file.pace.pacer(task.period))
     return RobotInScene(backend, described, stage.lag, stage.stiffness(tip.mass), touch_force)
 
 

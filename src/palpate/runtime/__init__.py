@@ -14,7 +14,7 @@ from palpate.runtime.log import MemoryLog, Record, Recorder
 from palpate.runtime.loop import Observer, run
 from palpate.runtime.pacing import Pacer, Punctuality, SimulatedTime
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.result import Ending, RunInterrupted, RunResult
+from palpate.runtime.result import Ending, RunResult, result_until
 from palpate.runtime.supervision import Limits, Supervisor, Trip
 from palpate.runtime.timing import Distribution, RunTiming
 from palpate.runtime.touch import Finger, FingerDescription, PlainPipeline, SensorFinger, Touch, WrenchPipeline
@@ -40,7 +40,6 @@ __all__ = [
     "Punctuality",
     "Record",
     "Recorder",
-    "RunInterrupted",
     "RunResult",
     "RunTiming",
     "Sample",
@@ -51,5 +50,6 @@ __all__ = [
     "Trip",
     "WrenchPipeline",
     "WrenchSample",
+    "result_until",
     "run",
 ]

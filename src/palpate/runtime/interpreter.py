@@ -8,9 +8,9 @@ Measured with numpy, scipy, numba, MuJoCo and CasADi loaded, which is 110 000 tr
   is 3.6 GB an hour. So young collections stay on, small and often: 20 to 70 us each, 70 to 220 us where they
   include the middle generation (with Python's own thresholds 70 to 200 us and 0.2 to 5 ms). Full ones wait until
   the run is over. Of cycles that live for 50 periods, one in twenty then waits with them.
-- A thread that computes in Python, woken up for 20 ms ten times a second, makes the loop's 99th percentile of
-  lateness 5.2 ms with Python's switch interval of 5 ms, 1.2 ms with 1 ms, 0.6 ms with 50 us; at 20 us it grows
-  again, at 10 us stalls of 50 ms appear, as the threads do little but hand over.
+- A thread that computes in Python, woken up for 20 ms eight times a second, makes the loop's 99th percentile of
+  lateness 5.2 ms with Python's switch interval of 5 ms, 1.2 to 1.9 ms with 1 ms, 0.2 to 0.6 ms with 50 us. Shorter
+  ones gain nothing, and at 10 us there were stalls of 50 ms, as the threads did little but hand over.
 """
 
 import gc

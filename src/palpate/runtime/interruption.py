@@ -24,13 +24,18 @@ class StopRequest:
         self.received: signal.Signals | None = None
 
     def receive(self, number: int, frame: FrameType | None) -> None:
-        """Take note; the second time the patience is at an end, as the loop seems to hang.
+        """Take note; at a second Ctrl-C the patience is at an end, as the loop seems to hang.
+
+        Other signals come twice at once (kernel and shell both send SIGHUP when a terminal is closed), and whoever
+        sends them ends a process that hangs by SIGKILL.
 
         Raises:
-            KeyboardInterrupt: At the second request.
+            KeyboardInterrupt: At the second request, if it is Ctrl-C.
         """
         if self.received is not None:
-            raise KeyboardInterrupt
+            if number == signal.SIGINT:
+                raise KeyboardInterrupt
+            return
         self.received = signal.Signals(number)
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from palpate.errors import positive
+from palpate.errors import InvalidValueError, positive
 from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.interruption import StopRequest, stop_requests
@@ -16,7 +16,7 @@ from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Level, Recorder, RecordingSummary
 from palpate.runtime.pacing import Punctuality
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.result import Ending, RunInterrupted, RunResult
+from palpate.runtime.result import Ending, RunResult
 from palpate.runtime.supervision import Supervisor
 from palpate.runtime.timing import RunTiming
 from palpate.runtime.touch import Touch
@@ -72,13 +72,13 @@ def run(
 
     Raises:
         LatchedError: The supervisor has tripped earlier and was not reset.
-        RunInterrupted: By Ctrl-C or another signal that ends a process; carries the result.
-        Exception: What back end, touch or controller raise at the start, while nothing moves.
+        KeyboardInterrupt: By Ctrl-C or another signal that ends a process; `result_until` gives its result.
+        Exception: What back end, touch, controller or recorder raise at the start, while nothing moves.
     """
     positive("duration", duration, "s")
     supervisor = supervisor or Supervisor()
     supervisor.start(backend.period)
-    with backend, stop_requests() as stop:
+    with stop_requests() as stop:
         one = _Run(backend, touch, controller, supervisor, recorder, live, observers, stop)
         try:
             one.begin()
@@ -86,9 +86,9 @@ def run(
                 one.go_on(round(duration / backend.period))
         finally:
             one.end()
-    result = one.result()
-    if result.ending is Ending.INTERRUPTED:
-        raise RunInterrupted(result)
+        result = one.result()
+        if stop.received is not None:
+            raise KeyboardInterrupt(result)
     return result
 
 
@@ -112,9 +112,8 @@ class _Run:
         self._observers = tuple(observers)
         self._pacer = backend.pacer
         self._ending: Ending | None = None
-        self._stopped = False
-        self._seen = False
-        self._tripped = False
+        self._time = self._first_time = self._last_time = 0.0
+        self._stopped = self._seen = self._trip_told = False
         self._starts, self._compute = array("d"), array("d")
         self._punctuality = Punctuality()
         self._recording: RecordingSummary | None = None
@@ -122,33 +121,35 @@ class _Run:
 
     def begin(self) -> None:
         """Do all that is slow, and start the devices; nothing moves yet."""
-        self._sample = self._backend.start()
-        self._first_time = self._sample.time
+        self._take(self._backend.start())
+        self._first_time = self._last_time = self._time
         self._touch.start()
         self._now = self._touch.sense(self._sample)
         if self._recorder is not None:
             self._recorder.start(self._sample, self._now, self._backend.period)
         self._controller.start(self._now)
-        self._pacer.start()
 
     def go_on(self, periods: int) -> None:
         """Run period after period until there is a reason to end, then come to rest."""
         try:
-            for index in range(periods):
+            self._pacer.start()
+            index = 0
+            # a reaction that has begun goes on to its own end
+            while index < periods or self._supervisor.reacting:
                 before = self._clock()
                 self._starts.append(before)
                 command = self._period(before, sense=index > 0)
                 self._compute.append(self._clock() - before)
                 self._ending = self._reason_to_end(command)
-                if self._ending is not None:
+                if self._ending is not None or not self._advance(command):
                     break
-                if not self._advance(command):
-                    break
+                index += 1
             else:
                 self._ending = Ending.TIME_UP
-            self._come_to_rest()
+            self._last_time = self._time
+            self._stopped = self._brake()
         except BaseException as error:
-            self._tell(self._sample.time, Level.ERROR, "run", f"ended by {type(error).__name__}")
+            self._tell(self._time, Level.ERROR, "run", f"ended by {type(error).__name__}")
             # close() stops the robot in any case; a failure to brake must not hide why the run ended
             with suppress(Exception):
                 self._brake()
@@ -157,11 +158,11 @@ class _Run:
     def _period(self, before: float, *, sense: bool) -> Command:
         """Sense, control, supervise, record: one period without waiting."""
         supervisor, source = self._supervisor, "touch"
+        self._seen = True
         try:
-            self._seen = True
             if sense:
                 self._now = self._touch.sense(self._sample)
-            now = self._now
+            now, source = self._now, "supervisor"
             if supervisor.admits(now):
                 source = "live parameters"
                 self._change(now.time)
@@ -175,7 +176,7 @@ class _Run:
             for observer in self._observers:
                 observer(self._sample, now, command)
         except Exception as error:
-            supervisor.fail(self._sample.time, source, error)
+            supervisor.fail(self._time, source, error)
             command = supervisor.standstill()
             if source == "touch":  # what was sampled makes no sense: there is no observation to go with it
                 self._tell_trip()
@@ -197,8 +198,8 @@ class _Run:
 
     def _tell_trip(self) -> None:
         trip = self._supervisor.trip
-        if trip is not None and not self._tripped:
-            self._tripped = True
+        if trip is not None and not self._trip_told:
+            self._trip_told = True
             self._tell(trip.time, Level.ERROR, "supervisor", str(trip))
 
     def _tell(self, time: float, level: Level, source: str, text: str) -> None:
@@ -207,7 +208,7 @@ class _Run:
 
     def _reason_to_end(self, command: Command) -> Ending | None:
         if self._supervisor.trip is not None:
-            return Ending.TRIPPED if self._supervisor.finished else None
+            return None if self._supervisor.reacting else Ending.TRIPPED
         if command.phase.is_final:
             return Ending.DONE if command.phase is Phase.DONE else Ending.LOST
         return None if self._stop.received is None else Ending.INTERRUPTED
@@ -215,61 +216,90 @@ class _Run:
     def _advance(self, command: Command) -> bool:
         """Let the back end do a period; return whether it could."""
         try:
-            self._sample = self._backend.step(command)
+            self._take(self._backend.step(command))
         except Exception as error:
-            self._supervisor.fail(self._sample.time, "back end", error)
+            if self._trip_told:  # and now this: it ends the reaction
+                self._tell(self._time, Level.ERROR, "back end", type(error).__name__)
+            self._supervisor.fail(self._time, "back end", error)
             self._tell_trip()
             self._ending = Ending.TRIPPED
             return False
-        self._seen = False
         return True
 
-    def _come_to_rest(self) -> None:
-        """Stand still, with the grip as it is, and record how; a device that was lost is tried again."""
-        self._last_time = self._sample.time
-        try:
-            self._stopped = self._brake()
-        except Exception as error:
-            self._tell(self._sample.time, Level.ERROR, "back end", f"could not be brought to rest: {error}")
+    def _take(self, sample: Sample) -> None:
+        given: object = sample  # a back end may be anybody's
+        if not isinstance(given, Sample) or not isinstance(given.time, float | int):
+            raise InvalidValueError(f"the back end gave {_shown(given)}: must be a Sample with its time")
+        self._sample, self._time, self._seen = given, given.time, False
 
     def _brake(self) -> bool:
-        slow, period = 0, self._backend.period
-        command = self._supervisor.standstill()
+        """Stand still, with the grip as it is, and record how; return whether the tip came to rest.
+
+        A device that was lost is tried again, and again.
+        """
+        slow, period, begun = 0, self._backend.period, self._clock()
+        command, oldest = self._supervisor.standstill(), self._supervisor.limits.sample_age
         if not self._seen:
             self._watch(command)
         wanted = max(1, round(REST_TIME / period))
+        failure = ""
         for _ in range(max(wanted, round(LONGEST_STOP / period))):
-            self._sample = self._backend.step(command)
+            try:
+                self._take(self._backend.step(command))
+            except Exception as error:
+                slow, failure = 0, failure or f"could not be stopped at once: {type(error).__name__}"
+                if self._clock() - begun > LONGEST_STOP:
+                    break
+                continue
             self._watch(command)
-            slow = slow + 1 if norm(self._sample.arm.velocity_base_tip) < REST_SPEED else 0
+            slow = slow + 1 if self._rests(oldest) else 0
             if slow >= wanted:
-                return True
-        return False
+                break
+        if failure:
+            self._tell(self._time, Level.ERROR, "back end", failure)
+        return slow >= wanted
+
+    def _rests(self, oldest: float) -> bool:
+        """Whether the arm says that it stands still, and not so long ago; if it makes no sense it does not."""
+        arm = self._sample.arm
+        try:
+            return norm(arm.velocity_base_tip) < REST_SPEED and self._time - arm.time <= oldest
+        except Exception:  # a device's nonsense must not end the braking
+            return False
 
     def _watch(self, command: Command) -> None:
-        """Sense and record; whatever is sensed, the robot stands still."""
-        before = self._clock()
+        """Sense and record; whatever is sensed, and whoever fails, the robot stands still."""
+        before, self._seen = self._clock(), True
         with suppress(Exception):
             self._now = self._touch.sense(self._sample)
             for observer in self._observers:
-                observer(self._sample, self._now, command)
+                with suppress(Exception):
+                    observer(self._sample, self._now, command)
             self._record(command, before)
 
     def end(self) -> None:
-        """Give back what was taken from the system, and finish the log."""
+        """Leave the robot, give back what was taken from the system, and finish the log: in this order."""
         self._ended = self._clock()
-        self._punctuality = self._pacer.stop()
-        if self._recorder is not None:
-            if self._ending is not None:
-                self._tell(self._sample.time, Level.INFO, "run", f"ended: {self._ending.value}")
-            self._recording = self._recorder.close()
+        try:
+            self._backend.close()
+        except Exception as error:
+            self._stopped = False  # it may move still: somebody has to look
+            self._supervisor.fail(self._time, "back end", error)
+            self._ending = Ending.TRIPPED
+            self._tell_trip()
+        finally:
+            self._punctuality = self._pacer.stop()
+            if self._recorder is not None:
+                if self._ending is not None:
+                    self._tell(self._time, Level.INFO, "run", f"ended: {self._ending.value}")
+                self._recording = self._recorder.close()
 
     def result(self) -> RunResult:
         """Return how it went."""
         starts = np.frombuffer(self._starts)
         started = self._starts[0] if self._starts else self._ended
         return RunResult(
-            ending=self._ending or Ending.TIME_UP,
+            ending=self._ending or Ending.INTERRUPTED,
             trip=self._supervisor.trip,
             error=self._supervisor.error,
             stopped=self._stopped,
@@ -285,3 +315,8 @@ class _Run:
             ),
             recording=self._recording,
         )
+
+
+def _shown(value: object) -> str:
+    text = f"{value!r}"
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -46,20 +46,24 @@ class RunResult:
     timing: RunTiming
     recording: RecordingSummary | None
 
+    def __str__(self) -> str:
+        """One line for a person."""
+        rest = "the robot is at rest" if self.stopped else "THE ROBOT DID NOT COME TO REST"
+        why = f" ({self.trip})" if self.trip is not None else ""
+        return f"{self.ending.value}{why} after {self.duration:.1f} s; {rest}"
+
     @property
     def real_time_factor(self) -> float:
         """Time on the back end's clock per wall time."""
         return self.duration / self.wall_time
 
 
-class RunInterrupted(KeyboardInterrupt):
-    """A run was ended by a signal; the robot was stopped and the log closed.
+def result_until(interruption: KeyboardInterrupt) -> RunResult | None:
+    """Return how a run went until it was interrupted: the robot was stopped and the log closed.
 
-    Attributes:
-        result: How it went until then.
+    None if it was not the loop that was interrupted, or only at the second request. (`run` raises
+    KeyboardInterrupt itself and no class of its own: only then does Python end the process as a shell expects it
+    of Ctrl-C.)
     """
-
-    def __init__(self, result: RunResult) -> None:
-        """Take what there is."""
-        super().__init__("interrupted; the robot was stopped")
-        self.result = result
+    found = interruption.args[0] if interruption.args else None
+    return found if isinstance(found, RunResult) else None

@@ -4,7 +4,7 @@ import difflib
 import importlib.resources
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.robot_file import RobotFile, read_robot_file
@@ -13,7 +13,10 @@ from palpate.sensing.ft.sensor_reader import read_sensor
 from palpate.strict_decode import load_text
 
 ROBOT_TEXT = "robot.yaml"
-"""Under this name a log keeps the robot file; sensor files go by the names that the robot file gives them."""
+"""Under this name a log keeps the robot file."""
+
+SENSOR_TEXT = "sensor-{}.yaml"
+"""Under this name, with the finger's number, it keeps the sensor files: their own paths may lead anywhere."""
 
 SUFFIXES = (".yaml", ".yml")
 
@@ -25,7 +28,7 @@ class Robot:
     Attributes:
         file: What the robot file says.
         sensors: One per finger; None for a sensor without flaws.
-        texts: Of all its files, by the names in `ROBOT_TEXT`: enough to read the very same robot again.
+        texts: Of all its files, by `ROBOT_TEXT` and `SENSOR_TEXT`: enough to read the very same robot again.
     """
 
     file: RobotFile
@@ -37,8 +40,8 @@ def read_robot(texts: Mapping[str, str]) -> Robot:
     """Return the robot that texts describe: those of a `Robot`, or of a log.
 
     Args:
-        texts: The robot file's under `ROBOT_TEXT`, the sensor files' under the names that it gives them; others
-            are not looked at.
+        texts: The robot file's under `ROBOT_TEXT`, those of the sensor files that it names under `SENSOR_TEXT`;
+            others are not looked at.
 
     Raises:
         InvalidValueError: One is missing, or something in one is wrong.
@@ -49,7 +52,7 @@ def read_robot(texts: Mapping[str, str]) -> Robot:
             raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")
         return texts[name]
 
-    return _assembled(text_of(ROBOT_TEXT), text_of)
+    return _assembled(text_of(ROBOT_TEXT), lambda i, _: text_of(SENSOR_TEXT.format(i)))
 
 
 def load_robot(name: str) -> Robot:
@@ -64,7 +67,7 @@ def load_robot(name: str) -> Robot:
     """
     path = robot_path(name)
 
-    def sensor_text(sensor: str) -> str:
+    def sensor_text(_: int, sensor: str) -> str:
         try:
             return load_text(path.parent / sensor, "a sensor file")
         except OSError as error:
@@ -118,7 +121,8 @@ def _without_suffix(name: str) -> str:
     return name
 
 
-def _assembled(text: str, sensor_text: Callable[[str], str]) -> Robot:
+def _assembled(text: str, sensor_text: Callable[[int, str], str]) -> Robot:
+    """Read a robot file, and the sensor files that it names, by finger and path."""
     file = read_robot_file(text)
     texts = {ROBOT_TEXT: text}
     sensors: list[SensorFile | None] = []
@@ -126,14 +130,9 @@ def _assembled(text: str, sensor_text: Callable[[str], str]) -> Robot:
         if finger.sensor is None:
             sensors.append(None)
             continue
-        if PurePosixPath(finger.sensor) == PurePosixPath(ROBOT_TEXT):
-            raise InvalidValueError(
-                f"fingers[{i}].sensor = {finger.sensor!r}: a log keeps the robot file under this name; rename the "
-                "sensor file"
-            )
         try:
-            texts[finger.sensor] = sensor_text(finger.sensor)
-            sensors.append(read_sensor(texts[finger.sensor]))
+            texts[SENSOR_TEXT.format(i)] = found = sensor_text(i, finger.sensor)
+            sensors.append(read_sensor(found))
         except InvalidValueError as error:
             raise InvalidValueError(f"fingers[{i}].sensor, {finger.sensor}: {error}") from None
     return Robot(file, tuple(sensors), texts)

@@ -11,6 +11,7 @@ import msgspec
 from palpate.errors import InvalidValueError, not_negative
 from palpate.runtime.robot_backend import BackendEntry
 from palpate.runtime.robot_limits import LimitsEntry
+from palpate.runtime.robot_pace import PaceEntry, SimulatedPaceEntry
 from palpate.runtime.robot_ranges import at_most, within
 from palpate.runtime.robot_surface import AnySurfaceEntry
 from palpate.sensing.ft.sensor_file import PayloadEntry
@@ -81,6 +82,7 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
         name: One line for people.
         backend: What carries the fingers.
         period: Control period [s].
+        pace: Where its time comes from.
         fingers: One or more.
         limits: What must not be exceeded.
     """
@@ -89,6 +91,7 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
     name: str
     backend: BackendEntry
     period: float = msgspec.field(name="period_s")
+    pace: PaceEntry = SimulatedPaceEntry()
     fingers: Annotated[tuple[FingerEntry, ...], msgspec.Meta(min_length=1, max_length=MOST_FINGERS)]
     limits: LimitsEntry = LimitsEntry()
 
@@ -102,6 +105,7 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
                 f"name = {self.name[:40]!r}: must be one line of 1 to 200 printable characters"
             )
         within("period_s", self.period, SHORTEST_PERIOD, LONGEST_PERIOD, "s")
+        self.pace.pacer(self.period)
 
 
 def read_robot_file(text: str) -> RobotFile:

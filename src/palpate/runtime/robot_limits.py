@@ -11,6 +11,7 @@ _SAFE = Limits()
 
 _LARGEST = {
     "force_N": (1e4, "N"),
+    "moment_Nm": (1e3, "N m"),
     "spin_torque_Nm": (1e3, "N m"),
     "grip_force_N": (1e4, "N"),
     "speed_m_per_s": (10.0, "m/s"),
@@ -30,6 +31,7 @@ class LimitsEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     """What must not be exceeded: see `palpate.runtime.supervision.limits.Limits`, whose defaults these are."""
 
     force: float = msgspec.field(name="force_N", default=_SAFE.force)
+    moment: float = msgspec.field(name="moment_Nm", default=_SAFE.moment)
     spin_torque: float = msgspec.field(name="spin_torque_Nm", default=_SAFE.spin_torque)
     grip_force: float = msgspec.field(name="grip_force_N", default=_SAFE.grip_force)
     speed: float = msgspec.field(name="speed_m_per_s", default=_SAFE.speed)

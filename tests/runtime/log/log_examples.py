@@ -3,6 +3,7 @@
 import dataclasses
 import struct
 from enum import Enum
+from functools import lru_cache
 
 import numpy as np
 
@@ -52,7 +53,9 @@ def one_period(rng, layout, time):
     fingers = []
     for wrench in wrenches:
         status = rng.choice(list(ContactStatus))
-        contact = Contact(arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), ContactStatus(status))
+        contact = Contact(
+            arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), ContactStatus(status)
+        )
         health = HEALTHY if rng.integers(2) else Verdict(rng.choice(list(Measure)))
         fingers.append(FingerObservation(wrench.time, numbers(6), contact, bool(rng.integers(2)), health))
     now = Observation(time, arm, tuple(fingers), hand)
@@ -61,10 +64,11 @@ def one_period(rng, layout, time):
     return sample, now, command, *numbers(2)
 
 
+@lru_cache(maxsize=20)
 def a_run(count, layout=ONE_FINGER, seed=0, start=0.0):
     """`count` periods, a millisecond apart."""
     rng = np.random.default_rng(seed)
-    return [one_period(rng, layout, start + i * PERIOD) for i in range(count)]
+    return tuple(one_period(rng, layout, start + i * PERIOD) for i in range(count))
 
 
 def feed(recorder, periods):

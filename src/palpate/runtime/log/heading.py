@@ -16,8 +16,8 @@ FORMAT = 1
 LAST_NANOSECOND = (2**31 - 1) * 10**9
 """Latest stamp that builtin_interfaces/Time can hold (the year 2038)."""
 
-_FARTHEST = 1e10
-"""[s]. A sample time farther from the first one than this is garbage; its stamp stays at the end of the range."""
+_FARTHEST = 4e9
+"""[s], a century and more, and less than 2**62 ns. Sample times farther from the first one are garbage."""
 
 
 @dataclass(frozen=True, slots=True)

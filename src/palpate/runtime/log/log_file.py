@@ -2,6 +2,8 @@
 
 import contextlib
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 
 class LogFile:
@@ -24,6 +26,22 @@ class LogFile:
         self.size = 0
         self._file = path.open("xb", buffering=0)
 
+    @staticmethod
+    def begun(path: Path, opening: bytes) -> "LogFile":
+        """Return a new file with its first piece; where that cannot be written, no file is left.
+
+        Raises:
+            OSError: As for the constructor and `append`.
+        """
+        file = LogFile(path)
+        try:
+            file.append(opening)
+        except OSError:
+            with file:
+                path.unlink()
+            raise
+        return file
+
     def append(self, data: bytes) -> None:
         """Write a piece.
 
@@ -41,10 +59,11 @@ class LogFile:
             raise
         self.size += len(data)
 
-    def close(self) -> None:
-        """Close it.
+    def __enter__(self) -> Self:
+        """Close it at the end, which raises OSError if the system finds out only then that it cannot write."""
+        return self
 
-        Raises:
-            OSError: The system has found out only now that something was not written.
-        """
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._file.close()

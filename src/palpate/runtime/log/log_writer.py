@@ -1,6 +1,5 @@
 """A run in an MCAP file, written by a thread of its own."""
 
-import contextlib
 import queue
 import threading
 from collections.abc import Mapping
@@ -96,8 +95,7 @@ class LogWriter:
         builder = McapBuilder(codec, self._attachments)
         self._time = heading.first_time
         try:
-            file = LogFile(self._path)
-            file.append(builder.opening())
+            file = LogFile.begun(self._path, builder.opening())
         except OSError as error:
             raise InvalidValueError(f"log {self._path}: {error.strerror}; choose another place") from None
         self._note = point_latest(self._path)
@@ -153,8 +151,11 @@ class LogWriter:
             self._problem = f"recording ended after {done:.3f} s: {error}; the log is readable up to there"
             while self._next_segments():
                 pass  # no more is put in, and what is there is lost
-        with contextlib.suppress(OSError):  # the log is readable without its end
-            self._finish(file, builder, codec)
+        try:
+            with file:
+                self._finish(file, builder, codec)
+        except Exception as error:  # the log is readable without its end
+            self._problem = self._problem or f"the end of the log was not written: {error}"
 
     def _next_segments(self) -> list[PackedRows | Entry]:
         """Wait for something to write and return all there is of it; nothing when the recording is over."""
@@ -177,7 +178,6 @@ class LogWriter:
             event = Event(self._time, Level.WARN, "recorder", f"{lost} periods were not recorded: {reason}")
             self._append(file, builder, encode_chunk([Entry(self._entries, event)], codec))
         file.append(builder.closing())
-        file.close()
 
     def _append(self, file: LogFile, builder: McapBuilder, content: ChunkContent) -> None:
         piece = builder.piece(content)

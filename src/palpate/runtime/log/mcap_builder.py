@@ -88,7 +88,7 @@ class McapBuilder:
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._attachment_entries: list[AttachmentIndex] = []
         self._chunk_entries = bytearray()
-        self._counts = dict.fromkeys((PERIOD_CHANNEL, EVENT_CHANNEL, PARAMETER_CHANNEL), 0)
+        self._counts: dict[int, int] = dict.fromkeys((PERIOD_CHANNEL, EVENT_CHANNEL, PARAMETER_CHANNEL), 0)
         self._chunks = 0
         self._start, self._end = 0, 0
         self._size = self._crc = 0
@@ -99,7 +99,9 @@ class McapBuilder:
         parts = [head]
         heading = encode_heading(self._heading, zlib.crc32(head))
         place = len(head)
-        texts = {HEADING_NAME: heading} | {name: text.encode() for name, text in self._attachments.items()}
+        texts = {HEADING_NAME: heading} | {
+            name: text.encode("utf-8", "backslashreplace") for name, text in self._attachments.items()
+        }
         for name, data in texts.items():
             suffix = name[name.rfind(".") :]
             attachment = Attachment(

@@ -131,16 +131,31 @@ class McapWalk:
         return data
 
 
-def attachment_of(record: RawRecord) -> tuple[str, bytes]:
-    """Return name and data of an attachment.
+@dataclass(frozen=True, slots=True)
+class RawAttachment:
+    """An attachment whose check sum is right.
+
+    Attributes:
+        times: Of log and creation [ns].
+        name: Of the attachment.
+        data: What is attached.
+    """
+
+    times: tuple[int, int]
+    name: str
+    data: bytes
+
+
+def attachment_of(record: RawRecord) -> RawAttachment:
+    """Return an attachment.
 
     Raises:
         DamageError: Its check sum is wrong, or its parts do not fill it.
     """
     body = record.body
     try:
-        place = _ATTACHMENT.size
-        name, place = _prefixed(body, place, 4)
+        logged, created = _ATTACHMENT.unpack_from(body)
+        name, place = _prefixed(body, _ATTACHMENT.size, 4)
         _, place = _prefixed(body, place, 4)
         data, place = _prefixed(body, place, 8)
         text = name.decode()
@@ -148,7 +163,7 @@ def attachment_of(record: RawRecord) -> tuple[str, bytes]:
         raise DamageError(f"the attachment at byte {record.place} is damaged") from None
     if len(body) != place + 4 or int.from_bytes(body[place:], "little") != zlib.crc32(body[:place]):
         raise DamageError(f"the attachment {text!r} at byte {record.place} is damaged (check sum)")
-    return text, data
+    return RawAttachment((logged, created), text, data)
 
 
 def chunk_of(record: RawRecord) -> RawChunk:

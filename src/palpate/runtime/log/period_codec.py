@@ -137,7 +137,8 @@ class PeriodCodec:
         header = np.dtype(list(MESSAGE_HEADER))
         origin = header.itemsize - 8
         fields = dict(header.fields or {})
-        names, formats, offsets = list(fields), [x[0] for x in fields.values()], [x[1] for x in fields.values()]
+        names: list[str] = list(fields)
+        formats, offsets = [x[0] for x in fields.values()], [x[1] for x in fields.values()]
         runs: list[_Run] = []
         place, column, last = header.itemsize, 0, ""
         for _, quantity in walk(self.groups):

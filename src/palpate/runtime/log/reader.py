@@ -64,10 +64,10 @@ def _read_opening(walk: McapWalk, records: Iterator[RawRecord]) -> Heading:
     crc = walk.crc
     for record in records:
         if record.opcode == Opcode.ATTACHMENT:
-            name, data = attachment_of(record)
-            if name != HEADING_NAME:
-                raise DamageError(f"it begins with {name!r}, not with {HEADING_NAME!r}")
-            heading, preceding_crc = decode_heading(data)
+            attachment = attachment_of(record)
+            if attachment.name != HEADING_NAME:
+                raise DamageError(f"it begins with {attachment.name!r}, not with {HEADING_NAME!r}")
+            heading, preceding_crc = decode_heading(attachment.data)
             if preceding_crc != crc:
                 raise DamageError("its schemas or channels are damaged (check sum)")
             return heading
@@ -96,8 +96,7 @@ class _Content:
         """
         try:
             if record.opcode == Opcode.ATTACHMENT:
-                name, data = attachment_of(record)
-                self._attachments[name] = data.decode()
+                self._take_attachment(record)
                 return
             if record.opcode == Opcode.CHUNK:
                 self._take_chunk(record)
@@ -107,6 +106,16 @@ class _Content:
             return
         if record.opcode != Opcode.MESSAGE_INDEX:  # which the check sum of the data section covers
             raise DamageError(f"at byte {record.place} begins nothing that palpate writes")
+
+    def _take_attachment(self, record: RawRecord) -> None:
+        attachment = attachment_of(record)
+        name, start = attachment.name, self._codec.heading.wall_start
+        if attachment.times != (start, start) or name == HEADING_NAME or name in self._attachments:
+            raise DamageError(f"the attachment {name!r} at byte {record.place} is of another run, or comes again")
+        try:
+            self._attachments[name] = attachment.data.decode()
+        except UnicodeDecodeError:
+            raise DamageError(f"the attachment {name!r} at byte {record.place} is no text") from None
 
     def _take_chunk(self, record: RawRecord) -> None:
         chunk = chunk_of(record)

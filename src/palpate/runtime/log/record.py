@@ -80,18 +80,19 @@ def record_of(codec: PeriodCodec, rows: FloatArray, finger: int) -> Record:
     at = f"finger_{finger}"
     phases = np.array([Phase[name].value for name in codec.heading.codes.phases])
     statuses = np.array([ContactStatus[name] for name in codec.heading.codes.statuses], np.int8)
-    return Record(
-        time=numbers("time"),
-        position=vectors("arm.position"),
-        velocity=vectors("arm.velocity"),
-        wrench=vectors(f"{at}.wrench"),
-        centroid=vectors("arm.position") + to_base(f"{at}.centroid"),
-        normal=to_base(f"{at}.normal"),
-        normal_force=numbers(f"{at}.normal_force"),
-        tangential_force=to_base(f"{at}.tangential_force"),
-        spin_torque=numbers(f"{at}.spin_torque"),
-        status=statuses[numbers(f"{at}.status").astype(int)],
-        touching=numbers(f"{at}.touching").astype(bool),
-        command=vectors("command.velocity"),
-        phase=phases[numbers("command.phase").astype(int)],
-    )
+    with np.errstate(over="ignore", invalid="ignore"):  # what a faulty device says may be anything
+        return Record(
+            time=numbers("time"),
+            position=vectors("arm.position"),
+            velocity=vectors("arm.velocity"),
+            wrench=vectors(f"{at}.wrench"),
+            centroid=vectors("arm.position") + to_base(f"{at}.centroid"),
+            normal=to_base(f"{at}.normal"),
+            normal_force=numbers(f"{at}.normal_force"),
+            tangential_force=to_base(f"{at}.tangential_force"),
+            spin_torque=numbers(f"{at}.spin_torque"),
+            status=statuses[numbers(f"{at}.status").astype(int)],
+            touching=numbers(f"{at}.touching").astype(bool),
+            command=vectors("command.velocity"),
+            phase=phases[numbers("command.phase").astype(int)],
+        )

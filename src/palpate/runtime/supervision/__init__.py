@@ -14,12 +14,20 @@ from palpate.runtime.supervision.conditions import (
 from palpate.runtime.supervision.finding import Finding, Trip
 from palpate.runtime.supervision.guard import Guard, guards_of
 from palpate.runtime.supervision.limits import Limits
-from palpate.runtime.supervision.measures import CONTACT_FORCE, GRIP_FORCE, SPIN_TORQUE, TIP_SPEED, Measure
+from palpate.runtime.supervision.measures import (
+    CONTACT_FORCE,
+    CONTACT_MOMENT,
+    GRIP_FORCE,
+    SPIN_TORQUE,
+    TIP_SPEED,
+    Measure,
+)
 from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
 from palpate.runtime.supervision.supervisor import Supervisor
 
 __all__ = [
     "CONTACT_FORCE",
+    "CONTACT_MOMENT",
     "GRIP_FORCE",
     "SPIN_TORQUE",
     "TIP_SPEED",

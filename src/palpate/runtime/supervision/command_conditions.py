@@ -37,6 +37,8 @@ class WellFormed:
         phase: object = command.phase  # nothing is certain yet
         if not isinstance(phase, Phase):
             return Finding("phase of the command", _shown(phase), "a Phase")
+        if phase is Phase.STOP:
+            return Finding("phase of the command", "stop", "another one: this is the supervisor's")
         return None if command.grip_force is None else self._grip(command.grip_force, before.grip_force)
 
     @staticmethod

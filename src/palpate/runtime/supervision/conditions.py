@@ -107,6 +107,10 @@ class SensorsInRange:
 CLOCK_SLACK = 1e-9
 """[s]: rounding of time stamps."""
 
+LONGEST_GAP = 0.1
+"""[s] from period to period: by then the robot's own watchdog (20 to 100 ms) has stopped it, or it has gone on
+with an old command for as long."""
+
 
 @dataclass(frozen=True, slots=True)
 class FreshSamples:
@@ -133,12 +137,21 @@ class FreshSamples:
             return self._aged("the hand", time - now.hand.time)
         if before is None:
             return None
+        if not time - before.time <= LONGEST_GAP:
+            return Finding("time since the last sample", f"{time - before.time:.4g} s", f"{LONGEST_GAP:g} s")
+        joints, last_joints = len(now.arm.joint_position), len(before.arm.joint_position)
+        if joints != last_joints:
+            return Finding("number of the arm's joints", f"{joints}", f"as before, {last_joints}")
         if now.arm.time < before.arm.time:
             return _backwards("the arm", now.arm.time, before.arm.time)
         for i, last in enumerate(before.fingers):
             if now.fingers[i].time < last.time:
                 return _backwards(f"force/torque sensor {i + 1}", now.fingers[i].time, last.time)
-        if now.hand is not None and before.hand is not None and now.hand.time < before.hand.time:
+        if now.hand is None or before.hand is None:
+            if now.hand is before.hand:
+                return None
+            return Finding("sample of the hand", "missing" if now.hand is None else "new", "as in every period")
+        if now.hand.time < before.hand.time:
             return _backwards("the hand", now.hand.time, before.hand.time)
         return None
 

@@ -14,7 +14,7 @@ from palpate.runtime.supervision.conditions import (
     SensorsInRange,
 )
 from palpate.runtime.supervision.limits import Limits
-from palpate.runtime.supervision.measures import CONTACT_FORCE, GRIP_FORCE, SPIN_TORQUE, TIP_SPEED
+from palpate.runtime.supervision.measures import CONTACT_FORCE, CONTACT_MOMENT, GRIP_FORCE, SPIN_TORQUE, TIP_SPEED
 from palpate.runtime.supervision.reactions import Reaction, Retract, Stop
 
 OVERSHOOT = 1.1
@@ -45,13 +45,15 @@ class Guard:
 def guards_of(limits: Limits) -> tuple[Guard, ...]:
     """Return the guards that every run has; the first ones vouch for the numbers that the others compare."""
     joints = (Guard(InsideJointRange(limits.joint_lower, limits.joint_upper)),) if limits.joint_lower else ()
-    out_of_it = (Retract(RELIEF * limits.force), Stop())
+    # where the force says nothing of the relief, it is the whole way
+    out_of_it = (Retract(0.0), Stop())
     return (
         Guard(FreshSamples(limits.sample_age)),
         Guard(FiniteState()),
         Guard(HealthySensors()),
         Guard(SensorsInRange(), reaction=out_of_it),
-        Guard(AtMost(CONTACT_FORCE, limits.force), reaction=out_of_it),
+        Guard(AtMost(CONTACT_FORCE, limits.force), reaction=(Retract(RELIEF * limits.force), Stop())),
+        Guard(AtMost(CONTACT_MOMENT, limits.moment), reaction=out_of_it),
         Guard(AtMost(SPIN_TORQUE, limits.spin_torque), reaction=out_of_it),
         Guard(AtMost(GRIP_FORCE, limits.grip_force)),
         Guard(AtMost(TIP_SPEED, OVERSHOOT * limits.speed)),

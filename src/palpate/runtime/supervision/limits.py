@@ -22,6 +22,7 @@ class Limits:
 
     Attributes:
         force: Length of any finger's contact force [N].
+        moment: Length of any finger's contact moment about the origin of its sensor frame [N m].
         spin_torque: Size of any finger's spin torque [N m].
         grip_force: Normal force of any finger of a hand, commanded and felt [N].
         speed: Of the tip, commanded and measured [m/s].
@@ -34,8 +35,9 @@ class Limits:
     """
 
     force: float = 20.0
+    moment: float = 2.0
     spin_torque: float = 1.0
-    grip_force: float = 40.0
+    grip_force: float = 20.0
     speed: float = REDUCED_SPEED
     acceleration: float = GRAVEST_STEP
     sample_age: float = OLDEST_SAMPLE
@@ -46,6 +48,7 @@ class Limits:
 
     def __post_init__(self) -> None:
         positive("force limit", self.force, "N")
+        positive("moment limit", self.moment, "N m")
         positive("spin torque limit", self.spin_torque, "N m")
         positive("grip force limit", self.grip_force, "N")
         positive("speed limit", self.speed, "m/s")

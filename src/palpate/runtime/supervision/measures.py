@@ -33,6 +33,16 @@ def _contact_force(now: Observation) -> float:
     return largest
 
 
+def _contact_moment(now: Observation) -> float:
+    largest = 0.0
+    for finger in now.fingers:
+        _, _, _, x, y, z = finger.wrench
+        size = norm((x, y, z))
+        if not size <= largest:
+            largest = size
+    return largest
+
+
 def _spin_torque(now: Observation) -> float:
     largest = 0.0
     for finger in now.fingers:
@@ -54,6 +64,9 @@ def _tip_speed(now: Observation) -> float:
 
 CONTACT_FORCE = Measure("contact force", "N", _contact_force)
 """Of the finger that feels most."""
+
+CONTACT_MOMENT = Measure("contact moment", "N m", _contact_moment)
+"""About the origin of the sensor frame, of the finger that feels most; whether a contact explains it or not."""
 
 SPIN_TORQUE = Measure("spin torque", "N m", _spin_torque)
 """Of the finger that is twisted most; fingers whose wrench no contact explains do not count."""

@@ -80,7 +80,7 @@ class Retract:
 
     def step(self, now: Observation, since: Observation, grip: Grip) -> Command | None:
         """See `Reaction`."""
-        if grip is not None or not since.fingers:
+        if grip is not None or since.hand is not None or not since.fingers:
             return None
         felt = [norm(_force(finger)) for finger in now.fingers]
         gone = norm(subtract(now.arm.position_base_tip, since.arm.position_base_tip))

@@ -1,5 +1,7 @@
 """Limits that no controller can pass."""
 
+from dataclasses import replace
+
 from palpate.errors import LatchedError, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.supervision.command_conditions import (
@@ -13,7 +15,7 @@ from palpate.runtime.supervision.finding import Finding, Trip
 from palpate.runtime.supervision.guard import Guard, guards_of
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
-from palpate.spatial import ZERO
+from palpate.spatial import ZERO, norm, scale
 
 LONGEST_REACTION = 1.0
 """After this long [s] a reaction is over, finished or not."""
@@ -35,7 +37,7 @@ class Supervisor:
         """Take the limits, or the defaults of `Limits`, and further guards of one's own."""
         self.limits = limits or Limits()
         self.guards = (*guards_of(self.limits), *guards)
-        self._command_conditions: tuple[CommandCondition, ...] = ()
+        self._command_conditions: tuple[CommandCondition, ...] = (WellFormed(),)
         self.reset()
 
     def reset(self) -> None:
@@ -72,6 +74,11 @@ class Supervisor:
         self._since: Observation | None = None
         self._began = 0.0
 
+    @property
+    def reacting(self) -> bool:
+        """Whether it has tripped and the reaction is not over."""
+        return self.trip is not None and not self.finished
+
     def admits(self, now: Observation) -> bool:
         """Return whether the controller may see this and go on."""
         if self.trip is not None:
@@ -96,9 +103,15 @@ class Supervisor:
                 if finding is not None:
                     self._trip(now.time, finding, (Stop(),))
                     return self.react(now)
-            self._last = command
+            velocity = command.velocity_base_tip
+            if type(velocity) is not tuple:  # an array that its owner may fill again
+                x, y, z = velocity
+                command = replace(command, velocity_base_tip=(float(x), float(y), float(z)))
             if command.grip_force is not None:
                 self._grip = command.grip_force
+                self._last = command
+            else:
+                self._last = Command(command.velocity_base_tip, command.phase, self._grip)
             return command
         return self.react(now)
 
@@ -110,12 +123,22 @@ class Supervisor:
             self.finished = True
         self._before = now
         while self._stages and not self.finished:
-            command = self._stages[0].step(now, self._since, self._grip)
+            command = self._within_limits(self._stages[0].step(now, self._since, self._grip))
             if command is not None:
                 return command
             self._stages, self._since = self._stages[1:], now
         self.finished = True
         return self.standstill()
+
+    def _within_limits(self, command: Command | None) -> Command | None:
+        """A reaction's command, slowed down to the speed limit; None if it is none, or lets go."""
+        if command is None or self._command_conditions[0].broken(command, self._last) is not None:
+            return None
+        speed = norm(command.velocity_base_tip)
+        if speed <= self.limits.speed and command.grip_force == self._grip:
+            return command
+        slower = scale(min(1.0, self.limits.speed / max(speed, self.limits.speed)), command.velocity_base_tip)
+        return Command(slower, command.phase, self._grip)
 
     def standstill(self) -> Command:
         """Return the command to stand still without dropping anything: safe when nothing is known."""
@@ -130,9 +153,8 @@ class Supervisor:
             error: The exception.
         """
         if self.trip is None:
-            text = " ".join(f"{type(error).__name__}: {error}".split())
             self.error = error
-            self._trip(time, Finding(source, text if len(text) <= 300 else text[:297] + "...", "no exception"), ())
+            self._trip(time, Finding(source, _told(error), "no exception"), ())
         self.finished = True
 
     def _trip(self, time: float, finding: Finding, reaction: tuple[Reaction, ...]) -> None:
@@ -146,3 +168,13 @@ class Supervisor:
         """Whether the reaction runs into something new, or takes too long."""
         in_time = now.time - self._began < LONGEST_REACTION
         return not in_time or not self._broken(now, self._before) <= self._broken_at_trip
+
+
+def _told(error: Exception) -> str:
+    """An exception in one line, whatever it does when it is asked for its words."""
+    try:
+        words = f": {error}"
+    except Exception:
+        words = ""
+    text = " ".join(f"{type(error).__name__}{words}".split())
+    return text if len(text) <= 300 else text[:297] + "..."

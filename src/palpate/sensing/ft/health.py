@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from operator import ne
 
 from palpate.errors import InvalidValueError, positive
 from palpate.sensing.ft.arrays import AXES
@@ -98,10 +99,11 @@ class HealthMonitor:
         self._inverse = tuple(1.0 / x for x in limits.axis)
         self._last: tuple[float, ...] = ()
         self._unchanged: list[int] = []
+        self._all_moved = False
 
     def restart(self) -> None:
         """Forget the samples so far."""
-        self._last, self._unchanged = (), []
+        self._last, self._unchanged, self._all_moved = (), [], False
 
     def step(self, reading: Sequence[float], load: Wrench) -> Verdict:
         """Return the gravest thing wrong with a sample.
@@ -110,9 +112,10 @@ class HealthMonitor:
             reading: What the device gave: raw channels, or the wrench itself.
             load: The same, calibrated [N, N m].
         """
-        for i, x in enumerate(reading):
-            if not math.isfinite(x):
-                return Verdict(Measure.NON_FINITE, f"channel {i + 1}", x)
+        if not math.isfinite(sum(reading)):  # one of them is not, or the sum overflows
+            for i, x in enumerate(reading):
+                if not math.isfinite(x):
+                    return Verdict(Measure.NON_FINITE, f"channel {i + 1}", x)
         verdict = self._overloaded(reading, load)
         still = self._still(reading)
         return still if verdict is HEALTHY else verdict
@@ -136,6 +139,9 @@ class HealthMonitor:
         return HEALTHY
 
     def _still(self, reading: Sequence[float]) -> Verdict:
+        if self._all_moved and len(reading) == len(self._last) and all(map(ne, reading, self._last)):
+            self._last = tuple(reading)  # the usual case: nothing to count
+            return HEALTHY
         if len(reading) != len(self._last):
             self._unchanged = [1] * len(reading)
         else:
@@ -144,6 +150,7 @@ class HealthMonitor:
             ]
         self._last = tuple(reading)
         longest = max(self._unchanged)
+        self._all_moved = longest == 1
         if longest < self.limits.frozen_samples:
             return HEALTHY
         if min(self._unchanged) >= self.limits.frozen_samples:

@@ -1,0 +1,176 @@
+"""Replay an exploration from its log, as it was or with something changed."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from types import MappingProxyType
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.experiment_file import EXPERIMENT_TEXT, read_config
+from palpate.experiments.explore_plan import ExplorationPlan, plan
+from palpate.experiments.replay_controller import ControllerMaker
+from palpate.experiments.replay_settings import changed_config
+from palpate.experiments.robot_values import load_named_robot
+from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
+from palpate.runtime.live import Change, live_parameters_of
+from palpate.runtime.log import Log, log_in, read_log
+from palpate.runtime.log.record import record_of
+from palpate.runtime.replay import Replay, replay
+from palpate.runtime.replay_difference import Difference, difference_of_commands, difference_of_sensing
+from palpate.runtime.replay_extent import Extent, extent_of, rows_of_replay
+from palpate.runtime.robot import read_robot
+
+NOTHING_SET: Mapping[str, object] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReplayedLog:
+    """What a replay of a log gave, beside what was recorded.
+
+    Attributes:
+        log: What was recorded.
+        extent: How much of it was replayed.
+        planned: The exploration as it was replayed.
+        settings: What was changed of it.
+        other_controller: Whether another controller was in the place of the recorded one.
+        left_out: Changes of live parameters that this other controller cannot take.
+        replay: What came out.
+        replayed: How many of its rows are commands of controller and supervisor.
+        commands: How they differ from those recorded.
+        sensing: How what was sensed differs, as far as the replay went.
+    """
+
+    log: Log
+    extent: Extent
+    planned: ExplorationPlan
+    settings: Mapping[str, object]
+    other_controller: bool
+    left_out: tuple[Change, ...]
+    replay: Replay
+    replayed: int
+    commands: Difference
+    sensing: Difference
+
+    @property
+    def should_be_identical(self) -> bool:
+        """Whether nothing was changed."""
+        return not self.settings and not self.other_controller
+
+    @property
+    def identical(self) -> bool:
+        """Whether every command came out as recorded, bit for bit."""
+        return self.commands.first is None
+
+    @property
+    def common(self) -> int:
+        """Periods of which there is something to compare."""
+        return min(self.extent.count, self.replayed)
+
+    def records(self) -> tuple[Record, Record]:
+        """Return those periods in base coordinates, as recorded and as replayed."""
+        return (
+            record_of(self.log.codec, self.log.rows[: self.common], 0),
+            record_of(self.replay.codec, self.replay.rows[: self.common], 0),
+        )
+
+    @property
+    def velocity_difference(self) -> FloatArray:
+        """Replayed minus recorded commanded velocity, shape (n, 3) [m/s]."""
+        recorded, replayed = self.records()
+        return replayed.command - recorded.command
+
+
+def replay_log(
+    log: Log | str | os.PathLike[str],
+    settings: Mapping[str, object] = NOTHING_SET,
+    controller: ControllerMaker | None = None,
+    observers: Sequence[Observer] = (),
+) -> ReplayedLog:
+    """Replay the log of an exploration.
+
+    For example `replay_log("runs/explore").identical`, or
+    `replay_log("runs/explore", {"force": 3.0}).velocity_difference`.
+
+    Args:
+        log: As read, or its file, or a folder with its latest.mcap.
+        settings: Other values for fields of `ExploreConfig`: those that sensing, control and supervision go by.
+        controller: What makes another controller; the recorded one, if not given.
+        observers: Called every period, for example to show progress.
+
+    Raises:
+        InvalidValueError: It is no log of an exploration, nothing of it can be replayed, or what is changed
+            cannot be.
+        OSError: The log cannot be read.
+    """
+    if not isinstance(log, Log):
+        log = read_log(log_in(Path(log)))
+    planned = _plan(log, settings)
+    extent = extent_of(log)
+    made = planned.controller() if controller is None else controller(planned)
+    changes, left_out = (log.changes, ()) if controller is None else _parted(log.changes, made)
+    done = _replayed(log, extent, planned, made, changes, observers, changed=bool(settings or controller))
+    count = rows_of_replay(done)
+    return ReplayedLog(
+        log,
+        extent,
+        planned,
+        dict(settings),
+        controller is not None,
+        left_out,
+        done,
+        count,
+        difference_of_commands(log, extent.count, done, count),
+        difference_of_sensing(log, min(extent.count, count), done, count),
+    )
+
+
+def _plan(log: Log, settings: Mapping[str, object]) -> ExplorationPlan:
+    """The exploration as recorded, but for what is set."""
+    if EXPERIMENT_TEXT not in log.attachments:
+        raise InvalidValueError(
+            f"{log.path} is no log of `palpate explore`: it has no {EXPERIMENT_TEXT}, so that nobody knows what "
+            "sensed and controlled; palpate.runtime.replay replays any log, if you say what"
+        )
+    try:
+        recorded = read_config(log.attachments[EXPERIMENT_TEXT])
+        robot = read_robot(log.attachments)
+    except InvalidValueError as error:
+        raise InvalidValueError(
+            f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
+        ) from None
+    config = changed_config(recorded, settings)
+    return plan(config, load_named_robot(config.robot) if "robot" in settings else robot)
+
+
+def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
+    """Changes that a controller has the parameters for, and the others."""
+    known = live_parameters_of(controller).parameters
+    return (
+        tuple(change for change in changes if change.name in known),
+        tuple(change for change in changes if change.name not in known),
+    )
+
+
+def _replayed(
+    log: Log,
+    extent: Extent,
+    planned: ExplorationPlan,
+    controller: Controller,
+    changes: Sequence[Change],
+    observers: Sequence[Observer],
+    *,
+    changed: bool,
+) -> Replay:
+    samples = islice(log.samples(), extent.count)
+    touch, supervisor = Touch(planned.finger), Supervisor(planned.limits)
+    try:
+        return replay(samples, log.heading.period, touch, controller, supervisor, changes, observers)
+    except InvalidValueError:
+        raise
+    except Exception as error:
+        if not changed:
+            raise
+        # the first sample already, and nothing moves: a sensor or controller that is not for this robot
+        raise InvalidValueError(f"the replay cannot begin: {type(error).__name__}: {error}") from error

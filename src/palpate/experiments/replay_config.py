@@ -1,0 +1,39 @@
+"""What `palpate replay` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayConfig:
+    """Feed the log of a run through sensing, control and supervision again, and compare the commands.
+
+    With nothing else given, every command must come out as recorded, bit for bit; if not, exit code 1 and the
+    first difference. With --set or --controller commands may differ: a table and a report with pictures show how.
+
+    The samples stay as they were recorded, and no robot moves: a replay shows what would have been commanded at
+    every instant of that run, not what would have happened then.
+
+    Example: palpate replay runs/explore
+
+    Example: palpate replay runs/explore --set force=3 speed=0.03
+
+    Example: palpate replay runs/explore/2026-11-21_02-30-05.mcap --controller mine:make
+    """
+
+    log: LogPlace
+    """Log file (.mcap) of `palpate explore`; a folder stands for its latest.mcap."""
+    set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
+    """Other values for what sensing, control and supervision go by, named as the options of `palpate explore`:
+    force, speed, tip, width, depth, spacing, stiffness, robot. Several numbers with commas, as in
+    tip=0.008,0.008,0.012."""
+    controller: Annotated[str | None, tyro.conf.arg(metavar="MODULE:FUNCTION")] = None
+    """Another controller: what this function returns when it is called with the run's `ExplorationPlan`. The
+    module is looked for in the present folder first."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    """Folder for the report, made if need be. Left out: beside the log. It is named after the log."""

@@ -1,0 +1,188 @@
+"""`palpate log`: what people read about a log is what is in it; tables keep every digit."""
+
+import csv
+import math
+import struct
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import tyro
+
+from palpate.errors import InvalidValueError
+from palpate.experiments import log_command
+from palpate.experiments.log_command import run_log_export, run_log_info
+from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
+from palpate.runtime.data import Phase
+from palpate.runtime.log import LogWriter, Recorder, read_log
+from palpate.sensing.contact import ContactStatus
+from runtime.log.log_examples import ONE_FINGER, TWO_FINGERS_AND_A_HAND, a_run, write
+
+ATTACHMENTS = {"experiment.yaml": "force_N: 2\n", "versions.yaml": "palpate: 0.1\nnumpy: 2.4\n"}
+
+
+@pytest.fixture(scope="module")
+def log_path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs") / "a.mcap"
+    write(path, a_run(300, TWO_FINGERS_AND_A_HAND), ATTACHMENTS)
+    return path
+
+
+@pytest.fixture
+def wide(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+
+
+def info(path, capsys):
+    assert run_log_info(LogInfoConfig(path)) == 0
+    return capsys.readouterr().out
+
+
+def test_info_tells_what_is_in_a_log(log_path, capsys, wide):
+    told = info(log_path, capsys)
+    for words in (
+        "complete, every check sum is right",
+        "300, asked for every 1 ms",
+        "0.299 s, 1000 periods per second",
+        "experiment.yaml, versions.yaml",
+        "numpy: 2.4",
+        "velocity(3) [m/s]",
+        "reading(16)",
+        "wrench(6) [N, N m]",
+        "joint_position(7)",
+        "event before period 50",
+        "WARN",
+        "time [s], name, value",
+    ):
+        assert words in told
+
+
+def test_a_folder_stands_for_its_latest_log(log_path, capsys, wide):
+    assert str(log_path) in info(log_path.parent, capsys)
+
+
+def test_info_tells_damage_and_what_is_missing(log_path, tmp_path, capsys, wide):
+    path = tmp_path / "cut.mcap"
+    data = log_path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    told = info(path, capsys)
+    assert f"DAMAGED: cut off at byte {len(data) // 2}" in told
+    path = tmp_path / "unfinished.mcap"
+    end = data.rindex(b"\x0f" + (4).to_bytes(8, "little"))  # DataEnd
+    path.write_bytes(data[:end])
+    assert "not finished: its process was killed, or is still writing" in info(path, capsys)
+
+
+def test_info_of_a_log_with_gaps_counts_what_is_missing(tmp_path, capsys, wide):
+    periods = a_run(10)
+    recorder = Recorder(LogWriter(tmp_path / "a.mcap"))
+    recorder.start(periods[0][0], periods[0][1], 1e-3)
+    for i, period in enumerate(periods):
+        recorder.record(*(period if i not in (4, 5, 8) else (period[0], None, *period[2:])))
+    recorder.close()
+    assert "3 MISSING in 2 places, the first after period 3" in info(tmp_path / "a.mcap", capsys)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_info_of_a_short_log_is_no_reason_to_fail(count, tmp_path, capsys):
+    write(tmp_path / "a.mcap", a_run(count))
+    assert f" {count}, asked for every 1 ms" in info(tmp_path / "a.mcap", capsys)
+
+
+def exported(log_path, to, folder):
+    assert run_log_export(LogExportConfig(log_path, to, folder)) == 0
+    return folder
+
+
+@pytest.mark.parametrize("layout", [ONE_FINGER, TWO_FINGERS_AND_A_HAND])
+def test_csv_keeps_every_double(layout, tmp_path):
+    path = tmp_path / "a.mcap"
+    write(path, a_run(300, layout))
+    folder = exported(path, "csv", tmp_path / "tables")
+    log = read_log(path)
+    with (folder / "period.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    table = log.channels["/period"]
+    assert len(rows) == 300
+    expected = {
+        "time_s": table["time"],
+        "arm_velocity_z_m/s": table["arm"]["velocity"][:, 2],
+        "arm_rotation_12": table["arm"]["rotation"][:, 5],
+        "finger_0_wrench_mx_Nm": table["finger_0"]["wrench"][:, 3],
+        "finger_0_reading_5": table["finger_0"]["reading"][:, 5],
+        "finger_0_spin_torque_Nm": table["finger_0"]["spin_torque"],
+        "command_grip_force_1_N": table["command"]["grip_force"][:, 1],
+        "lateness_s": table["lateness"],
+    }
+    for name, values in expected.items():
+        for row, value in zip(rows, values, strict=True):
+            found = float(row[name])
+            assert math.isnan(found) if math.isnan(value) else struct.pack("<d", found) == value.tobytes()
+    assert [row["command_phase"] for row in rows] == [list(Phase)[i].name for i in table["command"]["phase"]]
+    assert [row["finger_0_status"] for row in rows] == [ContactStatus(i).name for i in table["finger_0"]["status"]]
+    assert [row["finger_0_touching"] for row in rows] == [str(int(x)) for x in table["finger_0"]["touching"]]
+    with (folder / "event.csv").open(newline="") as file:
+        assert [row["text"] for row in csv.DictReader(file)] == [event.text for event in log.events]
+    with (folder / "parameter.csv").open(newline="") as file:
+        assert [float(row["value"]) for row in csv.DictReader(file)] == [change.value for change in log.changes]
+
+
+def test_parquet_keeps_every_bit(log_path, tmp_path):
+    folder = exported(log_path, "parquet", tmp_path)
+    table = pq.read_table(folder / "period.parquet")
+    expected = read_log(log_path).channels["/period"]
+    force = table["finger_1_normal_force_N"].to_numpy()
+    assert force.tobytes() == np.ascontiguousarray(expected["finger_1"]["normal_force"]).tobytes()
+    assert table["sequence"].to_pylist() == list(range(300))
+    assert set(table["command_phase"].to_pylist()) == {phase.name for phase in Phase}
+    assert pq.read_table(folder / "event.parquet")["level"].to_pylist() == ["WARN"] * 3
+
+
+def test_tables_go_beside_the_log_if_nothing_else_is_said(tmp_path, capsys):
+    write(tmp_path / "run.mcap", a_run(3))
+    assert run_log_export(LogExportConfig(tmp_path)) == 0  # through latest.mcap
+    assert {x.name for x in (tmp_path / "run").iterdir()} == {"period.csv", "event.csv", "parameter.csv"}
+    assert "period.csv: 3 rows" in capsys.readouterr().out
+
+
+def test_an_export_of_a_damaged_log_says_so(log_path, tmp_path, capsys):
+    (tmp_path / "cut.mcap").write_bytes(log_path.read_bytes()[:-2000])
+    exported(tmp_path / "cut.mcap", "csv", tmp_path / "tables")
+    assert "The log is damaged, its tables have gaps" in capsys.readouterr().out
+
+
+def test_without_pyarrow_it_names_the_extra(log_path, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InvalidValueError, match=r'pip install "palpate\[parquet\]"'):
+        exported(log_path, "parquet", tmp_path)
+
+
+def test_a_folder_that_cannot_be_made_is_refused(log_path, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InvalidValueError, match=r"choose another folder \(--out\)"):
+        exported(log_path, "csv", tmp_path / "file" / "tables")
+
+
+def test_what_takes_long_shows_how_far_it_is(log_path, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(log_command, "PATIENCE", -1.0)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    exported(log_path, "csv", tmp_path / "slow")
+    assert "writing period.csv" in capsys.readouterr().err
+    monkeypatch.setattr(log_command, "PATIENCE", 60.0)
+    exported(log_path, "csv", tmp_path / "quick")
+    assert "writing" not in capsys.readouterr().err
+    monkeypatch.setattr(log_command, "PATIENCE", -1.0)
+    monkeypatch.delenv("FORCE_COLOR")
+    exported(log_path, "csv", tmp_path / "to a pipe")
+    assert capsys.readouterr().err == ""
+
+
+def test_options_as_people_type_them(tmp_path):
+    parsed = tyro.cli(LogExportConfig, args=["run.mcap", "--to", "parquet", "--out", str(tmp_path)])
+    assert parsed == LogExportConfig(Path("run.mcap"), "parquet", tmp_path)
+    assert tyro.cli(LogInfoConfig, args=["runs/demo"]) == LogInfoConfig(Path("runs/demo"))
+    for arguments in (["run.mcap", "--to", "xlsx"], []):
+        with pytest.raises(SystemExit):
+            tyro.cli(LogExportConfig, args=arguments)

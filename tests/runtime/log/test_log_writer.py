@@ -1,0 +1,317 @@
+"""The writer on good, full, slow and hanging disks: the loop never notices, the summary tells."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.log import Layout, Level, LogWriter, Recorder, log_in, new_log_path, read_log
+from palpate.runtime.log import log_writer as log_writer_module
+from palpate.runtime.log.chunk import PERIOD_CHANNEL, PackedRows
+from palpate.runtime.log.heading import Heading
+from palpate.runtime.log.log_file import LogFile
+from palpate.runtime.log.period_codec import PeriodCodec
+from runtime.log.log_examples import PERIOD, a_run, bits, write
+
+NOW = datetime(2026, 11, 21, 2, 30, 5)
+
+
+def looped(recorder, periods, times=10):
+    """Record the same periods again and again; returns the longest that one call took [s]."""
+    longest = 0.0
+    recorder.start(periods[0][0], periods[0][1], PERIOD)
+    for _ in range(times):
+        for period in periods:
+            before = time.perf_counter()
+            recorder.record(*period)
+            longest = max(longest, time.perf_counter() - before)
+    return longest
+
+
+@pytest.fixture
+def full_disk(tmp_path):
+    """A file system of 3 MB; where none may be mounted, the test cannot be made."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(folder)], capture_output=True, check=False
+    )
+    if mounted.returncode:
+        pytest.skip(f"no small file system can be mounted here: {mounted.stderr.decode().strip()}")
+    yield folder
+    subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def test_a_full_disk_ends_the_recording_not_the_run(full_disk):
+    periods = a_run(1000)
+    path = full_disk / "a.mcap"
+    recorder = Recorder(LogWriter(path, {"experiment.yaml": "a: 1\n"}))
+    looped(recorder, periods)
+    summary = recorder.close()
+    assert summary.rows_written + summary.rows_lost == 10_000
+    assert 3000 <= summary.rows_written < 8000
+    assert "recording ended after" in summary.problem
+    assert "No space left on device" in summary.problem
+    log = read_log(path)
+    assert log.damage is None
+    assert len(log) == summary.rows_written
+    assert log.attachments == {"experiment.yaml": "a: 1\n"}
+    for number, sample in zip(log.sequence, log.samples(), strict=True):
+        assert bits(sample) == bits(periods[number % 1000][0])
+
+
+def test_on_a_disk_that_is_full_from_the_start_nothing_is_begun(full_disk):
+    (full_disk / "filler").write_bytes(bytes(3 * 2**20))
+    with pytest.raises(InvalidValueError, match=r"a\.mcap: No space left on device; choose another place"):
+        write(full_disk / "a.mcap", a_run(1))
+    assert [x.name for x in full_disk.iterdir()] == ["filler"]
+
+
+def test_if_there_is_room_again_at_the_end_the_file_is_finished(full_disk):
+    path = full_disk / "a.mcap"
+    (full_disk / "filler").write_bytes(bytes(2 * 2**20))
+    writer = LogWriter(path)
+    recorder = Recorder(writer)
+    looped(recorder, a_run(1000), 5)
+    wait_until(lambda: writer._problem is not None)
+    (full_disk / "filler").unlink()
+    summary = recorder.close()
+    log = read_log(path)
+    assert summary.rows_lost > 0
+    assert log.complete
+    assert f"{summary.rows_lost} periods were not recorded" in log.events[-1].text
+    assert log.events[-1].level is Level.WARN
+
+
+LIMITED = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (2_500_000, 2_500_000))
+sys.path.insert(0, {tests!r})
+from pathlib import Path
+from palpate.runtime.log import LogWriter, Recorder
+from runtime.log.log_examples import PERIOD, a_run
+periods = a_run(1000)
+recorder = Recorder(LogWriter(Path({path!r})))
+recorder.start(periods[0][0], periods[0][1], PERIOD)
+for _ in range(10):
+    for period in periods:
+        recorder.record(*period)
+summary = recorder.close()
+print(summary.rows_written, summary.rows_lost, summary.problem)
+"""
+
+
+def test_a_file_that_may_not_grow_further_is_a_full_disk_too(tmp_path):
+    """As above, where nothing may be mounted: a limit on the size of the files of a process."""
+    path = tmp_path / "a.mcap"
+    script = LIMITED.format(tests=str(Path(__file__).parents[2]), path=str(path))
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    written, lost, problem = told.split(maxsplit=2)
+    assert int(written) + int(lost) == 10_000
+    assert 2000 < int(written) < 6000
+    assert "File too large; the log is readable up to there" in problem
+    log = read_log(path)
+    assert (len(log), log.damage) == (int(written), None)
+    assert path.stat().st_size <= 2_500_000
+
+
+def test_on_a_slow_disk_the_loop_does_not_wait_and_what_is_dropped_is_counted(tmp_path, monkeypatch):
+    append = LogFile.append
+
+    def slow(self, data):
+        if self.size:
+            time.sleep(0.1)
+        append(self, data)
+
+    monkeypatch.setattr(LogFile, "append", slow)
+    periods = a_run(1000)
+    recorder = Recorder(LogWriter(tmp_path / "a.mcap", backlog=500_000))
+    longest = looped(recorder, periods)
+    summary = recorder.close()
+    log = read_log(tmp_path / "a.mcap")
+    assert longest < 0.05  # a disk's answer takes 0.1 s
+    assert summary.rows_lost > 1000
+    assert summary.rows_written + summary.rows_lost == 10_000
+    assert f"{summary.rows_lost} periods were dropped" in summary.problem
+    assert log.complete
+    assert len(log) == summary.rows_written
+    assert sum(gap.count for gap in log.gaps) + 9999 - log.sequence[-1] == summary.rows_lost
+    assert f"{summary.rows_lost} periods were not recorded" in log.events[-1].text
+    for number, sample in zip(log.sequence, log.samples(), strict=True):
+        assert bits(sample) == bits(periods[number % 1000][0])
+
+
+def test_a_disk_that_hangs_holds_up_neither_the_loop_nor_the_end(tmp_path, monkeypatch):
+    append, released = LogFile.append, threading.Event()
+
+    def hang(self, data):
+        if self.size:
+            released.wait()
+        append(self, data)
+
+    monkeypatch.setattr(LogFile, "append", hang)
+    writer = LogWriter(tmp_path / "a.mcap", backlog=200_000, closing_time=0.2)
+    recorder = Recorder(writer)
+    longest = looped(recorder, a_run(1000))
+    waiting = writer._queue.qsize()
+    before = time.perf_counter()
+    summary = recorder.close()
+    taken = time.perf_counter() - before
+    released.set()
+    writer._thread.join()
+    assert longest < 0.05
+    assert taken < 1.0
+    assert waiting < 5  # 100 kB each: the backlog is bounded
+    assert (summary.rows_written, summary.rows_lost) == (0, 10_000)
+    assert "given up after 0.2 s" in summary.problem
+
+
+def test_events_have_room_when_periods_have_none_left(tmp_path, monkeypatch):
+    append, released = LogFile.append, threading.Event()
+
+    def hang(self, data):
+        if self.size:
+            released.wait()
+        append(self, data)
+
+    monkeypatch.setattr(LogFile, "append", hang)
+    recorder = Recorder(LogWriter(tmp_path / "a.mcap", backlog=200_000))
+    looped(recorder, a_run(1000), 2)
+    texts = [f"contact force {i}" for i in range(200)]
+    for text in texts:
+        recorder.event(2.0, Level.ERROR, "supervisor", text)
+    released.set()
+    assert recorder.close().rows_lost > 0
+    assert [event.text for event in read_log(tmp_path / "a.mcap").events[:200]] == texts
+
+
+def test_an_error_that_nobody_thought_of_is_told_too(tmp_path, monkeypatch):
+    def broken(segments, codec):
+        raise ZeroDivisionError("a mistake of ours")
+
+    monkeypatch.setattr(log_writer_module, "encode_chunk", broken)
+    summary = write(tmp_path / "a.mcap", a_run(300))
+    assert (summary.rows_written, summary.rows_lost) == (0, 300)
+    assert "a mistake of ours" in summary.problem
+
+
+def test_a_log_is_not_overwritten(tmp_path):
+    path = tmp_path / "a.mcap"
+    write(path, a_run(2))
+    kept = path.read_bytes()
+    with pytest.raises(InvalidValueError, match="File exists; choose another place"):
+        write(path, a_run(2))
+    with pytest.raises(InvalidValueError, match="No such file or directory"):
+        write(tmp_path / "nowhere" / "a.mcap", a_run(2))
+    assert path.read_bytes() == kept
+
+
+@pytest.mark.parametrize(
+    ("attachments", "message"),
+    [({"palpate_log.json": ""}, "is palpate's own"), ({"big.txt": "x" * (2**24 + 1)}, "at most 16777216")],
+)
+def test_attachments_that_cannot_be_are_refused(attachments, message, tmp_path):
+    with pytest.raises(InvalidValueError, match=message):
+        LogWriter(tmp_path / "a.mcap", attachments)
+
+
+def test_a_log_can_be_read_while_it_is_being_written(tmp_path):
+    path, periods = tmp_path / "a.mcap", a_run(600)
+    recorder = Recorder(LogWriter(path, {"experiment.yaml": "a: 1\n"}))
+    recorder.start(periods[0][0], periods[0][1], PERIOD)
+    log = read_log(path)
+    assert (len(log), log.damage, log.complete) == (0, None, False)
+    assert log.attachments == {"experiment.yaml": "a: 1\n"}
+    for period in periods[:450]:
+        recorder.record(*period)
+    wait_until(lambda: len(read_log(path)) == 400)  # two whole blocks
+    log = read_log(path)
+    assert (log.damage, log.complete) == (None, False)
+    for period in periods[450:]:
+        recorder.record(*period)
+    recorder.close()
+    log = read_log(path)
+    assert (len(log), log.complete) == (600, True)
+
+
+def test_the_latest_log_is_linked(tmp_path):
+    first = new_log_path(tmp_path / "logs", NOW)
+    assert first == tmp_path / "logs" / "2026-11-21_02-30-05.mcap"
+    write(first, a_run(2))
+    second = new_log_path(tmp_path / "logs", NOW)
+    assert second.name == "2026-11-21_02-30-05-2.mcap"
+    assert write(second, a_run(3)).note == ""
+    link = tmp_path / "logs" / "latest.mcap"
+    assert os.readlink(link) == second.name  # relative: the folder may be moved
+    assert len(read_log(log_in(tmp_path / "logs"))) == 3
+    assert {x.name for x in (tmp_path / "logs").iterdir()} == {first.name, second.name, link.name}
+    assert new_log_path(tmp_path / "logs", NOW).name == "2026-11-21_02-30-05-3.mcap"
+
+
+def test_the_link_is_there_from_the_start_of_the_run(tmp_path):
+    periods = a_run(1)
+    recorder = Recorder(LogWriter(tmp_path / "a.mcap"))
+    recorder.start(periods[0][0], periods[0][1], PERIOD)
+    assert log_in(tmp_path).resolve() == (tmp_path / "a.mcap").resolve()
+    recorder.close()
+
+
+def test_where_links_are_not_permitted_it_says_so_and_goes_on(tmp_path, monkeypatch):
+    def refuse(self, target):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(Path, "symlink_to", refuse)
+    summary = write(tmp_path / "a.mcap", a_run(2))
+    assert summary.problem is None
+    assert summary.note.endswith("latest.mcap was not made: Operation not permitted")
+    assert [x.name for x in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_a_file_in_the_link_s_place_is_left_alone(tmp_path):
+    (tmp_path / "latest.mcap").write_text("mine")
+    assert "is no link and was left as it is" in write(tmp_path / "a.mcap", a_run(2)).note
+    assert (tmp_path / "latest.mcap").read_text() == "mine"
+
+
+def test_a_folder_without_a_log_is_refused(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"there is no latest\.mcap in this folder"):
+        log_in(tmp_path)
+    with pytest.raises(InvalidValueError, match="no such file or folder"):
+        log_in(tmp_path / "x.mcap")
+    (tmp_path / "latest.mcap").symlink_to("gone.mcap")
+    with pytest.raises(InvalidValueError, match=r"there is no latest\.mcap"):
+        log_in(tmp_path)
+
+
+def test_sixty_random_channels_at_1_khz_stay_below_half_a_megabyte_per_second(tmp_path):
+    """The worst case there is: doubles of any bits, none of them repeated."""
+    rng = np.random.default_rng(0)
+    writer = LogWriter(tmp_path / "a.mcap")
+    heading = Heading(Layout(8, None, (6,), 2), PERIOD, 0.0, time.time_ns(), "test")
+    codec = PeriodCodec(heading, PERIOD_CHANNEL)
+    floats = [c for g in codec.groups for q in g.fields for c in [q.dtype == "<f8"] * q.count]
+    assert sum(floats) == 60
+    writer.start(heading)
+    for block in range(25):
+        rows = np.zeros((200, codec.width))
+        rows[:, floats] = rng.normal(size=(200, 60))
+        rows[:, 0] = (block * 200 + np.arange(200)) * PERIOD
+        writer.rows(PackedRows(block * 200, memoryview(rows.tobytes())))
+        wait_until(lambda: writer._queue.empty())
+    summary = writer.close()
+    assert summary.rows_written == 5000
+    assert (tmp_path / "a.mcap").stat().st_size / 5.0 <= 0.5e6
+
+
+def wait_until(condition):
+    deadline = time.monotonic() + 5.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
