@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from palpate.errors import InvalidValueError
-from palpate.kinematics import UR5E, InverseVelocity, JointMotion, TipReference
+from palpate.kinematics import UR5E, InverseVelocity, JointMotion, Pose, TipReference
 from palpate.sim.ur5e import JOINTS, Ur5e
 from palpate.spatial import Vector
 
@@ -90,3 +90,28 @@ class ArmDrive:
     def advance(self) -> None:
         """Move the servos' references by one time step; `mj_step` comes next."""
         self._control += self._ramp
+
+    def snapshot(self) -> tuple[float, ...]:
+        """Return all that it remembers from period to period, in plain numbers."""
+        reference = self.reference
+        rows = reference.pose_base_tip.rotation
+        return (
+            *reference.joint_reference,
+            *reference.joint_feed_forward,
+            *reference.pose_base_tip.position,
+            *rows[0],
+            *rows[1],
+            *rows[2],
+            *self._ramp.tolist(),
+            *self._control.tolist(),
+        )
+
+    def restore(self, state: tuple[float, ...]) -> None:
+        """Go on from what `snapshot` returned."""
+        n, reference = len(JOINTS), self.reference
+        reference.joint_reference, reference.joint_feed_forward = state[:n], state[n : 2 * n]
+        x, y, z, *entries = state[2 * n : 2 * n + 12]
+        a, b, c, d, e, f, g, h, i = entries
+        reference.pose_base_tip = Pose((x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
+        self._ramp[:] = state[-2 * n : -n]
+        self._control[:] = state[-n:]

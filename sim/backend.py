@@ -5,16 +5,21 @@ from types import TracebackType
 from typing import Self
 
 import mujoco
+import numpy as np
 
-from palpate.errors import InvalidValueError, SimulationDivergedError, positive
-from palpate.runtime.data import ArmSample, Command, Sample, WrenchSample
+from palpate.errors import FloatArray, InvalidValueError, SimulationDivergedError, positive
+from palpate.runtime.data import Command, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.noise import NoiseSource, WrenchNoise
-from palpate.sim.scene import StageScene
-from palpate.spatial import IDENTITY, Vector, add_scaled, norm, subtract
+from palpate.sim.noise import NoiseSource, NoiseState, WrenchNoise
+from palpate.sim.scene import Scene
+from palpate.spatial import Vector
 
 _DIVERGED = 1e8
 """A sum of sensor values beyond this [N, m, m/s, ...], or NaN, comes from no scene that people build."""
+
+
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""Everything that the next time step depends on, the solver's warm start included."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +39,25 @@ class Truth:
     torque: Vector
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class BackendState:
+    """A moment of a simulation, opaque: see `MujocoBackend.snapshot`.
+
+    Attributes:
+        simulation: MuJoCo's own state, as it integrates it.
+        drive: What the carrier's drive remembers.
+        noise: Where the sensor's noise stands.
+        sensors: Readings of the last sample.
+    """
+
+    simulation: FloatArray
+    drive: tuple[float, ...]
+    noise: NoiseState
+    sensors: tuple[float, ...]
+
+
 class MujocoBackend:
-    """Runs a stage scene: one call of `step` is one control period of simulated time.
+    """Runs a scene: one call of `step` is one control period of simulated time.
 
     Every sensor value belongs to the state before the last time step, as MuJoCo computes them; the sample's
     time says so.
@@ -43,7 +65,7 @@ class MujocoBackend:
 
     def __init__(
         self,
-        scene: StageScene,
+        scene: Scene,
         period: float = 1e-3,
         noise: WrenchNoise | None = None,
         pacer: Pacer | None = None,
@@ -71,10 +93,8 @@ class MujocoBackend:
         self._given_noise = noise or WrenchNoise()
         self._noise = NoiseSource(self._given_noise)
         self._data = mujoco.MjData(scene.model)
-        # views that live as long as the data: fetching them anew costs a microsecond a period
-        self._position, self._control, self._readings = self._data.qpos, self._data.ctrl, self._data.sensordata
-        self._start: Vector = tuple(scene.model.body("stage").pos.tolist())
-        self._reference: Vector = (0.0, 0.0, 0.0)
+        self._readings = self._data.sensordata  # a view that lives as long as the data
+        self._drive = scene.carrier.drive(scene.model, self._data, period)
         self._sensors: list[float] = []
 
     @property
@@ -88,10 +108,10 @@ class MujocoBackend:
         return self._pacer
 
     def start(self) -> Sample:
-        """Put the stage at its start, standing still, and return the first sample."""
+        """Put everything at its start, standing still, and return the first sample."""
         mujoco.mj_resetData(self.scene.model, self._data)
         self._noise = NoiseSource(self._given_noise)  # the same run again
-        self._reference = (0.0, 0.0, 0.0)
+        self._drive.start()
         mujoco.mj_forward(self.scene.model, self._data)
         return self._sample(self._data.time)
 
@@ -101,15 +121,11 @@ class MujocoBackend:
         Raises:
             SimulationDivergedError: The simulation diverged.
         """
-        model, data, dt, control = self.scene.model, self._data, self.scene.time_step, self._control
-        velocity, (x, y, z) = command.velocity_base_tip, self._leashed()
-        # the servos get a ramp, not stairs, whose ripple would break friction
-        dx, dy, dz = dt * velocity[0], dt * velocity[1], dt * velocity[2]
+        model, data, drive = self.scene.model, self._data, self._drive
+        drive.begin(command.velocity_base_tip)
         for _ in range(self._steps):
-            x, y, z = x + dx, y + dy, z + dz
-            control[0], control[1], control[2] = x, y, z
+            drive.advance()
             mujoco.mj_step(model, data)
-        self._reference = (x, y, z)
         sample = self._sample(data.time - self.scene.time_step)
         if not abs(sum(self._sensors)) < _DIVERGED:
             raise SimulationDivergedError(
@@ -119,10 +135,31 @@ class MujocoBackend:
         return sample
 
     def close(self) -> None:
-        """Stop: the reference stays where the stage is."""
-        x, y, z = self._data.qpos.tolist()
-        self._reference = (x, y, z)
+        """Stop: the reference stays where the carrier is."""
         self._data.qvel[:] = 0.0
+        self._drive.start()
+
+    def snapshot(self) -> BackendState:
+        """Return this moment, to come back to with `restore`."""
+        simulation = np.empty(mujoco.mj_stateSize(self.scene.model, _STATE))
+        mujoco.mj_getState(self.scene.model, self._data, simulation, _STATE)
+        return BackendState(simulation, self._drive.snapshot(), self._noise.snapshot(), tuple(self._sensors))
+
+    def restore(self, state: BackendState) -> None:
+        """Go back, or on, to a moment of this scene: from there on all is bit for bit as it was.
+
+        Raises:
+            InvalidValueError: It is a moment of another scene.
+        """
+        size = mujoco.mj_stateSize(self.scene.model, _STATE)
+        if state.simulation.shape != (size,):
+            raise InvalidValueError(
+                f"the state holds {state.simulation.size} numbers, this scene {size}: take one of this scene"
+            )
+        mujoco.mj_setState(self.scene.model, self._data, state.simulation, _STATE)
+        self._drive.restore(state.drive)
+        self._noise.restore(state.noise)
+        self._sensors = list(state.sensors)
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -140,16 +177,8 @@ class MujocoBackend:
         # the contact sensor gives what its first geom, the tip, exerts on the object
         return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz))
 
-    def _leashed(self) -> Vector:
-        """The servos' reference, drawn back to within the leash of the actual position."""
-        x, y, z = self._position.tolist()
-        ahead = subtract(self._reference, (x, y, z))
-        distance, leash = norm(ahead), self.scene.stage.leash
-        return self._reference if distance <= leash else add_scaled((x, y, z), leash / distance, ahead)
-
     def _sample(self, time: float) -> Sample:
         self._sensors = s = self._readings.tolist()
         # the site sensors give what the tip exerts on the stage, inertia included: the load is the opposite
         wrench = self._noise.add_to((-s[6], -s[7], -s[8], -s[9], -s[10], -s[11]))
-        arm = ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
-        return Sample(time, arm, (WrenchSample(time, wrench, (s[12], s[13], s[14])),))
+        return Sample(time, self._drive.sample(time, s), (WrenchSample(time, wrench, (s[12], s[13], s[14])),))

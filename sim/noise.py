@@ -1,6 +1,9 @@
 """White noise of a force/torque sensor."""
 
+from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +32,19 @@ class WrenchNoise:
             raise InvalidValueError(f"seed = {self.seed}: must be a whole number, 0 or above")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class NoiseState:
+    """Where a `NoiseSource` stands, opaque.
+
+    Attributes:
+        generator: State of its generator.
+        drawn: What it has drawn ahead.
+    """
+
+    generator: Mapping[str, Any]
+    drawn: tuple[tuple[float, ...], ...]
+
+
 class NoiseSource:
     """Draws `WrenchNoise` in blocks: one call of the generator per thousand samples."""
 
@@ -38,6 +54,15 @@ class NoiseSource:
         self._scale = np.array([noise.force] * 3 + [noise.moment] * 3)
         self._silent = not self._scale.any()
         self._drawn: list[list[float]] = []
+
+    def snapshot(self) -> "NoiseState":
+        """Return where it stands."""
+        return NoiseState(deepcopy(self._generator.bit_generator.state), tuple(map(tuple, self._drawn)))
+
+    def restore(self, state: "NoiseState") -> None:
+        """Go on from what `snapshot` returned."""
+        self._generator.bit_generator.state = deepcopy(state.generator)
+        self._drawn = [list(row) for row in state.drawn]
 
     def add_to(self, wrench: Wrench) -> Wrench:
         """Return the wrench with fresh noise added."""

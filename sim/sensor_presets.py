@@ -216,8 +216,8 @@ def ur5e_sensor(specimen: int = 0) -> SensorModel:
     deviations of a reading, and what accuracy has beyond it is the error of calibration at full load: so every
     specimen keeps to both, and not only the usual one, as if they were added in squares.
     (Measured: set to 1 to 10 N, a UR5e was off by 0.38 N on the average, and set to 10 N, by -1.1 to 3.3 N over
-    its workspace; abstract of Trochimczuk et al. 2026, Sensors 26(5) 1709.) No document on bandwidth or on drift with
-    temperature was found; none is simulated.
+    its workspace; abstract of Trochimczuk et al. 2026, Sensors 26(5) 1709.) No document on bandwidth or on drift
+    with temperature was found; none is simulated.
     """
     limits = zip(UR5E_ACCURACY, UR5E_PRECISION, UR5E_RATED, strict=True)
     a, b, c, d, e, f = ((accuracy - precision) / full for accuracy, precision, full in limits)

@@ -32,11 +32,8 @@ MODELS = [SensorModel(), noisy_sensor(0.01, 1e-4), EVERYTHING, *(sensor_preset(p
 
 
 def load(k):
-    return tuple((1.0 if i < 3 else 0.1) * math.sin(0.03 * k + i) for i in range(6)), (
-        math.sin(0.07 * k),
-        math.cos(0.11 * k),
-        9.81,
-    )
+    wrench = tuple((1.0 if i < 3 else 0.1) * math.sin(0.03 * k + i) for i in range(6))
+    return wrench, (math.sin(0.07 * k), math.cos(0.11 * k), 9.81 + math.sin(0.05 * k))
 
 
 def run(sensor, first, last):
@@ -113,6 +110,10 @@ def test_a_stage_more_leaves_the_noise_as_it_was():
         sensor = ImperfectSensor(model, DT, 5)
         shown.append(np.array([sensor.step(DT * k, *zero).wrench for k in range(600)]))
     assert np.allclose(shown[0] + shown[1], shown[2], atol=1e-15)
+    # nor do the two know of one another
+    noise, steps = shown[0][1:], np.diff(shown[1], axis=0)
+    both = [np.corrcoef(noise[:, i], steps[:, i])[0, 1] for i in range(6)]
+    assert np.abs(both).max() < 5.0 / math.sqrt(len(steps))
 
 
 def test_a_state_of_another_sensor_is_refused():

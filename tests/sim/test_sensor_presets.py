@@ -14,6 +14,7 @@ from palpate.runtime.touch import SensorFinger, Touch
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.ft import (
     CalibrationStatus,
+    ContactEntry,
     CriticallyDamped,
     DriftStatus,
     FTPipeline,
@@ -66,7 +67,12 @@ def test_the_perfect_preset_is_perfect():
 
 @pytest.mark.parametrize("preset", REAL)
 def test_a_specimen_is_itself_and_no_other(preset):
-    assert sensor_preset(preset, 4) == sensor_preset(preset, 4) != sensor_preset(preset, 5)
+    one, again, other = (sensor_preset(preset, specimen) for specimen in (4, 4, 5))
+    assert one == again
+    assert one.cross_talk != other.cross_talk
+    if one.thermal_drift is not None:
+        assert one.thermal_drift != other.thermal_drift
+        assert np.all(np.abs(one.thermal_drift.per_kelvin) <= 5e-4 * np.array(one.rated))
     with pytest.raises(InvalidValueError, match="specimen"):
         sensor_preset(preset, -1)
 
@@ -81,6 +87,8 @@ def test_every_preset_says_where_its_figures_come_from_and_what_is_assumed(prese
 
 def test_a_nano17_shows_whole_steps_of_its_resolution_288_microseconds_late():
     model = nano17()
+    at_once = simulated_sensor(replace(model, clock=None), DT).step(1.0, NOTHING, REST)
+    assert 1.0 - at_once.time == pytest.approx(288e-6)
     shown = readings(model, 2000, (1.0, 2.0, -3.0, 0.01, 0.02, -0.03))
     steps = shown * (alike(320.0, 64e3))
     assert np.allclose(steps, np.round(steps), atol=1e-6)
@@ -143,6 +151,28 @@ def test_an_overloaded_preset_is_found_out(preset):
         felt = pipeline.step(sensor.step(DT * k, load, REST).wrench, REST)
     assert felt.health.measure is Measure.OVERLOAD_AXIS
     assert felt.health.where == "Fx"
+
+
+def test_the_sensor_file_says_what_is_known_of_the_sensor():
+    bias = (0.1, 0.2, 0.3, 1e-3, 2e-3, 3e-3)
+    model, payload = replace(nano17(), bias=bias), PayloadEntry(mass=0.03)
+    file = sensor_file(model, DT, payload=payload, serial_number="FT1", date="2026-11-21")
+    assert (file.model, file.provenance, file.serial_number) == (model.name, model.source, "FT1")
+    assert (file.axis_limits, file.noise, file.bias, file.payload) == (model.rated, model.noise_sd, bias, payload)
+    assert file.sample_rate == pytest.approx(1000.0)
+    assert file.calibration is None
+
+
+def test_the_touch_thresholds_are_of_the_devices_own_samples():
+    """What a filter takes off fresh noise, it does not take off a reading that is repeated ten times."""
+    filters, gain = (CriticallyDamped(60.0),), 6.0 * 0.1
+    fast = sensor_file(replace(ft300s(), clock=None, quantisation=None), DT, filters=filters).contact
+    slow = sensor_file(replace(ft300s(), quantisation=None), DT, filters=filters).contact
+    assert slow.touch_force == pytest.approx(gain)
+    assert fast.touch_force < 0.5 * gain
+    assert (fast.touch_time, slow.touch_time) == pytest.approx((0.002, 0.02))
+    own = ContactEntry(touch_force=3.0, release_force=1.0)
+    assert sensor_file(ft300s(), DT, contact=own).contact == own
 
 
 def test_the_noise_of_the_file_is_the_noise_of_the_readings():

@@ -16,7 +16,7 @@ from palpate.sim import (
     Stage,
     Tip,
     WrenchNoise,
-    build_stage_scene,
+    build_scene,
 )
 from palpate.surfaces import Cylinder, Sphere
 
@@ -25,7 +25,7 @@ FREE = (0.0, 0.0, 0.2)
 
 
 def scene(stage=None, start=FREE, target=None, law=None):
-    return build_stage_scene(TIP, target or SphereObject(), law or ContactLaw(), start, stage)
+    return build_scene(TIP, target or SphereObject(), law or ContactLaw(), start, stage)
 
 
 def drive(backend, periods=300):
