@@ -8,10 +8,11 @@ import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, SimulationDivergedError, positive
-from palpate.runtime.data import Command, Sample, WrenchSample
+from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.noise import NoiseSource, NoiseState, WrenchNoise
 from palpate.sim.scene import Scene
+from palpate.sim.sensor import SeededSensor, SensorModel
+from palpate.sim.sensor_simulation import SensorState, simulated_sensor
 from palpate.spatial import Vector
 
 _DIVERGED = 1e8
@@ -46,14 +47,14 @@ class BackendState:
     Attributes:
         simulation: MuJoCo's own state, as it integrates it.
         drive: What the carrier's drive remembers.
-        noise: Where the sensor's noise stands.
-        sensors: Readings of the last sample.
+        sensor: What the force/torque sensor remembers.
+        readings: Of the last sample.
     """
 
     simulation: FloatArray
     drive: tuple[float, ...]
-    noise: NoiseState
-    sensors: tuple[float, ...]
+    sensor: SensorState
+    readings: tuple[float, ...]
 
 
 class MujocoBackend:
@@ -67,7 +68,7 @@ class MujocoBackend:
         self,
         scene: Scene,
         period: float = 1e-3,
-        noise: WrenchNoise | None = None,
+        sensor: SeededSensor | None = None,
         pacer: Pacer | None = None,
     ) -> None:
         """Take a scene.
@@ -75,7 +76,7 @@ class MujocoBackend:
         Args:
             scene: What to simulate.
             period: Control period [s], a whole number of time steps.
-            noise: Of the force/torque sensor; none if not given.
+            sensor: The force/torque sensor behind the tip; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
 
         Raises:
@@ -90,12 +91,12 @@ class MujocoBackend:
         self._period = period
         self._pacer = pacer or SimulatedTime()
         self._steps = steps
-        self._given_noise = noise or WrenchNoise()
-        self._noise = NoiseSource(self._given_noise)
+        self._seed = sensor.seed if sensor is not None else 0
+        self._sensor = simulated_sensor(SensorModel() if sensor is None else sensor.model, period, self._seed)
         self._data = mujoco.MjData(scene.model)
         self._readings = self._data.sensordata  # a view that lives as long as the data
         self._drive = scene.carrier.drive(scene.model, self._data, period)
-        self._sensors: list[float] = []
+        self._readings_now: list[float] = []
 
     @property
     def period(self) -> float:
@@ -110,7 +111,7 @@ class MujocoBackend:
     def start(self) -> Sample:
         """Put everything at its start, standing still, and return the first sample."""
         mujoco.mj_resetData(self.scene.model, self._data)
-        self._noise = NoiseSource(self._given_noise)  # the same run again
+        self._sensor.restart(self._seed)  # the same run again
         self._drive.start()
         mujoco.mj_forward(self.scene.model, self._data)
         return self._sample(self._data.time)
@@ -127,7 +128,7 @@ class MujocoBackend:
             drive.advance()
             mujoco.mj_step(model, data)
         sample = self._sample(data.time - self.scene.time_step)
-        if not abs(sum(self._sensors)) < _DIVERGED:
+        if not abs(sum(self._readings_now)) < _DIVERGED:
             raise SimulationDivergedError(
                 f"the simulation diverged at t = {data.time:.4f} s: take a softer contact or a smaller time step"
             )
@@ -143,7 +144,7 @@ class MujocoBackend:
         """Return this moment, to come back to with `restore`."""
         simulation = np.empty(mujoco.mj_stateSize(self.scene.model, _STATE))
         mujoco.mj_getState(self.scene.model, self._data, simulation, _STATE)
-        return BackendState(simulation, self._drive.snapshot(), self._noise.snapshot(), tuple(self._sensors))
+        return BackendState(simulation, self._drive.snapshot(), self._sensor.state(), tuple(self._readings_now))
 
     def restore(self, state: BackendState) -> None:
         """Go back, or on, to a moment of this scene: from there on all is bit for bit as it was.
@@ -158,8 +159,8 @@ class MujocoBackend:
             )
         mujoco.mj_setState(self.scene.model, self._data, state.simulation, _STATE)
         self._drive.restore(state.drive)
-        self._noise.restore(state.noise)
-        self._sensors = list(state.sensors)
+        self._sensor.set_state(state.sensor)
+        self._readings_now = list(state.readings)
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -173,12 +174,12 @@ class MujocoBackend:
 
     def truth(self) -> Truth:
         """Return what really happened at the time of the last sample."""
-        found, fx, fy, fz, tx, ty, tz, x, y, z = self._sensors[15:25]
+        found, fx, fy, fz, tx, ty, tz, x, y, z = self._readings_now[15:25]
         # the contact sensor gives what its first geom, the tip, exerts on the object
         return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz))
 
     def _sample(self, time: float) -> Sample:
-        self._sensors = s = self._readings.tolist()
-        # the site sensors give what the tip exerts on the stage, inertia included: the load is the opposite
-        wrench = self._noise.add_to((-s[6], -s[7], -s[8], -s[9], -s[10], -s[11]))
-        return Sample(time, self._drive.sample(time, s), (WrenchSample(time, wrench, (s[12], s[13], s[14])),))
+        self._readings_now = s = self._readings.tolist()
+        # the site sensors give what the tip exerts on what carries it, inertia included: the load is the opposite
+        load = (-s[6], -s[7], -s[8], -s[9], -s[10], -s[11])
+        return Sample(time, self._drive.sample(time, s), (self._sensor.step(time, load, (s[12], s[13], s[14])),))

@@ -24,7 +24,7 @@ the same instant, and weight and inertia come off as exactly as from an ideal se
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from palpate.errors import InvalidValueError, not_negative
 from palpate.sensing.ft.arrays import AXES
@@ -134,6 +134,30 @@ class SensorModel:
         rounding = NO_BIAS if self.quantisation is None else self.quantisation.sd
         a, b, c, d, e, f = (math.hypot(x, y) for x, y in zip(noise, rounding, strict=True))
         return (a, b, c, d, e, f)
+
+
+@dataclass(frozen=True, slots=True)
+class SeededSensor:
+    """A sensor for a run.
+
+    Attributes:
+        model: What it is made of.
+        seed: Of its random numbers: the same seed gives the same run.
+    """
+
+    model: SensorModel = field(default_factory=SensorModel)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number, 0 or above")
+
+
+def white_noise(force: float = 0.0, moment: float = 0.0, seed: int = 0) -> SeededSensor:
+    """Return a sensor with nothing but white noise, of these standard deviations [N, N m]; none at all at 0."""
+    not_negative("force noise", force, "N")
+    not_negative("moment noise", moment, "N m")
+    return SeededSensor(noisy_sensor(force, moment) if force or moment else SensorModel(), seed)
 
 
 def noisy_sensor(force: float, moment: float) -> SensorModel:

@@ -28,8 +28,8 @@ from palpate.sim import (
     SphereObject,
     Stage,
     Tip,
-    WrenchNoise,
     build_scene,
+    white_noise,
 )
 from palpate.surfaces import Sphere
 
@@ -177,7 +177,7 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
     assert np.linalg.norm(backend.truth().force) < 20.0
 
 
-@pytest.mark.parametrize("noise", [None, WrenchNoise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])
+@pytest.mark.parametrize("noise", [None, white_noise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])
 def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
     original = Exploration(SphereObject(), Raster(0.006, 0.002, 0.002), noise=noise)
     done = replay(original.samples, PERIOD, Touch(original.finger), original.controller())
@@ -187,7 +187,7 @@ def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
 
 def test_the_same_seed_gives_the_same_run_and_another_seed_another():
     a, b, c = (
-        Exploration(SphereObject(), Raster(0.004, 0.002, 0.002), noise=WrenchNoise(0.01, 1e-4, seed))
+        Exploration(SphereObject(), Raster(0.004, 0.002, 0.002), noise=white_noise(0.01, 1e-4, seed))
         for seed in (2, 2, 3)
     )
     assert a.samples == b.samples

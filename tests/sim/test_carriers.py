@@ -13,22 +13,22 @@ from palpate.sim import (
     SphereObject,
     Stage,
     Tip,
-    WrenchNoise,
     build_scene,
+    white_noise,
 )
 from palpate.spatial import IDENTITY
 from palpate.surfaces import Sphere
 
 TIP = Tip(Sphere(0.008))
 CARRIERS = {"stage": Stage(), "arm": ArmCarrier()}
-NOISE = WrenchNoise(0.05, 1e-3, seed=3)
+NOISE = white_noise(0.05, 1e-3, seed=3)
 
 carriers = pytest.mark.parametrize("carrier", CARRIERS.values(), ids=CARRIERS.keys())
 
 
 def backend_of(carrier, height=0.0485, target=None, noise=NOISE):
     scene = build_scene(TIP, target or SphereObject(0.04), ContactLaw(), (0.0, 0.0, height), carrier)
-    return MujocoBackend(scene, noise=noise)
+    return MujocoBackend(scene, sensor=noise)
 
 
 def wander(backend, first, count):

@@ -31,7 +31,7 @@ from palpate.sim import (
     PairParameters,
     SceneObject,
     SphereObject,
-    WrenchNoise,
+    white_noise,
 )
 
 CLEARANCE = 0.003
@@ -163,7 +163,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
         law=law,
         start=(first_x - x, first_y - y, top - z),
         period=config.period,
-        noise=WrenchNoise(config.force_noise, config.moment_noise, config.seed),
+        sensor=white_noise(config.force_noise, config.moment_noise, config.seed),
         touch_force=config.touch_force,
     )
     descent = 2.0 * target.top + max(config.tip) + CLEARANCE

@@ -18,10 +18,12 @@ from palpate.sim import (
     ContactLaw,
     MujocoBackend,
     SceneObject,
+    SeededSensor,
+    SensorModel,
     Stage,
     Tip,
-    WrenchNoise,
     build_scene,
+    white_noise,
 )
 from palpate.spatial import Vector
 from palpate.surfaces import Ellipsoid, Sphere
@@ -44,7 +46,7 @@ class Task:
         law: Contact between the two.
         start: Where the tip frame starts, base frame [m].
         period: Control period [s].
-        noise: Of the sensor.
+        sensor: Behind the tip.
         touch_force: Force that counts as a touch on a sensor without a sensor file [N].
     """
 
@@ -54,7 +56,7 @@ class Task:
     law: ContactLaw
     start: Vector
     period: float
-    noise: WrenchNoise
+    sensor: SeededSensor
     touch_force: float
 
 
@@ -100,7 +102,7 @@ def simulated_tip(robot: Robot, task: Task) -> Tip:
     finger, sensor = only_finger(robot), robot.sensors[0]
     payload = _payload(finger, sensor)
     if sensor is not None:
-        _check_sensor(sensor, task.period, task.noise)
+        _check_sensor(sensor, task.period, task.sensor.model)
     return Tip(_surface(finger, task.tip), payload.mass)
 
 
@@ -139,7 +141,7 @@ def on_a_carrier(
     else:
         touch_force = sensor.contact.touch_force
         described = SensorFinger(sensed, sensor)
-    backend = MujocoBackend(scene, task.period, task.noise, robot.file.pace.pacer(task.period))
+    backend = MujocoBackend(scene, task.period, task.sensor, robot.file.pace.pacer(task.period))
     return RobotInScene(backend, described, lag, response, stiffness, touch_force)
 
 
@@ -166,7 +168,7 @@ def check_simulated(robot: Robot, time_step: float) -> None:
             f"period_s = {robot.file.period:g}: must be a whole number of backend.time_step_s, {time_step:g}"
         )
     if sensor is not None:
-        _check_sensor(sensor, robot.file.period, WrenchNoise(finger.noise.force, finger.noise.moment))
+        _check_sensor(sensor, robot.file.period, white_noise(finger.noise.force, finger.noise.moment).model)
 
 
 def _stage_entry(robot: Robot) -> StageEntry:
@@ -229,7 +231,7 @@ def _payload(finger: FingerEntry, sensor: SensorFile | None) -> PayloadEntry:
     return payload
 
 
-def _check_sensor(sensor: SensorFile, period: float, noise: WrenchNoise) -> None:
+def _check_sensor(sensor: SensorFile, period: float, simulated: SensorModel) -> None:
     """Refuse a sensor that the simulation would not show as its file describes it."""
     name = "fingers[0].sensor"
     if sensor.calibration is not None:
@@ -247,7 +249,7 @@ def _check_sensor(sensor: SensorFile, period: float, noise: WrenchNoise) -> None
             f"{name}: sample_rate_Hz = {sensor.sample_rate:g}: a simulated sensor is read once per control "
             f"period, {period:g} s; write {1.0 / period:g}, or change period_s (--period)"
         )
-    if not (noise.force > 0.0 and noise.moment > 0.0):
+    if not min(simulated.noise_sd) > 0.0:
         raise InvalidValueError(
             f"{name}: a reading that never changes is taken for a dead sensor; give the simulated one some noise: "
             f"force_N: {max(sensor.noise_force):g}, moment_Nm: {max(sensor.noise_moment):g} (--force-noise, "
