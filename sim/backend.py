@@ -10,10 +10,12 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError, SimulationDivergedError, positive
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
+from palpate.sim.friction_plant import FrictionContact, FrictionPlant, FrictionState
+from palpate.sim.friction_step import FrictionStep, MujocoFriction
 from palpate.sim.scene import Scene
 from palpate.sim.sensor import SeededSensor, SensorModel
 from palpate.sim.sensor_simulation import SensorState, simulated_sensor
-from palpate.spatial import Vector
+from palpate.spatial import ZERO, Vector, add, add_scaled, cross, subtract
 
 _DIVERGED = 1e8
 """A sum of sensor values beyond this [N, m, m/s, ...], or NaN, comes from no scene that people build."""
@@ -49,12 +51,14 @@ class BackendState:
         drive: What the carrier's drive remembers.
         sensor: What the force/torque sensor remembers.
         readings: Of the last sample.
+        friction: What the friction plant remembers, if there is one.
     """
 
     simulation: FloatArray
     drive: tuple[float, ...]
     sensor: SensorState
     readings: tuple[float, ...]
+    friction: FrictionState | None
 
 
 class MujocoBackend:
@@ -96,6 +100,8 @@ class MujocoBackend:
         self._data = mujoco.MjData(scene.model)
         self._readings = self._data.sensordata  # a view that lives as long as the data
         self._drive = scene.carrier.drive(scene.model, self._data, period)
+        self._plant = FrictionPlant(scene.model, self._data, scene.rubbing) if scene.rubbing else None
+        self._friction: FrictionStep = self._plant or MujocoFriction(scene.model, self._data)
         self._readings_now: list[float] = []
 
     @property
@@ -113,7 +119,7 @@ class MujocoBackend:
         mujoco.mj_resetData(self.scene.model, self._data)
         self._sensor.restart(self._seed)  # the same run again
         self._drive.start()
-        mujoco.mj_forward(self.scene.model, self._data)
+        self._friction.reset()
         return self._sample(self._data.time)
 
     def step(self, command: Command) -> Sample:
@@ -122,11 +128,11 @@ class MujocoBackend:
         Raises:
             SimulationDivergedError: The simulation diverged.
         """
-        model, data, drive = self.scene.model, self._data, self._drive
+        data, drive, friction = self._data, self._drive, self._friction
         drive.begin(command.velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
-            mujoco.mj_step(model, data)
+            friction.advance()
         sample = self._sample(data.time - self.scene.time_step)
         if not abs(sum(self._readings_now)) < _DIVERGED:
             raise SimulationDivergedError(
@@ -144,7 +150,13 @@ class MujocoBackend:
         """Return this moment, to come back to with `restore`."""
         simulation = np.empty(mujoco.mj_stateSize(self.scene.model, _STATE))
         mujoco.mj_getState(self.scene.model, self._data, simulation, _STATE)
-        return BackendState(simulation, self._drive.snapshot(), self._sensor.state(), tuple(self._readings_now))
+        return BackendState(
+            simulation,
+            self._drive.snapshot(),
+            self._sensor.state(),
+            tuple(self._readings_now),
+            None if self._plant is None else self._plant.snapshot(),
+        )
 
     def restore(self, state: BackendState) -> None:
         """Go back, or on, to a moment of this scene: from there on all is bit for bit as it was.
@@ -159,6 +171,8 @@ class MujocoBackend:
             )
         mujoco.mj_setState(self.scene.model, self._data, state.simulation, _STATE)
         self._drive.restore(state.drive)
+        if self._plant is not None and state.friction is not None:
+            self._plant.restore(state.friction)
         self._sensor.set_state(state.sensor)
         self._readings_now = list(state.readings)
 
@@ -174,6 +188,8 @@ class MujocoBackend:
 
     def truth(self) -> Truth:
         """Return what really happened at the time of the last sample."""
+        if self._plant is not None:
+            return _truth_of(self._plant.contacts)
         found, fx, fy, fz, tx, ty, tz, x, y, z = self._readings_now[15:25]
         # the contact sensor gives what its first geom, the tip, exerts on the object
         return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz))
@@ -183,3 +199,20 @@ class MujocoBackend:
         # the site sensors give what the tip exerts on what carries it, inertia included: the load is the opposite
         load = (-s[6], -s[7], -s[8], -s[9], -s[10], -s[11])
         return Sample(time, self._drive.sample(time, s), (self._sensor.step(time, load, (s[12], s[13], s[14])),))
+
+
+def _truth_of(contacts: tuple[FrictionContact, ...]) -> Truth:
+    """What a friction plant's contacts come to, on the tip."""
+    if not contacts:
+        return Truth(False, ZERO, ZERO, ZERO)
+    pressed = sum(contact.normal_force for contact in contacts)
+    share = [contact.normal_force / pressed if pressed > 0.0 else 1.0 / len(contacts) for contact in contacts]
+    position, force, torque = ZERO, ZERO, ZERO
+    for part, contact in zip(share, contacts, strict=True):
+        position = add_scaled(position, part, contact.position)
+    for contact in contacts:
+        load = add_scaled(contact.tangential_force, -contact.normal_force, contact.normal)
+        force = add(force, load)
+        torque = add(torque, cross(subtract(contact.position, position), load))
+        torque = add_scaled(torque, contact.spin_torque, contact.normal)
+    return Truth(True, position, force, torque)

@@ -6,7 +6,10 @@ import mujoco
 
 from palpate.errors import positive
 from palpate.sim.carrier import Carrier
-from palpate.sim.contact_law import ContactLaw, PairParameters, pair_parameters
+from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim.friction_law import FrictionLaw
+from palpate.sim.friction_pairs import FrictionPair
+from palpate.sim.friction_texture import Texture
 from palpate.sim.objects import SceneObject
 from palpate.sim.stage import Stage
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
@@ -38,6 +41,7 @@ class Scene:
         law: The wanted contact.
         pair: As realised.
         time_step: Of the simulation [s].
+        rubbing: Whom a friction plant serves; all else rubs by MuJoCo's law.
     """
 
     model: mujoco.MjModel
@@ -47,6 +51,7 @@ class Scene:
     law: ContactLaw
     pair: PairParameters
     time_step: float
+    rubbing: tuple[FrictionPair, ...] = ()
 
 
 def build_scene(
@@ -56,6 +61,8 @@ def build_scene(
     start: Vector,
     carrier: Carrier | None = None,
     time_step: float = 0.5e-3,
+    friction: FrictionLaw | None = None,
+    texture: Texture | None = None,
 ) -> Scene:
     """Compile a scene of one tip and one object.
 
@@ -66,6 +73,8 @@ def build_scene(
         start: Where the sensor frame's origin starts, base frame [m].
         carrier: What carries the tip; a `Stage` if not given.
         time_step: Of the simulation [s].
+        friction: How the two rub, by the friction plant; MuJoCo's own friction with `law` if not given.
+        texture: How that friction varies over the object.
 
     Raises:
         InvalidValueError: The contact law cannot be kept with these masses and this time step.
@@ -86,12 +95,13 @@ def build_scene(
     target.add_geom(body, OBJECT_GEOM)
 
     inverse_mass = carrier.inverse_mass(spec, tip)  # what MuJoCo's body_invweight0 will say; checked below
-    pair = pair_parameters(law, inverse_mass, time_step)
+    parameters = pair_parameters if friction is None else frictionless_parameters
+    pair = parameters(law, inverse_mass, time_step)
     spec.option.impratio = pair.impratio
     spec.add_pair(
         geomname1=TIP_GEOM,
         geomname2=OBJECT_GEOM,
-        condim=4,
+        condim=pair.condim,
         friction=pair.friction,
         solref=pair.solref,
         solreffriction=pair.solreffriction,
@@ -103,7 +113,8 @@ def build_scene(
     found = float(model.body_invweight0[model.body("tip").id, 0])
     if abs(found - inverse_mass) > 1e-9 * inverse_mass:
         raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {inverse_mass}")
-    return Scene(model, tip, carrier, target, law, pair, time_step)
+    rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
+    return Scene(model, tip, carrier, target, law, pair, time_step, rubbing)
 
 
 def _add_sensors(spec: mujoco.MjSpec) -> None:

@@ -16,6 +16,7 @@ from palpate.sim import (
     build_scene,
     white_noise,
 )
+from palpate.sim.friction_law import FrictionLaw
 from palpate.spatial import IDENTITY
 from palpate.surfaces import Sphere
 
@@ -23,11 +24,15 @@ TIP = Tip(Sphere(0.008))
 CARRIERS = {"stage": Stage(), "arm": ArmCarrier()}
 NOISE = white_noise(0.05, 1e-3, seed=3)
 
+RUBBER = FrictionLaw(0.4, 0.3, spin_length=0.003, load_exponent=0.3, norm_exponent=1.4)
+
 carriers = pytest.mark.parametrize("carrier", CARRIERS.values(), ids=CARRIERS.keys())
 
 
-def backend_of(carrier, height=0.0485, target=None, noise=NOISE):
-    scene = build_scene(TIP, target or SphereObject(0.04), ContactLaw(), (0.0, 0.0, height), carrier)
+def backend_of(carrier, height=0.0485, target=None, noise=NOISE, friction=None):
+    scene = build_scene(
+        TIP, target or SphereObject(0.04), ContactLaw(), (0.0, 0.0, height), carrier, friction=friction
+    )
     return MujocoBackend(scene, sensor=noise)
 
 
@@ -66,14 +71,19 @@ def test_it_moves_as_it_is_told(carrier):
     assert np.allclose(after.arm.rotation_base_tip, IDENTITY, atol=1e-4)
 
 
+frictions = pytest.mark.parametrize("friction", [None, RUBBER], ids=["MuJoCo's friction", "plant"])
+
+
 @carriers
-def test_its_sensor_feels_what_truly_happens_at_the_contact(carrier):
-    backend = backend_of(carrier, target=Box(), height=0.0285, noise=None)
+@frictions
+def test_its_sensor_feels_what_truly_happens_at_the_contact(carrier, friction):
+    backend = backend_of(carrier, target=Box(), height=0.0285, noise=None, friction=friction)
     backend.start()
     for _ in range(400):
-        sample = backend.step(Command((0.0, 0.0, -0.002)))
+        sample = backend.step(Command((0.002, 0.0, -0.002)))
     truth = backend.truth()
     assert truth.touching
+    assert truth.force[0] < -0.1  # it rubs
     given = sample.wrenches[0]
     felt = np.array(given.wrench[:3]) + TIP.mass * np.array(given.acceleration)  # at rest up: weight comes off
     rotation = np.array(sample.arm.rotation_base_tip)
@@ -81,8 +91,9 @@ def test_its_sensor_feels_what_truly_happens_at_the_contact(carrier):
 
 
 @carriers
-def test_the_same_run_again_bit_for_bit_also_from_a_snapshot(carrier):
-    backend = backend_of(carrier)
+@frictions
+def test_the_same_run_again_bit_for_bit_also_from_a_snapshot(carrier, friction):
+    backend = backend_of(carrier, friction=friction)
     backend.start()
     wander(backend, 0, 1100)  # past a block of drawn noise
     state = backend.snapshot()
@@ -90,7 +101,7 @@ def test_the_same_run_again_bit_for_bit_also_from_a_snapshot(carrier):
     backend.restore(state)
     assert wander(backend, 1100, 300) == on
     assert backend.truth() == truth
-    other = backend_of(carrier)
+    other = backend_of(carrier, friction=friction)
     other.start()
     other.restore(state)
     assert wander(other, 1100, 300) == on
