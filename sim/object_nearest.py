@@ -1,0 +1,301 @@
+"""The nearest point of a surface that is not convex: compiled, one per kind.
+
+Each kernel takes packed parameters and a point, and returns (x, y, z, nx, ny, nz): the nearest point of the
+surface and the outward unit normal there, in the surface's own frame.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from palpate.errors import FloatArray
+
+HEADER = 8
+"""Numbers ahead of a height field's spline coefficients."""
+
+NEWTON_STEPS = 20
+"""At most; five are common."""
+
+CONVERGED = 1e-13
+"""Length of a Newton step [m] that is rounding."""
+
+SEARCHED = 41
+"""Samples along each side of the square in which a distant point's nearest one on a height field is looked for."""
+
+NOWHERE = 1e-300
+"""[m] from an axis below which there is no direction: denormal numbers divide to vectors longer than 1."""
+
+BRANCHES, TRIANGLE = 8, 9
+"""Numbers of a branch of the tree of boxes, and of a triangle."""
+
+DEEPEST = 64
+"""Levels of that tree: halving the triangles at each, more than memory holds."""
+
+
+@njit(error_model="numpy", cache=True)
+def nearest_on_torus(p: Any, x: Any, y: Any, z: Any) -> Any:
+    """Torus about z; p = (radius of the ring, radius of the tube)."""
+    ring, tube = p[0], p[1]
+    rho = math.hypot(x, y)
+    ux, uy = (x / rho, y / rho) if rho > NOWHERE else (1.0, 0.0)
+    out = rho - ring
+    length = math.hypot(out, z)
+    a, b = (out / length, z / length) if length > NOWHERE else (0.0, 1.0)
+    nx, ny = a * ux, a * uy
+    return (ring * ux + tube * nx, ring * uy + tube * ny, tube * b, nx, ny, b)
+
+
+@njit(error_model="numpy", cache=True)
+def spline_height(p: Any, x: Any, y: Any) -> Any:
+    """Height and its derivatives (z, zx, zy, zxx, zxy, zyy) of a uniform bicubic B-spline.
+
+    p = (left, front, spacing x, spacing y, columns, rows, width, depth), then coefficients, y slowest.
+    """
+    columns, rows = int(p[4]), int(p[5])
+    u, v = (x - p[0]) / p[2], (y - p[1]) / p[3]
+    i, j = min(max(math.floor(u), 1), columns - 3), min(max(math.floor(v), 1), rows - 3)
+    s, t = u - i, v - j
+    s0, s1, s2, s3 = (1.0 - s) ** 3 / 6.0, (4.0 - 6.0 * s**2 + 3.0 * s**3) / 6.0, 0.0, s**3 / 6.0
+    s2 = 1.0 - s0 - s1 - s3
+    a0, a1, a3 = -0.5 * (1.0 - s) ** 2, -2.0 * s + 1.5 * s**2, 0.5 * s**2
+    a2 = -a0 - a1 - a3
+    b0, b1, b2, b3 = 1.0 - s, 3.0 * s - 2.0, 1.0 - 3.0 * s, s
+    t0, t1, t3 = (1.0 - t) ** 3 / 6.0, (4.0 - 6.0 * t**2 + 3.0 * t**3) / 6.0, t**3 / 6.0
+    weights = (t0, t1, 1.0 - t0 - t1 - t3, t3)
+    c0, c1, c3 = -0.5 * (1.0 - t) ** 2, -2.0 * t + 1.5 * t**2, 0.5 * t**2
+    slopes = (c0, c1, -c0 - c1 - c3, c3)
+    bends = (1.0 - t, 3.0 * t - 2.0, 1.0 - 3.0 * t, t)
+    z = zx = zy = zxx = zxy = zyy = 0.0
+    for k in range(4):
+        at = HEADER + (j - 1 + k) * columns + i - 1
+        q0, q1, q2, q3 = p[at], p[at + 1], p[at + 2], p[at + 3]
+        row = s0 * q0 + s1 * q1 + s2 * q2 + s3 * q3
+        row_x = a0 * q0 + a1 * q1 + a2 * q2 + a3 * q3
+        z += weights[k] * row
+        zx += weights[k] * row_x
+        zxx += weights[k] * (b0 * q0 + b1 * q1 + b2 * q2 + b3 * q3)
+        zy += slopes[k] * row
+        zxy += slopes[k] * row_x
+        zyy += bends[k] * row
+    return (z, zx / p[2], zy / p[3], zxx / p[2] ** 2, zxy / (p[2] * p[3]), zyy / p[3] ** 2)
+
+
+@njit(error_model="numpy", cache=True)
+def nearest_from(p: Any, x: Any, y: Any, z: Any, u: Any, v: Any) -> Any:
+    """Newton's method from above (u, v) on the squared distance to the height field; stays on its rectangle."""
+    half_width, half_depth = 0.5 * p[6], 0.5 * p[7]
+    u, v = min(max(u, -half_width), half_width), min(max(v, -half_depth), half_depth)
+    h, hx, hy, hxx, hxy, hyy = spline_height(p, u, v)
+    squared = (u - x) ** 2 + (v - y) ** 2 + (h - z) ** 2
+    for _ in range(NEWTON_STEPS):
+        gx, gy = u - x + (h - z) * hx, v - y + (h - z) * hy
+        # where the true second derivative is not positive, what is left without the surface's bend is
+        a, b, c = 1.0 + hx * hx + (h - z) * hxx, hx * hy + (h - z) * hxy, 1.0 + hy * hy + (h - z) * hyy
+        if not (a > 0.1 and a * c - b * b > 0.1):
+            a, b, c = 1.0 + hx * hx, hx * hy, 1.0 + hy * hy
+        # at the rectangle's edge, only along it
+        fixed_u = (u >= half_width and gx < 0.0) or (u <= -half_width and gx > 0.0)
+        fixed_v = (v >= half_depth and gy < 0.0) or (v <= -half_depth and gy > 0.0)
+        if fixed_u and fixed_v:
+            break
+        if fixed_u:
+            du, dv = 0.0, -gy / c
+        elif fixed_v:
+            du, dv = -gx / a, 0.0
+        else:
+            det = a * c - b * b
+            du, dv = (b * gy - c * gx) / det, (b * gx - a * gy) / det
+        if math.hypot(du, dv) < CONVERGED:
+            break
+        part = 1.0
+        for _ in range(30):
+            tu = min(max(u + part * du, -half_width), half_width)
+            tv = min(max(v + part * dv, -half_depth), half_depth)
+            th, tx, ty, txx, txy, tyy = spline_height(p, tu, tv)
+            tried = (tu - x) ** 2 + (tv - y) ** 2 + (th - z) ** 2
+            if tried <= squared:
+                break
+            part *= 0.5
+        else:
+            break
+        u, v, h, hx, hy, hxx, hxy, hyy, squared = tu, tv, th, tx, ty, txx, txy, tyy, tried
+    steep = math.sqrt(1.0 + hx * hx + hy * hy)
+    return (u, v, h, -hx / steep, -hy / steep, 1.0 / steep)
+
+
+@njit(error_model="numpy", cache=True)
+def nearest_on_heights(p: Any, x: Any, y: Any, z: Any) -> Any:
+    """Nearest point of a height field, searched from the point below."""
+    return nearest_from(p, x, y, z, x, y)
+
+
+@njit(error_model="numpy", cache=True)
+def distances_to_heights(p: Any, points: Any) -> Any:
+    """Distance of points (n, 3) to a height field, negative below it; shape (n,). Searches a grid first."""
+    half_width, half_depth = 0.5 * p[6], 0.5 * p[7]
+    distances = np.empty(len(points))
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        u, v = min(max(x, -half_width), half_width), min(max(y, -half_depth), half_depth)
+        below = spline_height(p, u, v)[0]
+        best = (u - x) ** 2 + (v - y) ** 2 + (below - z) ** 2
+        reach = math.sqrt(best)  # the nearest point is not farther
+        for k in range(SEARCHED):
+            for j in range(SEARCHED):
+                a = x + reach * (2.0 * k / (SEARCHED - 1) - 1.0)
+                b = y + reach * (2.0 * j / (SEARCHED - 1) - 1.0)
+                if abs(a) <= half_width and abs(b) <= half_depth:
+                    squared = (a - x) ** 2 + (b - y) ** 2 + (spline_height(p, a, b)[0] - z) ** 2
+                    if squared < best:
+                        best, u, v = squared, a, b
+        a, b, c, _, _, _ = nearest_from(p, x, y, z, u, v)
+        distance = math.sqrt((a - x) ** 2 + (b - y) ** 2 + (c - z) ** 2)
+        covered = abs(x) <= half_width and abs(y) <= half_depth
+        distances[i] = -distance if covered and z < below else distance
+    return distances
+
+
+@njit(error_model="numpy", cache=True)
+def nearest_on_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
+    """Nearest point of a triangle mesh; p = (branches), tree of boxes, triangles: see `object_mesh`.
+
+    The normal points from the nearest point to the given one; inside, by the nearest facet, the other way.
+    """
+    first = 1 + BRANCHES * int(p[0])
+    best = math.inf
+    bx = by = bz = 0.0
+    facet = 0
+    stack = np.empty(DEEPEST, np.int64)
+    stack[0], filled = 0, 1
+    while filled > 0:
+        filled -= 1
+        at = 1 + BRANCHES * stack[filled]
+        if box_distance(p, at, x, y, z) >= best:
+            continue
+        a, b = int(p[at + 6]), int(p[at + 7])
+        if b > 0:  # inner: the nearer child last, so that it is taken first
+            near, far = a, b
+            if box_distance(p, 1 + BRANCHES * a, x, y, z) > box_distance(p, 1 + BRANCHES * b, x, y, z):
+                near, far = b, a
+            stack[filled], stack[filled + 1] = far, near
+            filled += 2
+            continue
+        for k in range(a, a - b):
+            at = first + TRIANGLE * k
+            qx, qy, qz = nearest_on_triangle(p, at, x, y, z)
+            squared = (qx - x) ** 2 + (qy - y) ** 2 + (qz - z) ** 2
+            if squared < best:
+                best, bx, by, bz, facet = squared, qx, qy, qz, at
+    ux, uy, uz = p[facet + 3] - p[facet], p[facet + 4] - p[facet + 1], p[facet + 5] - p[facet + 2]
+    vx, vy, vz = p[facet + 6] - p[facet], p[facet + 7] - p[facet + 1], p[facet + 8] - p[facet + 2]
+    fx, fy, fz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    nx, ny, nz = x - bx, y - by, z - bz
+    length = math.sqrt(best)
+    if length < 1e-12:
+        length = math.sqrt(fx * fx + fy * fy + fz * fz)
+        return (bx, by, bz, fx / length, fy / length, fz / length)
+    if nx * fx + ny * fy + nz * fz < 0.0:
+        length = -length
+    return (bx, by, bz, nx / length, ny / length, nz / length)
+
+
+@njit(error_model="numpy", cache=True)
+def box_distance(p: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
+    """Squared distance of a point to the box at p[at:at + 6] (lows, highs)."""
+    dx = max(max(p[at] - x, x - p[at + 3]), 0.0)
+    dy = max(max(p[at + 1] - y, y - p[at + 4]), 0.0)
+    dz = max(max(p[at + 2] - z, z - p[at + 5]), 0.0)
+    return dx * dx + dy * dy + dz * dz
+
+
+@njit(error_model="numpy", cache=True)
+def nearest_on_triangle(p: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
+    """Nearest point of the triangle at p[at:at + 9] (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    ax, ay, az = p[at], p[at + 1], p[at + 2]
+    ux, uy, uz = p[at + 3] - ax, p[at + 4] - ay, p[at + 5] - az
+    vx, vy, vz = p[at + 6] - ax, p[at + 7] - ay, p[at + 8] - az
+    wx, wy, wz = x - ax, y - ay, z - az
+    d1, d2 = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+    if d1 <= 0.0 and d2 <= 0.0:
+        return (ax, ay, az)
+    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    d3, d4 = d1 - uu, d2 - uv
+    if d3 >= 0.0 and d4 <= d3:
+        return (ax + ux, ay + uy, az + uz)
+    vc = d1 * d4 - d3 * d2
+    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        s = d1 / (d1 - d3)
+        return (ax + s * ux, ay + s * uy, az + s * uz)
+    d5, d6 = d1 - uv, d2 - vv
+    if d6 >= 0.0 and d5 <= d6:
+        return (ax + vx, ay + vy, az + vz)
+    vb = d5 * d2 - d1 * d6
+    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        t = d2 / (d2 - d6)
+        return (ax + t * vx, ay + t * vy, az + t * vz)
+    va = d3 * d6 - d5 * d4
+    if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        t = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return (ax + ux + t * (vx - ux), ay + uy + t * (vy - uy), az + uz + t * (vz - uz))
+    s, t = vb / (va + vb + vc), vc / (va + vb + vc)
+    return (ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz)
+
+
+@njit(error_model="numpy", cache=True)
+def lay(found: Any, position: Any, quat_wxyz: Any) -> None:
+    """Write the pose of the tangent plane: z turned to the normal by the shortest way."""
+    x, y, z, nx, ny, nz = found
+    position[0], position[1], position[2] = x, y, z
+    if nz > -1.0 + 1e-12:
+        w = math.sqrt(0.5 * (1.0 + nz))
+        quat_wxyz[0], quat_wxyz[1], quat_wxyz[2], quat_wxyz[3] = w, -0.5 * ny / w, 0.5 * nx / w, 0.0
+    else:  # upside down: half a turn about x
+        quat_wxyz[0], quat_wxyz[1], quat_wxyz[2], quat_wxyz[3] = 0.0, 1.0, 0.0, 0.0
+
+
+@njit(error_model="numpy", cache=True)
+def lay_on_torus(p: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
+    """Lay the plane on a torus under a tip's centre (3,)."""
+    lay(nearest_on_torus(p, tip[0], tip[1], tip[2]), position, quat_wxyz)
+
+
+@njit(error_model="numpy", cache=True)
+def lay_on_heights(p: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
+    """Lay the plane on a height field under a tip's centre (3,)."""
+    lay(nearest_on_heights(p, tip[0], tip[1], tip[2]), position, quat_wxyz)
+
+
+@njit(error_model="numpy", cache=True)
+def lay_on_mesh(p: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
+    """Lay the plane on a mesh under a tip's centre (3,)."""
+    lay(nearest_on_mesh(p, tip[0], tip[1], tip[2]), position, quat_wxyz)
+
+
+@njit(error_model="numpy", cache=True)
+def turns_around(triangles: Any, points: Any) -> Any:
+    """How often a closed mesh winds around each point: 1 inside, 0 outside (Van Oosterom and Strackee 1983)."""
+    turns = np.zeros(len(points))
+    for i in range(len(points)):
+        angle = 0.0
+        for k in range(len(triangles)):
+            ax, ay, az = triangles[k, 0, 0] - points[i, 0], triangles[k, 0, 1] - points[i, 1], 0.0
+            az = triangles[k, 0, 2] - points[i, 2]
+            bx, by = triangles[k, 1, 0] - points[i, 0], triangles[k, 1, 1] - points[i, 1]
+            bz = triangles[k, 1, 2] - points[i, 2]
+            cx, cy = triangles[k, 2, 0] - points[i, 0], triangles[k, 2, 1] - points[i, 1]
+            cz = triangles[k, 2, 2] - points[i, 2]
+            a, b = math.sqrt(ax * ax + ay * ay + az * az), math.sqrt(bx * bx + by * by + bz * bz)
+            c = math.sqrt(cx * cx + cy * cy + cz * cz)
+            volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+            ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
+            angle += 2.0 * math.atan2(volume, a * b * c + ab * c + bc * a + ca * b)
+        turns[i] = angle / (4.0 * math.pi)
+    return turns
+
+
+def each(nearest: Any, parameters: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Nearest points and normals there of points (n, 3), each of shape (n, 3)."""
+    found = np.array([nearest(parameters, *point) for point in np.asarray(points).tolist()]).reshape(-1, 6)
+    return found[:, :3], found[:, 3:]
