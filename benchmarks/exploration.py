@@ -22,7 +22,7 @@ from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
 from palpate.runtime import Command, Finger, MemoryLog, Recorder, Supervisor, Touch
 from palpate.sensing.compensation import Payload
-from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_stage_scene
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene
 from palpate.surfaces import Sphere
 
 BASE = ExploreConfig(spacing=0.004)
@@ -93,7 +93,7 @@ def accuracy(quick: bool) -> Table:
 def parts() -> Table:
     """Time the parts of a period with the tip resting on a sphere."""
     tip = Tip(Sphere(0.008))
-    scene = build_stage_scene(tip, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0479))
+    scene = build_scene(tip, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0479))
     backend = MujocoBackend(scene)
     sample = backend.start()
     touch, supervisor = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor()

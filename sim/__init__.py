@@ -1,26 +1,38 @@
 """MuJoCo scenes made of pieces that name physical quantities, and the back end that runs them."""
 
+from palpate.sim.arm_carrier import ArmCarrier
 from palpate.sim.backend import MujocoBackend, Truth
+from palpate.sim.carrier import Carrier, Drive
 from palpate.sim.contact_law import ContactLaw, PairParameters
-from palpate.sim.noise import WrenchNoise
 from palpate.sim.objects import Box, CylinderObject, EllipsoidObject, SceneObject, SphereObject
-from palpate.sim.scene import StageScene, build_stage_scene
+from palpate.sim.scene import Scene, build_scene
+from palpate.sim.sensor import SeededSensor, SensorModel, white_noise
+from palpate.sim.sensor_presets import PresetSensor, sensor_preset
 from palpate.sim.stage import Stage
 from palpate.sim.tip import Tip
+from palpate.sim.ur5e import Ur5e
 
 __all__ = [
+    "ArmCarrier",
     "Box",
+    "Carrier",
     "ContactLaw",
     "CylinderObject",
+    "Drive",
     "EllipsoidObject",
     "MujocoBackend",
     "PairParameters",
+    "PresetSensor",
+    "Scene",
     "SceneObject",
+    "SeededSensor",
+    "SensorModel",
     "SphereObject",
     "Stage",
-    "StageScene",
     "Tip",
     "Truth",
-    "WrenchNoise",
-    "build_stage_scene",
+    "Ur5e",
+    "build_scene",
+    "sensor_preset",
+    "white_noise",
 ]

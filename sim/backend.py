@@ -5,16 +5,24 @@ from types import TracebackType
 from typing import Self
 
 import mujoco
+import numpy as np
 
-from palpate.errors import InvalidValueError, SimulationDivergedError, positive
-from palpate.runtime.data import ArmSample, Command, Sample, WrenchSample
+from palpate.errors import FloatArray, InvalidValueError, SimulationDivergedError, positive
+from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.noise import NoiseSource, WrenchNoise
-from palpate.sim.scene import StageScene
-from palpate.spatial import IDENTITY, Vector, add_scaled, norm, subtract
+from palpate.sim.friction_plant import FrictionContact, FrictionPlant, FrictionState
+from palpate.sim.friction_step import FrictionStep, MujocoFriction
+from palpate.sim.scene import Scene
+from palpate.sim.sensor import SeededSensor, SensorModel
+from palpate.sim.sensor_simulation import SensorState, simulated_sensor
+from palpate.spatial import ZERO, Vector, add, add_scaled, cross, subtract
 
 _DIVERGED = 1e8
 """A sum of sensor values beyond this [N, m, m/s, ...], or NaN, comes from no scene that people build."""
+
+
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""Everything that the next time step depends on, the solver's warm start included."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +42,27 @@ class Truth:
     torque: Vector
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class BackendState:
+    """A moment of a simulation, opaque: see `MujocoBackend.snapshot`.
+
+    Attributes:
+        simulation: MuJoCo's own state, as it integrates it.
+        drive: What the carrier's drive remembers.
+        sensor: What the force/torque sensor remembers.
+        readings: Of the last sample.
+        friction: What the friction plant remembers, if there is one.
+    """
+
+    simulation: FloatArray
+    drive: tuple[float, ...]
+    sensor: SensorState
+    readings: tuple[float, ...]
+    friction: FrictionState | None
+
+
 class MujocoBackend:
-    """Runs a stage scene: one call of `step` is one control period of simulated time.
+    """Runs a scene: one call of `step` is one control period of simulated time.
 
     Every sensor value belongs to the state before the last time step, as MuJoCo computes them; the sample's
     time says so.
@@ -43,9 +70,9 @@ class MujocoBackend:
 
     def __init__(
         self,
-        scene: StageScene,
+        scene: Scene,
         period: float = 1e-3,
-        noise: WrenchNoise | None = None,
+        sensor: SeededSensor | None = None,
         pacer: Pacer | None = None,
     ) -> None:
         """Take a scene.
@@ -53,7 +80,7 @@ class MujocoBackend:
         Args:
             scene: What to simulate.
             period: Control period [s], a whole number of time steps.
-            noise: Of the force/torque sensor; none if not given.
+            sensor: The force/torque sensor behind the tip; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
 
         Raises:
@@ -68,14 +95,14 @@ class MujocoBackend:
         self._period = period
         self._pacer = pacer or SimulatedTime()
         self._steps = steps
-        self._given_noise = noise or WrenchNoise()
-        self._noise = NoiseSource(self._given_noise)
+        self._seed = sensor.seed if sensor is not None else 0
+        self._sensor = simulated_sensor(SensorModel() if sensor is None else sensor.model, period, self._seed)
         self._data = mujoco.MjData(scene.model)
-        # views that live as long as the data: fetching them anew costs a microsecond a period
-        self._position, self._control, self._readings = self._data.qpos, self._data.ctrl, self._data.sensordata
-        self._start: Vector = tuple(scene.model.body("stage").pos.tolist())
-        self._reference: Vector = (0.0, 0.0, 0.0)
-        self._sensors: list[float] = []
+        self._readings = self._data.sensordata  # a view that lives as long as the data
+        self._drive = scene.carrier.drive(scene.model, self._data, period)
+        self._plant = FrictionPlant(scene.model, self._data, scene.rubbing) if scene.rubbing else None
+        self._friction: FrictionStep = self._plant or MujocoFriction(scene.model, self._data)
+        self._readings_now: list[float] = []
 
     @property
     def period(self) -> float:
@@ -88,11 +115,11 @@ class MujocoBackend:
         return self._pacer
 
     def start(self) -> Sample:
-        """Put the stage at its start, standing still, and return the first sample."""
+        """Put everything at its start, standing still, and return the first sample."""
         mujoco.mj_resetData(self.scene.model, self._data)
-        self._noise = NoiseSource(self._given_noise)  # the same run again
-        self._reference = (0.0, 0.0, 0.0)
-        mujoco.mj_forward(self.scene.model, self._data)
+        self._sensor.restart(self._seed)  # the same run again
+        self._drive.start()
+        self._friction.reset()
         return self._sample(self._data.time)
 
     def step(self, command: Command) -> Sample:
@@ -101,17 +128,13 @@ class MujocoBackend:
         Raises:
             SimulationDivergedError: The simulation diverged.
         """
-        model, data, dt, control = self.scene.model, self._data, self.scene.time_step, self._control
-        velocity, (x, y, z) = command.velocity_base_tip, self._leashed()
-        # the servos get a ramp, not stairs, whose ripple would break friction
-        dx, dy, dz = dt * velocity[0], dt * velocity[1], dt * velocity[2]
+        data, drive, friction = self._data, self._drive, self._friction
+        drive.begin(command.velocity_base_tip)
         for _ in range(self._steps):
-            x, y, z = x + dx, y + dy, z + dz
-            control[0], control[1], control[2] = x, y, z
-            mujoco.mj_step(model, data)
-        self._reference = (x, y, z)
+            drive.advance()
+            friction.advance()
         sample = self._sample(data.time - self.scene.time_step)
-        if not abs(sum(self._sensors)) < _DIVERGED:
+        if not abs(sum(self._readings_now)) < _DIVERGED:
             raise SimulationDivergedError(
                 f"the simulation diverged at t = {data.time:.4f} s: take a softer contact or a smaller time step"
             )
@@ -119,10 +142,39 @@ class MujocoBackend:
         return sample
 
     def close(self) -> None:
-        """Stop: the reference stays where the stage is."""
-        x, y, z = self._data.qpos.tolist()
-        self._reference = (x, y, z)
+        """Stop: the reference stays where the carrier is."""
         self._data.qvel[:] = 0.0
+        self._drive.start()
+
+    def snapshot(self) -> BackendState:
+        """Return this moment, to come back to with `restore`."""
+        simulation = np.empty(mujoco.mj_stateSize(self.scene.model, _STATE))
+        mujoco.mj_getState(self.scene.model, self._data, simulation, _STATE)
+        return BackendState(
+            simulation,
+            self._drive.snapshot(),
+            self._sensor.state(),
+            tuple(self._readings_now),
+            None if self._plant is None else self._plant.snapshot(),
+        )
+
+    def restore(self, state: BackendState) -> None:
+        """Go back, or on, to a moment of this scene: from there on all is bit for bit as it was.
+
+        Raises:
+            InvalidValueError: It is a moment of another scene.
+        """
+        size = mujoco.mj_stateSize(self.scene.model, _STATE)
+        if state.simulation.shape != (size,):
+            raise InvalidValueError(
+                f"the state holds {state.simulation.size} numbers, this scene {size}: take one of this scene"
+            )
+        mujoco.mj_setState(self.scene.model, self._data, state.simulation, _STATE)
+        self._drive.restore(state.drive)
+        if self._plant is not None and state.friction is not None:
+            self._plant.restore(state.friction)
+        self._sensor.set_state(state.sensor)
+        self._readings_now = list(state.readings)
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -136,20 +188,31 @@ class MujocoBackend:
 
     def truth(self) -> Truth:
         """Return what really happened at the time of the last sample."""
-        found, fx, fy, fz, tx, ty, tz, x, y, z = self._sensors[15:25]
+        if self._plant is not None:
+            return _truth_of(self._plant.contacts)
+        found, fx, fy, fz, tx, ty, tz, x, y, z = self._readings_now[15:25]
         # the contact sensor gives what its first geom, the tip, exerts on the object
         return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz))
 
-    def _leashed(self) -> Vector:
-        """The servos' reference, drawn back to within the leash of the actual position."""
-        x, y, z = self._position.tolist()
-        ahead = subtract(self._reference, (x, y, z))
-        distance, leash = norm(ahead), self.scene.stage.leash
-        return self._reference if distance <= leash else add_scaled((x, y, z), leash / distance, ahead)
-
     def _sample(self, time: float) -> Sample:
-        self._sensors = s = self._readings.tolist()
-        # the site sensors give what the tip exerts on the stage, inertia included: the load is the opposite
-        wrench = self._noise.add_to((-s[6], -s[7], -s[8], -s[9], -s[10], -s[11]))
-        arm = ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
-        return Sample(time, arm, (WrenchSample(time, wrench, (s[12], s[13], s[14])),))
+        self._readings_now = s = self._readings.tolist()
+        # the site sensors give what the tip exerts on what carries it, inertia included: the load is the opposite
+        load = (-s[6], -s[7], -s[8], -s[9], -s[10], -s[11])
+        return Sample(time, self._drive.sample(time, s), (self._sensor.step(time, load, (s[12], s[13], s[14])),))
+
+
+def _truth_of(contacts: tuple[FrictionContact, ...]) -> Truth:
+    """What a friction plant's contacts come to, on the tip."""
+    if not contacts:
+        return Truth(False, ZERO, ZERO, ZERO)
+    pressed = sum(contact.normal_force for contact in contacts)
+    share = [contact.normal_force / pressed if pressed > 0.0 else 1.0 / len(contacts) for contact in contacts]
+    position, force, torque = ZERO, ZERO, ZERO
+    for part, contact in zip(share, contacts, strict=True):
+        position = add_scaled(position, part, contact.position)
+    for contact in contacts:
+        load = add_scaled(contact.tangential_force, -contact.normal_force, contact.normal)
+        force = add(force, load)
+        torque = add(torque, cross(subtract(contact.position, position), load))
+        torque = add_scaled(torque, contact.spin_torque, contact.normal)
+    return Truth(True, position, force, torque)

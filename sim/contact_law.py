@@ -74,6 +74,7 @@ class PairParameters:
         friction_damping: b_f [1/s].
         creep_speed: As realised, at `smallest_force` [m/s].
         lift_speed: As realised, at `smallest_force` [m/s].
+        condim: MuJoCo's dimension of the contact: 4 with sliding and torsional friction, 1 with none.
     """
 
     solref: tuple[float, float]
@@ -84,6 +85,32 @@ class PairParameters:
     friction_damping: float
     creep_speed: float
     lift_speed: float
+    condim: int = 4
+
+
+def frictionless_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> PairParameters:
+    """Return MuJoCo's parameters for what a contact law says of pressing, where a friction plant sees to rubbing.
+
+    Args:
+        law: The wanted behaviour; what it says of friction is left out.
+        inverse_mass: A: sum of the two bodies' translational `body_invweight0` [1/kg].
+        time_step: Of the simulation [s].
+
+    Raises:
+        InvalidValueError: The contact's own frequency does not suit the time step.
+    """
+    _check_contact_step(law, positive("inverse_mass", inverse_mass, "1/kg"), time_step)
+    return PairParameters(
+        solref=_solref(law, inverse_mass),
+        solimp=_solimp(law),
+        solreffriction=(0.0, 0.0),
+        friction=(1.0, 1.0, 0.0, 0.0, 0.0),
+        impratio=1.0,
+        friction_damping=0.0,
+        creep_speed=0.0,
+        lift_speed=math.inf,
+        condim=1,
+    )
 
 
 def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> PairParameters:
@@ -98,14 +125,7 @@ def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> P
         InvalidValueError: A bound on stability, creep or lift-off is broken; the message says what to change.
     """
     A, d, mu = positive("inverse_mass", inverse_mass, "1/kg"), law.impedance, law.friction
-    contact_step = math.sqrt(law.stiffness * A) * time_step
-    if contact_step > LARGEST_CONTACT_STEP:
-        raise InvalidValueError(
-            f"contact stiffness = {law.stiffness:g} N/m with a time step of {time_step:g} s: sqrt(K A) dt = "
-            f"{contact_step:.3f}, the limit is {LARGEST_CONTACT_STEP}; take a stiffness of at most "
-            f"{_rounded_down(law.stiffness * (LARGEST_CONTACT_STEP / contact_step) ** 2):g} N/m, or a time step "
-            f"of at most {time_step * LARGEST_CONTACT_STEP / contact_step:.2g} s"
-        )
+    _check_contact_step(law, A, time_step)
     Dn = d / ((1.0 - d) * A)
     # b_f from the wanted lift speed (its mu^2/impratio term is below 1e-3), impratio from the wanted creep speed
     friction_damping = law.smallest_force / (Dn * mu * law.lift_speed)
@@ -123,10 +143,9 @@ def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> P
             f"the least is 1; take a friction of at least {math.sqrt(law.creep_speed / law.lift_speed):.2g}, or a "
             f"creep_speed of at most {law.creep_speed * impratio:.2g} m/s"
         )
-    damping = 2.0 * law.damping_ratio * math.sqrt(law.stiffness / A)
     return PairParameters(
-        solref=(-(1.0 - d) * A * law.stiffness, -(1.0 - d) * A * damping),
-        solimp=(d, d, 1e-3, 0.5, 2.0),  # constant: width, midpoint and power then have no effect
+        solref=_solref(law, A),
+        solimp=_solimp(law),
         # MuJoCo divides a direct-format damping by the impedance
         solreffriction=(-1.0, -d * friction_damping),
         friction=(mu, mu, mu * law.spin_length, 1e-6, 1e-6),
@@ -135,6 +154,29 @@ def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> P
         creep_speed=mu * law.smallest_force / (Dn * impratio * friction_damping),
         lift_speed=law.smallest_force * (1.0 + mu**2 / impratio) / (Dn * mu * friction_damping),
     )
+
+
+def _solref(law: ContactLaw, inverse_mass: float) -> tuple[float, float]:
+    """Direct format, for stiffness and damping in physical units whatever the masses."""
+    A, d = inverse_mass, law.impedance
+    damping = 2.0 * law.damping_ratio * math.sqrt(law.stiffness / A)
+    return (-(1.0 - d) * A * law.stiffness, -(1.0 - d) * A * damping)
+
+
+def _solimp(law: ContactLaw) -> tuple[float, float, float, float, float]:
+    """Constant: width, midpoint and power then have no effect."""
+    return (law.impedance, law.impedance, 1e-3, 0.5, 2.0)
+
+
+def _check_contact_step(law: ContactLaw, inverse_mass: float, time_step: float) -> None:
+    contact_step = math.sqrt(law.stiffness * inverse_mass) * time_step
+    if contact_step > LARGEST_CONTACT_STEP:
+        raise InvalidValueError(
+            f"contact stiffness = {law.stiffness:g} N/m with a time step of {time_step:g} s: sqrt(K A) dt = "
+            f"{contact_step:.3f}, the limit is {LARGEST_CONTACT_STEP}; take a stiffness of at most "
+            f"{_rounded_down(law.stiffness * (LARGEST_CONTACT_STEP / contact_step) ** 2):g} N/m, or a time step "
+            f"of at most {time_step * LARGEST_CONTACT_STEP / contact_step:.2g} s"
+        )
 
 
 def _rounded_down(value: float) -> float:

@@ -21,6 +21,10 @@ class SceneObject(Protocol):
         """Largest z of its surface [m]."""
         ...
 
+    def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
+        """Add what its geom of that name refers to (a mesh), or what is only seen; before `add_geom`."""
+        ...
+
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add its geom to a body."""
         ...
@@ -38,8 +42,17 @@ class SceneObject(Protocol):
         ...
 
 
+class Primitive:
+    """An object that MuJoCo knows without further data."""
+
+    __slots__ = ()
+
+    def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
+        """See `SceneObject`: nothing."""
+
+
 @dataclass(frozen=True, slots=True)
-class SphereObject:
+class SphereObject(Primitive):
     """A sphere of given radius [m]."""
 
     radius: float = 0.04
@@ -70,7 +83,7 @@ class SphereObject:
 
 
 @dataclass(frozen=True, slots=True)
-class EllipsoidObject:
+class EllipsoidObject(Primitive):
     """An ellipsoid of given semi-axes [m]."""
 
     semi_axes: tuple[float, float, float] = (0.05, 0.04, 0.03)
@@ -128,7 +141,7 @@ class EllipsoidObject:
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class Box(Primitive):
     """A box of given edge lengths [m]."""
 
     size: tuple[float, float, float] = (0.08, 0.08, 0.04)
@@ -162,7 +175,7 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True)
-class CylinderObject:
+class CylinderObject(Primitive):
     """A cylinder lying along the x axis, of given radius and length [m]."""
 
     radius: float = 0.03
@@ -200,6 +213,55 @@ class CylinderObject:
     def reachable(self, x: float, y: float, tip_radius: float) -> bool:
         """See `SceneObject`."""
         return abs(x) <= self.length / 2 and abs(y) <= (self.radius + tip_radius) * math.sin(STEEPEST)
+
+
+@dataclass(frozen=True, slots=True)
+class CapsuleObject(Primitive):
+    """A capsule lying along the x axis: a cylinder of given radius and length [m], with a hemisphere at each end."""
+
+    radius: float = 0.03
+    length: float = 0.08
+
+    def __post_init__(self) -> None:
+        positive("radius", self.radius, "m")
+        positive("length", self.length, "m")
+
+    @property
+    def top(self) -> float:
+        """The radius [m]."""
+        return self.radius
+
+    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
+        """Add a capsule geom, turned to lie along x."""
+        half_turn = np.sqrt(0.5)
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            size=[self.radius, self.length / 2, 0.0],
+            quat=[half_turn, 0.0, half_turn, 0.0],
+            **_PAIRS_ONLY,
+        )
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        from_axis = points - np.clip(points, *_segment(self.length))
+        return np.asarray(np.linalg.norm(from_axis, axis=1) - self.radius)
+
+    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        beyond = np.maximum(np.abs(x) - self.length / 2, 0.0)
+        return _root(self.radius**2 - beyond**2 - y**2)
+
+    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
+        """See `SceneObject`."""
+        beyond = max(abs(x) - self.length / 2, 0.0)
+        return math.hypot(beyond, y) <= (self.radius + tip_radius) * math.sin(STEEPEST)
+
+
+def _segment(length: float) -> tuple[FloatArray, FloatArray]:
+    """Ends of a segment of the x axis about the origin, low and high."""
+    end = np.array([length / 2, 0.0, 0.0])
+    return -end, end
 
 
 _PAIRS_ONLY = {"contype": 0, "conaffinity": 0}

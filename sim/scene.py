@@ -1,11 +1,15 @@
-"""A scene: stage, tip and object, and nothing else."""
+"""A scene: what carries the tip, the tip and an object, and nothing else."""
 
 from dataclasses import dataclass
 
 import mujoco
 
 from palpate.errors import positive
-from palpate.sim.contact_law import ContactLaw, PairParameters, pair_parameters
+from palpate.sim.carrier import Carrier
+from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim.friction_law import FrictionLaw
+from palpate.sim.friction_pairs import FrictionPair
+from palpate.sim.friction_texture import Texture
 from palpate.sim.objects import SceneObject
 from palpate.sim.stage import Stage
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
@@ -26,50 +30,56 @@ _NET_FORCE = 3
 
 
 @dataclass(frozen=True, slots=True)
-class StageScene:
+class Scene:
     """A compiled scene and what is known of it.
 
     Attributes:
         model: The compiled model.
         tip: The fingertip.
-        stage: What carries it.
+        carrier: What carries it.
         target: The object, fixed at the origin.
         law: The wanted contact.
         pair: As realised.
         time_step: Of the simulation [s].
+        rubbing: Whom a friction plant serves; all else rubs by MuJoCo's law.
     """
 
     model: mujoco.MjModel
     tip: Tip
-    stage: Stage
+    carrier: Carrier
     target: SceneObject
     law: ContactLaw
     pair: PairParameters
     time_step: float
+    rubbing: tuple[FrictionPair, ...] = ()
 
 
-def build_stage_scene(
+def build_scene(
     tip: Tip,
     target: SceneObject,
     law: ContactLaw,
     start: Vector,
-    stage: Stage | None = None,
+    carrier: Carrier | None = None,
     time_step: float = 0.5e-3,
-) -> StageScene:
-    """Compile a scene of one tip on a stage and one object.
+    friction: FrictionLaw | None = None,
+    texture: Texture | None = None,
+) -> Scene:
+    """Compile a scene of one tip and one object.
 
     Args:
         tip: The fingertip on its sensor.
         target: The object, fixed at the origin of the base frame.
         law: Contact between the two.
         start: Where the sensor frame's origin starts, base frame [m].
-        stage: What carries the tip.
+        carrier: What carries the tip; a `Stage` if not given.
         time_step: Of the simulation [s].
+        friction: How the two rub, by the friction plant; MuJoCo's own friction with `law` if not given.
+        texture: How that friction varies over the object.
 
     Raises:
         InvalidValueError: The contact law cannot be kept with these masses and this time step.
     """
-    stage = stage or Stage()
+    carrier = Stage() if carrier is None else carrier
     positive("time_step", time_step, "s")
     spec = mujoco.MjSpec()
     spec.option.timestep = time_step
@@ -80,29 +90,31 @@ def build_stage_scene(
     # a diverged simulation shall be seen, not silently put back to its start
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
-    tip.add_to(stage.add_to(spec, start, tip.mass))
+    carrier.mount(spec, tip, start)
     body = spec.worldbody.add_body(name="object")
     target.add_geom(body, OBJECT_GEOM)
 
-    # three slides move stage and tip as one, so this is what MuJoCo's body_invweight0 will say; checked below
-    inverse_mass = 1.0 / (stage.mass + tip.mass)
-    pair = pair_parameters(law, inverse_mass, time_step)
+    inverse_mass = carrier.inverse_mass(spec, tip)  # what MuJoCo's body_invweight0 will say; checked below
+    parameters = pair_parameters if friction is None else frictionless_parameters
+    pair = parameters(law, inverse_mass, time_step)
     spec.option.impratio = pair.impratio
     spec.add_pair(
         geomname1=TIP_GEOM,
         geomname2=OBJECT_GEOM,
-        condim=4,
+        condim=pair.condim,
         friction=pair.friction,
         solref=pair.solref,
         solreffriction=pair.solreffriction,
         solimp=pair.solimp,
     )
     _add_sensors(spec)
+    carrier.add_sensors(spec)
     model = spec.compile()
     found = float(model.body_invweight0[model.body("tip").id, 0])
     if abs(found - inverse_mass) > 1e-9 * inverse_mass:
         raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {inverse_mass}")
-    return StageScene(model, tip, stage, target, law, pair, time_step)
+    rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
+    return Scene(model, tip, carrier, target, law, pair, time_step, rubbing)
 
 
 def _add_sensors(spec: mujoco.MjSpec) -> None:

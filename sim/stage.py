@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import mujoco
 
 from palpate.errors import positive
+from palpate.sim.stage_drive import StageDrive
+from palpate.sim.tip import Tip
 from palpate.spatial import Vector
 
 AXES: tuple[tuple[str, Vector], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
@@ -40,6 +42,21 @@ class Stage:
     def stiffness(self, tip_mass: float) -> float:
         """Stiffness of the servos [N/m]."""
         return (self.mass + tip_mass) * self.bandwidth**2
+
+    def mount(self, spec: mujoco.MjSpec, tip: Tip, start: Vector) -> None:
+        """See `palpate.sim.carrier.Carrier`."""
+        tip.add_to(self.add_to(spec, start, tip.mass))
+
+    def add_sensors(self, spec: mujoco.MjSpec) -> None:
+        """It needs none: it does not turn."""
+
+    def inverse_mass(self, spec: mujoco.MjSpec, tip: Tip) -> float:
+        """Three slides move stage and tip as one [1/kg]."""
+        return 1.0 / (self.mass + tip.mass)
+
+    def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> StageDrive:
+        """See `palpate.sim.carrier.Carrier`."""
+        return StageDrive(self.leash, model, data)
 
     def add_to(self, spec: mujoco.MjSpec, start: Vector, tip_mass: float) -> mujoco.MjsBody:
         """Add slides and servos to a scene; returns the moving body, at `start` [m] when all slides are at 0."""

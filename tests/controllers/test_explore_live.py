@@ -22,7 +22,7 @@ from palpate.runtime.live import Change, LiveParameters, ScheduledChanges
 from palpate.runtime.replay import RecordedChanges
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import Payload
-from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_stage_scene
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene
 from palpate.spatial import IDENTITY, norm, subtract
 from palpate.surfaces import Sphere
 
@@ -206,7 +206,7 @@ def test_in_simulation_force_and_speed_change_on_a_sphere_without_leaving_it_or_
     law, tip, stage, target = ContactLaw(), Tip(Sphere(RADIUS)), Stage(), SphereObject()
     raster = Raster(0.02, 0.016, 0.004)
     start = (*raster.corners()[0], target.top + RADIUS + 0.001)
-    backend = MujocoBackend(build_stage_scene(tip, target, law, start, stage), PERIOD)
+    backend = MujocoBackend(build_scene(tip, target, law, start, stage), PERIOD)
     lag = tracking_delay(PERIOD, stage.lag)
     gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), lag)
     parameters = ExploreParameters(force=2.0, speed=0.02, gain=gain, lead=lag)

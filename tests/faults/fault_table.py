@@ -244,8 +244,8 @@ ANYWHERE = (
 
 
 def _overloaded(*wrench: float) -> tuple[float, ...]:
-    """Eight times the load: about 16 N, beyond a Nano17's limits and short of the supervisor's."""
-    return tuple(8.0 * x for x in wrench)
+    """More than eight times the load: about 18 N, beyond a Nano17's limits and short of the supervisor's."""
+    return tuple(8.5 * x for x in wrench)
 
 
 ON_A_SENSOR = (

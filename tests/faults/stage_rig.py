@@ -21,7 +21,7 @@ from palpate.runtime.supervision import Limits
 from palpate.runtime.touch import Finger, FingerDescription, SensorFinger, Touch
 from palpate.sensing.compensation import Payload
 from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, SensorFile
-from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, WrenchNoise, build_stage_scene
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene, white_noise
 from palpate.spatial import Vector, norm, scale
 from palpate.surfaces import Sphere
 
@@ -29,7 +29,7 @@ RADIUS, FORCE, PERIOD, SPEED = 0.008, 2.0, 1e-3, 0.02
 LAW, STAGE, TARGET = ContactLaw(), Stage(), SphereObject()
 TIP = Tip(Sphere(RADIUS))
 RASTER = Raster(0.02, 0.008, 0.004)
-NOISE = WrenchNoise(1 / 320, 1e-3 / 64, seed=4)
+NOISE = white_noise(1 / 320, 1e-3 / 64, seed=4)
 """An ATI Nano17's (its data sheet's resolution)."""
 SENSED = Sphere(RADIUS - FORCE / (2 * LAW.stiffness))
 AT = 700
@@ -37,7 +37,7 @@ AT = 700
 
 _CORNER_X, _CORNER_Y = RASTER.corners()[0]
 _START_Z = math.sqrt((TARGET.radius + RADIUS) ** 2 - _CORNER_X**2 - _CORNER_Y**2) + 0.0005
-_SCENE = build_stage_scene(TIP, TARGET, LAW, (_CORNER_X, _CORNER_Y, _START_Z), STAGE)
+_SCENE = build_scene(TIP, TARGET, LAW, (_CORNER_X, _CORNER_Y, _START_Z), STAGE)
 
 
 def plain_finger() -> Finger:

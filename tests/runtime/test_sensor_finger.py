@@ -14,7 +14,7 @@ from palpate.controllers import (
 )
 from palpate.runtime import Ending, MemoryLog, Recorder, SensorFinger, Supervisor, Touch, run
 from palpate.sensing.ft import read_sensor
-from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, WrenchNoise, build_stage_scene
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene, white_noise
 
 FORCE, STIFFNESS, PERIOD = 2.0, 20e3, 1e-3
 SENSOR = """
@@ -39,8 +39,8 @@ def explored(finger, delay):
     tip, stage = Tip(Sphere(0.008)), Stage()
     raster = Raster(0.02, 0.004, 0.004)
     x, y = raster.corners()[0]
-    scene = build_stage_scene(tip, SphereObject(), ContactLaw(), (x, y, 0.0505), stage)
-    backend = MujocoBackend(scene, PERIOD, WrenchNoise(0.003, 1.6e-5))
+    scene = build_scene(tip, SphereObject(), ContactLaw(), (x, y, 0.0505), stage)
+    backend = MujocoBackend(scene, PERIOD, white_noise(0.003, 1.6e-5))
     lag = tracking_delay(PERIOD, stage.lag, delay)
     gain = force_gain(series_stiffness(STIFFNESS, stage.stiffness(tip.mass)), lag)
     memory, true_force = MemoryLog(), []

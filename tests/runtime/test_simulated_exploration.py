@@ -28,8 +28,8 @@ from palpate.sim import (
     SphereObject,
     Stage,
     Tip,
-    WrenchNoise,
-    build_stage_scene,
+    build_scene,
+    white_noise,
 )
 from palpate.surfaces import Sphere
 
@@ -43,7 +43,7 @@ class Exploration:
     def __init__(self, target, raster=SMALL, law=None, noise=None, start=None, duration=12.0, force_limit=20.0):
         law, tip, stage = law or ContactLaw(), Tip(Sphere(RADIUS)), Stage()
         start = start or (*raster.corners()[0], target.top + RADIUS + 0.001)
-        self.backend = MujocoBackend(build_stage_scene(tip, target, law, start, stage), PERIOD, noise)
+        self.backend = MujocoBackend(build_scene(tip, target, law, start, stage), PERIOD, noise)
         delay = tracking_delay(PERIOD, stage.lag)
         gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), delay)
         self.parameters = ExploreParameters(force=FORCE, speed=0.02, gain=gain, lead=delay)
@@ -168,7 +168,7 @@ class Ram:
 def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(speed):
     """The stage has a reference ahead of it when it is stopped: standing still must not mean pushing on."""
     tip = Tip(Sphere(RADIUS))
-    scene = build_stage_scene(tip, Box(), ContactLaw(stiffness=100e3), (0.0, 0.0, 0.0285))
+    scene = build_scene(tip, Box(), ContactLaw(stiffness=100e3), (0.0, 0.0, 0.0285))
     backend = MujocoBackend(scene, PERIOD)
     touch = Touch(Finger(Sphere(RADIUS), Payload(tip.mass)))
     result = run(backend, touch, Ram(speed), Supervisor(Limits(force=20.0)), duration=1.0)
@@ -177,7 +177,7 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
     assert np.linalg.norm(backend.truth().force) < 20.0
 
 
-@pytest.mark.parametrize("noise", [None, WrenchNoise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])
+@pytest.mark.parametrize("noise", [None, white_noise(0.01, 1e-4, seed=2)], ids=["clean", "noisy"])
 def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
     original = Exploration(SphereObject(), Raster(0.006, 0.002, 0.002), noise=noise)
     done = replay(original.samples, PERIOD, Touch(original.finger), original.controller())
@@ -187,7 +187,7 @@ def test_a_replay_of_the_samples_gives_the_same_commands_bit_for_bit(noise):
 
 def test_the_same_seed_gives_the_same_run_and_another_seed_another():
     a, b, c = (
-        Exploration(SphereObject(), Raster(0.004, 0.002, 0.002), noise=WrenchNoise(0.01, 1e-4, seed))
+        Exploration(SphereObject(), Raster(0.004, 0.002, 0.002), noise=white_noise(0.01, 1e-4, seed))
         for seed in (2, 2, 3)
     )
     assert a.samples == b.samples

@@ -7,7 +7,7 @@ import pytest
 from palpate.runtime.data import Command
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
-from palpate.sim import Box, ContactLaw, EllipsoidObject, MujocoBackend, SphereObject, Tip, build_stage_scene
+from palpate.sim import Box, ContactLaw, EllipsoidObject, MujocoBackend, SphereObject, Tip, build_scene
 from palpate.sim.scene import GRAVITY
 from palpate.surfaces import Ellipsoid, Sphere
 
@@ -45,7 +45,7 @@ def pressed_and_shaken(tip, target, seconds=0.4):
     """Press the tip on an object, then shake the stage; yield (sample, backend) while it shakes."""
     bottom = -tip.center_of_mass[2] + max(tip.surface.half_lengths)
     start = (-tip.center_of_mass[0], -tip.center_of_mass[1], target.top + bottom)
-    backend = MujocoBackend(build_stage_scene(tip, target, ContactLaw(), start))
+    backend = MujocoBackend(build_scene(tip, target, ContactLaw(), start))
     backend.start()
     for _ in range(1500):  # down until 3 N
         backend.step(Command((0.0, 0.0, -0.003)))
@@ -118,7 +118,7 @@ def test_the_wrong_sign_of_the_sensor_would_show_on_the_other_side_of_the_tip():
 
 def test_no_contact_means_no_force_once_weight_and_inertia_are_taken_off():
     tip = TIPS["heavy sphere"]
-    backend = MujocoBackend(build_stage_scene(tip, SphereObject(), ContactLaw(), (0.0, 0.0, 0.2)))
+    backend = MujocoBackend(build_scene(tip, SphereObject(), ContactLaw(), (0.0, 0.0, 0.2)))
     with backend:
         sample = backend.start()
         for i in range(200):
@@ -134,7 +134,7 @@ def test_no_contact_means_no_force_once_weight_and_inertia_are_taken_off():
 
 def test_at_rest_the_accelerometer_points_up_with_g_and_the_sensor_carries_the_weight():
     tip = TIPS["heavy sphere"]
-    backend = MujocoBackend(build_stage_scene(tip, SphereObject(), ContactLaw(), (0.0, 0.0, 0.2)))
+    backend = MujocoBackend(build_scene(tip, SphereObject(), ContactLaw(), (0.0, 0.0, 0.2)))
     given = backend.start().wrenches[0]
     assert np.allclose(given.acceleration, [0.0, 0.0, GRAVITY], atol=1e-9)
     weight = np.array([0.0, 0.0, -tip.mass * GRAVITY])

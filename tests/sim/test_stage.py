@@ -15,8 +15,8 @@ from palpate.sim import (
     SphereObject,
     Stage,
     Tip,
-    WrenchNoise,
-    build_stage_scene,
+    build_scene,
+    white_noise,
 )
 from palpate.surfaces import Cylinder, Sphere
 
@@ -25,7 +25,7 @@ FREE = (0.0, 0.0, 0.2)
 
 
 def scene(stage=None, start=FREE, target=None, law=None):
-    return build_stage_scene(TIP, target or SphereObject(), law or ContactLaw(), start, stage)
+    return build_scene(TIP, target or SphereObject(), law or ContactLaw(), start, stage)
 
 
 def drive(backend, periods=300):
@@ -77,24 +77,24 @@ def test_the_leash_bounds_the_push_against_an_obstacle(leash):
     assert not backend.truth().touching
 
 
-@pytest.mark.parametrize("noise", [None, WrenchNoise(0.05, 1e-3, seed=3)])
+@pytest.mark.parametrize("noise", [None, white_noise(0.05, 1e-3, seed=3)])
 def test_the_same_seed_gives_the_same_samples_bit_for_bit(noise):
-    runs = [drive(MujocoBackend(scene(start=(0.0, 0.0, 0.0485)), noise=noise)) for _ in range(2)]
+    runs = [drive(MujocoBackend(scene(start=(0.0, 0.0, 0.0485)), sensor=noise)) for _ in range(2)]
     assert runs[0] == runs[1]
 
 
 def test_another_seed_gives_other_wrenches_and_the_same_motion():
     start = (0.0, 0.0, 0.0485)
-    a, b = (drive(MujocoBackend(scene(start=start), noise=WrenchNoise(0.05, 1e-3, s))) for s in (1, 2))
+    a, b = (drive(MujocoBackend(scene(start=start), sensor=white_noise(0.05, 1e-3, s))) for s in (1, 2))
     assert [s.arm for s in a] == [s.arm for s in b]
     assert all(s.wrenches[0].wrench != t.wrenches[0].wrench for s, t in zip(a, b, strict=True))
 
 
 def test_back_ends_do_not_disturb_one_another_even_on_one_scene():
     shared = scene(start=(0.0, 0.0, 0.0485))
-    noise = WrenchNoise(0.05, 1e-3, seed=3)
-    alone = drive(MujocoBackend(shared, noise=noise))
-    one, other = MujocoBackend(shared, noise=noise), MujocoBackend(shared, noise=noise)
+    noise = white_noise(0.05, 1e-3, seed=3)
+    alone = drive(MujocoBackend(shared, sensor=noise))
+    one, other = MujocoBackend(shared, sensor=noise), MujocoBackend(shared, sensor=noise)
     other.start()
     together = [one.start()]
     for i in range(300):
@@ -104,13 +104,13 @@ def test_back_ends_do_not_disturb_one_another_even_on_one_scene():
 
 
 def test_starting_again_starts_from_the_same_state_with_the_same_noise():
-    backend = MujocoBackend(scene(start=(0.0, 0.0, 0.0485)), noise=WrenchNoise(0.05, 1e-3, seed=3))
+    backend = MujocoBackend(scene(start=(0.0, 0.0, 0.0485)), sensor=white_noise(0.05, 1e-3, seed=3))
     assert drive(backend) == drive(backend)
 
 
 def test_noise_has_the_standard_deviation_asked_for_and_is_white():
     clean = MujocoBackend(scene()).start().wrenches[0].wrench
-    backend = MujocoBackend(scene(), noise=WrenchNoise(0.05, 2e-3, seed=5))
+    backend = MujocoBackend(scene(), sensor=white_noise(0.05, 2e-3, seed=5))
     backend.start()
     n = 4000
     noise = np.array([backend.step(Command()).wrenches[0].wrench for _ in range(n)]) - clean
@@ -126,9 +126,9 @@ def test_noise_has_the_standard_deviation_asked_for_and_is_white():
 @pytest.mark.parametrize("bad", [-0.1, float("nan"), float("inf")])
 def test_noise_that_cannot_be_is_refused(bad):
     with pytest.raises(InvalidValueError, match="force noise"):
-        WrenchNoise(force=bad)
+        white_noise(force=bad)
     with pytest.raises(InvalidValueError, match="moment noise"):
-        WrenchNoise(moment=bad)
+        white_noise(moment=bad)
 
 
 @pytest.mark.parametrize("period", [0.75e-3, 0.1e-3, 0.0, -1e-3, float("nan"), float("inf")])

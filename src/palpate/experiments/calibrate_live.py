@@ -119,7 +119,7 @@ def stage_backend(config: TareConfig, sensor: SensorFile) -> Backend:
         InvalidValueError: The stage cannot carry that payload.
     """
     # imported here: the simulator takes a second that the other tasks need not wait for
-    from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, WrenchNoise, build_stage_scene
+    from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene, white_noise
     from palpate.surfaces import Sphere
 
     radius, clearance = 0.008, 0.01
@@ -130,6 +130,6 @@ def stage_backend(config: TareConfig, sensor: SensorFile) -> Backend:
     law = ContactLaw(stiffness=20e3, friction=0.3, spin_length=0.004, smallest_force=0.2)
     force = max(sensor.noise_force) if config.force_noise is None else config.force_noise
     moment = max(sensor.noise_moment) if config.moment_noise is None else config.moment_noise
-    scene = build_stage_scene(tip, target, law, (0.0, 0.0, height))
-    backend = MujocoBackend(scene, STAGE_PERIOD, WrenchNoise(force, moment, config.seed))
+    scene = build_scene(tip, target, law, (0.0, 0.0, height))
+    backend = MujocoBackend(scene, STAGE_PERIOD, white_noise(force, moment, config.seed))
     return BiasedBackend(backend, config.unknown_bias) if config.unknown_bias else backend

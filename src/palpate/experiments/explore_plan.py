@@ -31,7 +31,7 @@ from palpate.sim import (
     PairParameters,
     SceneObject,
     SphereObject,
-    WrenchNoise,
+    white_noise,
 )
 
 CLEARANCE = 0.003
@@ -163,7 +163,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
         law=law,
         start=(first_x - x, first_y - y, top - z),
         period=config.period,
-        noise=WrenchNoise(config.force_noise, config.moment_noise, config.seed),
+        sensor=white_noise(config.force_noise, config.moment_noise, config.seed),
         touch_force=config.touch_force,
     )
     descent = 2.0 * target.top + max(config.tip) + CLEARANCE
@@ -177,12 +177,13 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
             f"force = {config.force:g} N: must be at least {LEAST_FORCE * ready.touch_force:g} N, {LEAST_FORCE:g} "
             "times what the robot's sensor file takes for a touch (touch_force_N)"
         )
-    delay = tracking_delay(config.period, ready.lag, ready.finger.pipeline().delay)
+    sensing_delay = ready.finger.pipeline().delay
+    delay = tracking_delay(config.period, ready.response, sensing_delay)
     parameters = ExploreParameters(
         force=config.force,
         speed=config.speed,
         gain=force_gain(series_stiffness(config.stiffness, ready.stiffness), delay),
-        lead=delay,
+        lead=tracking_delay(config.period, ready.lag, sensing_delay),
         approach_distance=descent,
         force_range=(LEAST_FORCE * ready.touch_force, min(MOST_FORCE, LANDING_SHARE * limits.force)),
         speed_range=(SLOWEST, min(FASTEST, limits.speed)),

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage, check_stage
+from palpate.experiments.simulated_ur5e import build_ur5e, check_ur5e
 from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import BackendEntry, StageEntry
+from palpate.runtime.robot_backend import BackendEntry, SimulatedUr5eEntry, StageEntry
 
 Builder = Callable[[Robot, Task], RobotInScene]
 """Raises InvalidValueError if the robot cannot be what its file says, or not do the task."""
@@ -21,7 +22,7 @@ class _Kind:
     build: Builder
 
 
-KINDS = (_Kind(StageEntry, check_stage, build_stage),)
+KINDS = (_Kind(StageEntry, check_stage, build_stage), _Kind(SimulatedUr5eEntry, check_ur5e, build_ur5e))
 """Every kind of `backend` that experiments can carry out."""
 
 

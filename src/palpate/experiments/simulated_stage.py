@@ -13,7 +13,18 @@ from palpate.runtime.robot_file import FingerEntry
 from palpate.runtime.robot_surface import EllipsoidEntry, SphereEntry
 from palpate.sensing.compensation import Payload
 from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
-from palpate.sim import ContactLaw, MujocoBackend, SceneObject, Stage, Tip, WrenchNoise, build_stage_scene
+from palpate.sim import (
+    Carrier,
+    ContactLaw,
+    MujocoBackend,
+    SceneObject,
+    SeededSensor,
+    SensorModel,
+    Stage,
+    Tip,
+    build_scene,
+    white_noise,
+)
 from palpate.spatial import Vector
 from palpate.surfaces import Ellipsoid, Sphere
 
@@ -35,7 +46,7 @@ class Task:
         law: Contact between the two.
         start: Where the tip frame starts, base frame [m].
         period: Control period [s].
-        noise: Of the sensor.
+        sensor: Behind the tip.
         touch_force: Force that counts as a touch on a sensor without a sensor file [N].
     """
 
@@ -45,7 +56,7 @@ class Task:
     law: ContactLaw
     start: Vector
     period: float
-    noise: WrenchNoise
+    sensor: SeededSensor
     touch_force: float
 
 
@@ -57,6 +68,7 @@ class RobotInScene:
         backend: The robot.
         finger: For touch.
         lag: How far it runs behind a ramp [s].
+        response: Delay that stands for its servos in force control [s].
         stiffness: With which it holds its tip [N/m].
         touch_force: Force that counts as a touch [N].
     """
@@ -64,6 +76,7 @@ class RobotInScene:
     backend: MujocoBackend
     finger: FingerDescription
     lag: float
+    response: float
     stiffness: float
     touch_force: float
 
@@ -74,13 +87,52 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     Raises:
         InvalidValueError: The simulation cannot be what the file says, or not do the task.
     """
-    entry, finger, sensor = _stage_entry(robot), only_finger(robot), robot.sensors[0]
+    entry = _stage_entry(robot)
+    stage = Stage(entry.mass, entry.bandwidth, entry.leash)
+    tip = simulated_tip(robot, task)
+    return on_a_carrier(robot, task, tip, stage, entry.time_step, stage.lag, stage.lag, stage.stiffness(tip.mass))
+
+
+def simulated_tip(robot: Robot, task: Task) -> Tip:
+    """Return the tip that a task is done with.
+
+    Raises:
+        InvalidValueError: The simulation cannot be what the robot file says.
+    """
+    finger, sensor = only_finger(robot), robot.sensors[0]
     payload = _payload(finger, sensor)
     if sensor is not None:
-        _check_sensor(sensor, task.period, task.noise)
-    stage = Stage(entry.mass, entry.bandwidth, entry.leash)
-    tip = Tip(_surface(finger, task.tip), payload.mass)
-    scene = build_stage_scene(tip, task.target, task.law, task.start, stage, entry.time_step)
+        _check_sensor(sensor, task.period, task.sensor.model)
+    return Tip(_surface(finger, task.tip), payload.mass)
+
+
+def on_a_carrier(
+    robot: Robot,
+    task: Task,
+    tip: Tip,
+    carrier: Carrier,
+    time_step: float,
+    lag: float,
+    response: float,
+    stiffness: float,
+) -> RobotInScene:
+    """Return a robot that stands ready.
+
+    Args:
+        robot: As its file says.
+        task: What it is to do.
+        tip: From `simulated_tip`.
+        carrier: What carries the tip.
+        time_step: Of the simulation [s].
+        lag: How far the carrier runs behind a ramp [s].
+        response: Delay that stands for its servos in force control [s].
+        stiffness: With which it holds its tip [N/m].
+
+    Raises:
+        InvalidValueError: The simulation cannot be what the file says, or not do the task.
+    """
+    finger, sensor = only_finger(robot), robot.sensors[0]
+    scene = build_scene(tip, task.target, task.law, task.start, carrier, time_step)
     sensed = _surface(finger, tuple(length - task.compression for length in task.tip))
     described: FingerDescription
     if sensor is None:
@@ -89,8 +141,8 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     else:
         touch_force = sensor.contact.touch_force
         described = SensorFinger(sensed, sensor)
-    backend = MujocoBackend(scene, task.period, task.noise, robot.file.pace.pacer(task.period))
-    return RobotInScene(backend, described, stage.lag, stage.stiffness(tip.mass), touch_force)
+    backend = MujocoBackend(scene, task.period, task.sensor, robot.file.pace.pacer(task.period))
+    return RobotInScene(backend, described, lag, response, stiffness, touch_force)
 
 
 def check_stage(robot: Robot) -> None:
@@ -99,15 +151,24 @@ def check_stage(robot: Robot) -> None:
     Raises:
         InvalidValueError: It could not.
     """
-    entry, finger, sensor = _stage_entry(robot), only_finger(robot), robot.sensors[0]
+    check_simulated(robot, _stage_entry(robot).time_step)
+
+
+def check_simulated(robot: Robot, time_step: float) -> None:
+    """Refuse a simulated robot whose finger or times [s] could do no task at all.
+
+    Raises:
+        InvalidValueError: They could not.
+    """
+    finger, sensor = only_finger(robot), robot.sensors[0]
     _payload(finger, sensor)
-    steps = robot.file.period / entry.time_step
+    steps = robot.file.period / time_step
     if round(steps) < 1 or abs(round(steps) / steps - 1.0) > SAME_RATE:
         raise InvalidValueError(
-            f"period_s = {robot.file.period:g}: must be a whole number of backend.time_step_s, {entry.time_step:g}"
+            f"period_s = {robot.file.period:g}: must be a whole number of backend.time_step_s, {time_step:g}"
         )
     if sensor is not None:
-        _check_sensor(sensor, robot.file.period, WrenchNoise(finger.noise.force, finger.noise.moment))
+        _check_sensor(sensor, robot.file.period, white_noise(finger.noise.force, finger.noise.moment).model)
 
 
 def _stage_entry(robot: Robot) -> StageEntry:
@@ -170,7 +231,7 @@ def _payload(finger: FingerEntry, sensor: SensorFile | None) -> PayloadEntry:
     return payload
 
 
-def _check_sensor(sensor: SensorFile, period: float, noise: WrenchNoise) -> None:
+def _check_sensor(sensor: SensorFile, period: float, simulated: SensorModel) -> None:
     """Refuse a sensor that the simulation would not show as its file describes it."""
     name = "fingers[0].sensor"
     if sensor.calibration is not None:
@@ -188,7 +249,7 @@ def _check_sensor(sensor: SensorFile, period: float, noise: WrenchNoise) -> None
             f"{name}: sample_rate_Hz = {sensor.sample_rate:g}: a simulated sensor is read once per control "
             f"period, {period:g} s; write {1.0 / period:g}, or change period_s (--period)"
         )
-    if not (noise.force > 0.0 and noise.moment > 0.0):
+    if not min(simulated.noise_sd) > 0.0:
         raise InvalidValueError(
             f"{name}: a reading that never changes is taken for a dead sensor; give the simulated one some noise: "
             f"force_N: {max(sensor.noise_force):g}, moment_Nm: {max(sensor.noise_moment):g} (--force-noise, "

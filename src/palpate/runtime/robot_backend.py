@@ -13,8 +13,10 @@ RANGES = {
     "bandwidth_rad_per_s": (0.1, 1e4, "rad/s"),
     "leash_m": (1e-6, 0.1, "m"),
     "time_step_s": (1e-6, 0.01, "s"),
+    "foot_distance_m": (0.0, 2.0, "m"),
+    "tool_length_m": (0.0, 1.0, "m"),
 }
-"""What a stage can be, generously: beyond, the number is in another unit (grams, hertz, millimetres, ms)."""
+"""What a robot can be, generously: beyond, the number is in another unit (grams, hertz, millimetres, ms)."""
 
 
 class StageEntry(
@@ -40,5 +42,30 @@ class StageEntry(
             within(field.encode_name, getattr(self, field.name), least, most, unit)
 
 
-BackendEntry = StageEntry
-"""Every kind of back end; a union, told apart by `kind`, once there are more."""
+class SimulatedUr5eEntry(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="simulated_ur5e"
+):
+    """A simulated Universal Robots UR5e that holds its tip upright: see `palpate.sim.arm_carrier.ArmCarrier`.
+
+    Attributes:
+        foot_distance: From its foot, behind the origin of the base frame, to the origin [m].
+        tool_length: From its flange to the tip frame [m].
+        bandwidth: Natural frequency of its servos [rad/s].
+        leash: Largest distance of the reference from the actual position of the tip [m].
+        time_step: Of the simulation [s]; the control period is a whole number of them.
+    """
+
+    foot_distance: float = msgspec.field(name="foot_distance_m", default=0.45)
+    tool_length: float = msgspec.field(name="tool_length_m", default=0.1)
+    bandwidth: float = msgspec.field(name="bandwidth_rad_per_s", default=100.0)
+    leash: float = msgspec.field(name="leash_m", default=0.001)
+    time_step: float = msgspec.field(name="time_step_s", default=0.0005)
+
+    def __post_init__(self) -> None:
+        for field in msgspec.structs.fields(self):
+            least, most, unit = RANGES[field.encode_name]
+            within(field.encode_name, getattr(self, field.name), least, most, unit)
+
+
+BackendEntry = StageEntry | SimulatedUr5eEntry
+"""Every kind of back end, told apart by `kind`."""

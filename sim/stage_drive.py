@@ -1,0 +1,63 @@
+"""The way from a wanted velocity of the tip to the servos of a stage, time step by time step."""
+
+import mujoco
+
+from palpate.runtime.data import ArmSample
+from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled, norm, subtract
+
+
+class StageDrive:
+    """Integrates velocities into the servos' references, which stay within the leash of where the stage is."""
+
+    def __init__(self, leash: float, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Take a stage in a scene.
+
+        Args:
+            leash: Largest distance of the reference from the actual position [m].
+            model: The compiled scene.
+            data: Its state, which must live on.
+        """
+        self._leash, self._dt = leash, float(model.opt.timestep)
+        # views that live as long as the data: fetching them anew costs a microsecond a period
+        self._position, self._control = data.qpos, data.ctrl
+        self._reference: Vector = ZERO
+        self._step: Vector = ZERO
+
+    def start(self) -> None:
+        """See `Drive`."""
+        x, y, z = self._position[:3].tolist()
+        self._reference, self._step = (x, y, z), ZERO
+
+    def begin(self, velocity: Vector) -> None:
+        """See `Drive`: the servos get a ramp, not stairs, whose ripple would break friction."""
+        dt = self._dt
+        self._reference = self._leashed()
+        self._step = (dt * velocity[0], dt * velocity[1], dt * velocity[2])
+
+    def advance(self) -> None:
+        """See `Drive`."""
+        (x, y, z), (dx, dy, dz), control = self._reference, self._step, self._control
+        x, y, z = x + dx, y + dy, z + dz
+        control[0], control[1], control[2] = x, y, z
+        self._reference = (x, y, z)
+
+    def sample(self, time: float, readings: list[float]) -> ArmSample:
+        """See `Drive`."""
+        s = readings
+        return ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
+
+    def snapshot(self) -> tuple[float, ...]:
+        """See `Drive`."""
+        return (*self._reference, *self._step)
+
+    def restore(self, state: tuple[float, ...]) -> None:
+        """See `Drive`."""
+        x, y, z, dx, dy, dz = state
+        self._reference, self._step = (x, y, z), (dx, dy, dz)
+
+    def _leashed(self) -> Vector:
+        """The servos' reference, drawn back to within the leash of the actual position."""
+        x, y, z = self._position[:3].tolist()
+        ahead = subtract(self._reference, (x, y, z))
+        distance, leash = norm(ahead), self._leash
+        return self._reference if distance <= leash else add_scaled((x, y, z), leash / distance, ahead)

@@ -1,0 +1,48 @@
+"""The simulated UR5e of a robot file, above the object that it is to touch."""
+
+from palpate.experiments.simulated_stage import RobotInScene, Task, check_simulated, on_a_carrier, simulated_tip
+from palpate.kinematics import Leash, Pose
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_backend import SimulatedUr5eEntry
+from palpate.sim import ArmCarrier, Ur5e
+from palpate.sim.arm_carrier import LOOKING_DOWN
+
+DOWN = (0.0, 0.0, -1.0)
+"""The way it presses."""
+
+
+def build_ur5e(robot: Robot, task: Task) -> RobotInScene:
+    """Return the simulated UR5e of a robot file, at the task's start.
+
+    Raises:
+        InvalidValueError: The simulation cannot be what the file says, or not do the task: the start may be out of
+            reach.
+    """
+    entry, tip = _entry(robot), simulated_tip(robot, task)
+    arm = Ur5e(
+        Pose((-entry.foot_distance, 0.0, 0.0)),
+        Pose((0.0, 0.0, entry.tool_length), LOOKING_DOWN),
+        entry.bandwidth,
+        Leash(entry.leash),
+    )
+    carrier = ArmCarrier(arm)
+    stiffness = arm.push(carrier.joint_start(task.start), DOWN) / arm.leash.distance
+    # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster for
+    # that: to force control they are the delay that they are on a stage of the same bandwidth
+    return on_a_carrier(robot, task, tip, carrier, entry.time_step, 0.0, arm.lead, stiffness)
+
+
+def check_ur5e(robot: Robot) -> None:
+    """Refuse a UR5e that could do no task at all.
+
+    Raises:
+        InvalidValueError: It could not.
+    """
+    check_simulated(robot, _entry(robot).time_step)
+
+
+def _entry(robot: Robot) -> SimulatedUr5eEntry:
+    entry: object = robot.file.backend
+    if not isinstance(entry, SimulatedUr5eEntry):
+        raise TypeError(f"a {type(entry).__name__} is no UR5e")
+    return entry

@@ -1,0 +1,246 @@
+"""Joint velocities from twists: exact where they can be, bounded and continuous everywhere."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity, Limit, Pose, kernel
+from palpate.kinematics.arm import SerialArm
+
+KINEMATICS = ArmKinematics(UR5E, pose_flange_tip=Pose((0.0, 0.02, 0.1)))
+INVERSE = InverseVelocity(KINEMATICS)
+SPEED = math.pi
+WEIGHT = np.array([1.0 / INVERSE.length] * 3 + [1.0] * 3)
+
+tiny = st.sampled_from([0.0, 1e-300, 1e-15, 1e-9, -1e-6, 1e-4, 0.01, -0.05, 0.1])
+free = st.floats(-math.pi, math.pi)
+anywhere = st.tuples(free, free, free, free, free, free)
+straight_wrist = st.tuples(free, free, free, free, tiny, free)
+flipped_wrist = st.tuples(free, free, free, free, tiny.map(lambda x: math.pi + x), free)
+straight_elbow = st.tuples(free, free, tiny, free, free, free)
+all_straight = st.tuples(free, free, tiny, free, tiny, free)
+poses = st.one_of(anywhere, straight_wrist, flipped_wrist, straight_elbow, all_straight)
+component = st.one_of(st.floats(-1.0, 1.0), st.sampled_from([0.0, 1e-320, 1e-12, 30.0, -1e6, 1e150, 1e307]))
+twists = st.tuples(*[component] * 6)
+slow = st.tuples(*[st.floats(-0.05, 0.05)] * 6)
+
+
+def solve(q, twist, inverse=INVERSE):
+    return inverse.solve(q, tuple(twist[:3]), tuple(twist[3:]))
+
+
+WRIST = ArmKinematics(UR5E, pose_flange_tip=Pose((0.0, 0.0, -0.0996)))  # where axes 5 and 6 meet
+
+
+def over_shoulder(q1, q2):
+    """A pose with that point beside the axis of joint 1, so that joints 2 to 4 cannot shift it past."""
+
+    def out(q3):
+        return WRIST.pose((0.0, q2, q3, 0.0, -1.57, 0.0)).position[0]
+
+    low, high = 0.0, -q2
+    assert out(low) > 0.0 > out(high)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if out(middle) > 0.0 else (low, middle)
+    return (q1, q2, low, 0.0, -1.57, 0.0)
+
+
+@settings(max_examples=500)
+@given(poses, twists)
+def test_no_joint_exceeds_its_speed_for_any_twist_at_any_pose(q, twist):
+    motion = solve(q, twist)
+    assert all(abs(speed) <= SPEED for speed in motion.joint_velocity)  # false for NaN
+    assert 0.0 <= motion.scale <= 1.0
+    assert math.isfinite(motion.smallest_singular_value)
+    assert all(map(math.isfinite, motion.velocity + motion.angular_velocity))
+
+
+@pytest.mark.parametrize("q2", [-2.3, -2.0, -1.8])
+def test_nor_over_the_shoulder(q2):
+    q = over_shoulder(0.4, q2)
+    assert solve(q, (0.0,) * 6).smallest_singular_value < 1e-9
+    for twist in 1e3 * np.random.default_rng(0).normal(size=(200, 6)):
+        assert max(map(abs, solve(q, twist).joint_velocity)) <= SPEED
+
+
+@settings(suppress_health_check=[HealthCheck.filter_too_much])
+@given(poses, slow)
+def test_away_from_singularities_the_motion_is_exact(q, twist):
+    motion = solve(q, twist)
+    assume(motion.smallest_singular_value >= INVERSE.threshold)
+    assert np.allclose(
+        KINEMATICS.jacobian(q) @ motion.joint_velocity, np.multiply(motion.scale, twist), atol=1e-13
+    )
+    assert motion.pose_base_tip == KINEMATICS.pose(q)
+
+
+@given(poses, slow)
+def test_the_smallest_singular_value_is_that_of_the_weighted_jacobian(q, twist):
+    expected = np.linalg.svd(WEIGHT[:, None] * KINEMATICS.jacobian(q), compute_uv=False)[-1]
+    assert solve(q, twist).smallest_singular_value == pytest.approx(expected, abs=1e-14)
+
+
+@given(poses, slow)
+def test_what_is_told_of_the_motion_is_true(q, twist):
+    motion = solve(q, twist)
+    told = motion.velocity + motion.angular_velocity
+    assert np.allclose(KINEMATICS.jacobian(q) @ motion.joint_velocity, told, atol=1e-13)
+    assert (motion.limit is Limit.NONE) == (motion.scale == 1.0) == (motion.joint is None)
+
+
+@settings(suppress_health_check=[HealthCheck.filter_too_much])
+@given(poses, slow)
+def test_damping_loses_what_the_formula_says_and_nothing_else(q, twist):
+    """Against numpy's singular value decomposition; where the fading towards singularities plays no part."""
+    motion = solve(q, twist)
+    U, s, Vt = np.linalg.svd(WEIGHT[:, None] * KINEMATICS.jacobian(q))
+    x = s / INVERSE.threshold
+    assume(x[-1] > 0.2)
+    gain = np.where(x < 1.0, 4.0 * x / (INVERSE.threshold * (1.0 + x**2) ** 2), 1.0 / s)
+    expected = Vt.T @ (gain * (U.T @ (WEIGHT * twist)))
+    assert np.allclose(motion.joint_velocity, motion.scale * expected, atol=1e-10)
+    lost = 1.0 - s * gain
+    assert np.allclose(lost[x < 1.0], ((1.0 - x**2) / (1.0 + x**2))[x < 1.0] ** 2)
+
+
+@given(poses, slow)
+def test_no_twist_asks_for_more_than_the_bound(q, twist):
+    motion = solve(q, twist)
+    length = np.linalg.norm(WEIGHT * twist)
+    assert np.linalg.norm(motion.joint_velocity) <= 1.2991 * length / INVERSE.threshold + 1e-300
+
+
+@given(poses, twists, st.floats(1e-3, 1e3))
+def test_a_faster_twist_takes_the_same_path(q, twist, factor):
+    """Scaled, not bent: the joint velocities of parallel twists are parallel, and grow with them up to a limit."""
+    assume(1e-6 < max(map(abs, twist)) < 1e6)
+    a, b = solve(q, twist), solve(q, np.multiply(factor, twist))
+    one, other = np.array(a.joint_velocity), np.array(b.joint_velocity)
+    lengths = np.linalg.norm(one), np.linalg.norm(other)
+    assert one @ other == pytest.approx(lengths[0] * lengths[1], rel=1e-12, abs=1e-300)
+    slowed = np.multiply(a.scale, twist), b.scale * np.multiply(factor, twist)
+    if a.limit is not Limit.NONE:
+        assert b.limit is a.limit or factor < 1.0
+    if a.limit is b.limit:
+        expected = factor * one if a.limit is Limit.NONE else one
+        rounding = 1e-12 * np.abs(expected).max() + 1e-300
+        assert other == pytest.approx(expected, rel=1e-9, abs=rounding)
+        if a.limit is Limit.JOINT_SPEED:
+            assert slowed[0] == pytest.approx(slowed[1], rel=1e-9, abs=1e-12 * np.abs(slowed[1]).max())
+            assert abs(a.joint_velocity[a.joint]) == pytest.approx(SPEED)
+
+
+@settings(max_examples=300)
+@given(poses, slow, slow, st.sampled_from([1e-5, 1e-7]))
+def test_joint_velocities_are_continuous_in_twist_and_pose(q, twist, direction, step):
+    """Lipschitz: the bound is what damping (1/threshold^2 in the pose) and fading (1/bend) allow."""
+    here = np.array(solve(q, twist).joint_velocity)
+    there = solve(q, np.add(twist, np.multiply(step, direction))).joint_velocity
+    # scaling to the speed limit can turn a change by at most the ratio of its norms
+    bound = 6.0 * 1.3 / INVERSE.threshold * np.linalg.norm(WEIGHT * direction)
+    assert np.linalg.norm(there - here) <= bound * step + 1e-13
+    s = np.linalg.svd(WEIGHT[:, None] * KINEMATICS.jacobian(q), compute_uv=False)
+    assume(s[-2] > 0.2 * INVERSE.threshold or s[-2] - s[-1] > 1e-3)
+    moved = np.array(solve(np.add(q, np.multiply(step, direction)), twist).joint_velocity)
+    assert np.linalg.norm(moved - here) <= 2e5 * step * np.linalg.norm(WEIGHT * twist) + 1e-12
+
+
+@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_joint_slows_down_before_the_end_of_its_range_and_may_come_back(joint, side):
+    """Driven outward for long, it ends at the end; driven back, it returns at once."""
+    rates = np.zeros(6)
+    rates[joint] = side
+    q = np.array([0.3, -1.2, 1.4, -0.7, 1.0, 0.2])
+    q[joint] = side * (2.0 * math.pi - 0.4)
+    dt, speeds = 0.01, []
+    for _ in range(600):
+        motion = solve(q, KINEMATICS.jacobian(q) @ rates)
+        speeds.append(motion.joint_velocity[joint] * side)
+        q = q + dt * np.array(motion.joint_velocity)
+        assert np.all(np.abs(q) <= 2.0 * math.pi)
+        if motion.limit is Limit.JOINT_POSITION:
+            assert motion.joint == joint
+    if motion.smallest_singular_value > INVERSE.threshold:
+        assert motion.limit is Limit.JOINT_POSITION
+        assert 2.0 * math.pi - abs(q[joint]) < 1e-3
+        assert speeds[0] == pytest.approx(1.0)
+    back = solve(q, -KINEMATICS.jacobian(q) @ rates)
+    assert back.limit is Limit.NONE
+    assert back.joint_velocity[joint] * side < -0.3  # the elbow's range ends where it is straight: damped
+
+
+@given(anywhere, slow)
+def test_at_or_beyond_its_end_a_joint_goes_no_further(q, twist):
+    for end in (2.0 * math.pi, 2.0 * math.pi + 0.1):
+        motion = solve((*q[:3], end, *q[4:]), twist)
+        assert motion.joint_velocity[3] <= 0.0
+        other = solve((*q[:3], -end, *q[4:]), twist)
+        assert other.joint_velocity[3] >= 0.0
+        assert min(motion.scale, other.scale) >= 0.0
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_moves_nothing(bad):
+    for q, twist in (((0.1,) * 6, (0.0, bad, 0.0, 0.0, 0.0, 0.0)), ((0.1, 0.1, bad, 0.1, 0.1, 0.1), (0.1,) * 6)):
+        motion = solve(q, twist)
+        assert motion.limit is Limit.INVALID
+        assert motion.joint_velocity == (0.0,) * 6
+    assert solve((0.1,) * 6, (bad, -bad, 0.0, 0.0, 0.0, 0.0)).limit is Limit.INVALID
+
+
+@settings(deadline=None)
+@given(poses)
+def test_the_curvature_is_how_the_twist_changes_along_the_way(q):
+    """u . (dJ/dt) v of the compiled code against central differences of the Jacobian."""
+    U, _, Vt = np.linalg.svd(WEIGHT[:, None] * KINEMATICS.jacobian(q))
+    u, v, h, q = U[:, -1].copy(), Vt[-1].copy(), 1e-5, np.array(q)
+    change = KINEMATICS.jacobian(q + h * v) - KINEMATICS.jacobian(q - h * v)
+    expected = u @ (WEIGHT[:, None] * change / (2.0 * h)) @ v
+    axes, origins, J = np.empty((6, 3)), np.empty((6, 3)), np.empty((6, 6))
+    frame = kernel._frames(KINEMATICS.chain, q, axes, origins)
+    kernel._columns(frame, axes, origins, J)
+    assert kernel._curvature(v, frame, axes, origins, J, u, INVERSE.length) == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("seconds", [2.0, 20.0])
+def test_pushing_on_at_the_edge_of_the_reach_costs_nothing_on_the_way_back(seconds):
+    q = np.radians((0.0, -60.0, 25.0, -40.0, -90.0, 0.0))
+    dt, out = 1e-2, np.zeros(6)
+    p = np.array(KINEMATICS.pose(q).position) - (0.0, 0.0, 0.1625)
+    out[[0, 2]] = 0.05 * p[[0, 2]] / np.hypot(p[0], p[2])
+    for _ in range(int(seconds / dt)):
+        motion = solve(q, out)
+        q = q + dt * np.array(motion.joint_velocity)
+    # a tenth of the threshold is where heading for the edge ends; sliding along it may lead a little nearer
+    assert motion.smallest_singular_value > 0.05 * INVERSE.threshold
+    for _ in range(20):
+        motion = solve(q, -out)
+        q = q + dt * np.array(motion.joint_velocity)
+    assert np.array(motion.velocity) @ out[:3] < -0.9 * 0.05**2
+
+
+def test_solving_compiles_nothing_anew():
+    compiled: tuple[Any, ...] = (kernel.joint_motion, kernel.tip_frame, kernel.tip_jacobian)
+    before = [len(each.signatures) for each in compiled]
+    solve([0.1] * 6, (0.1,) * 6)
+    solve(np.full(6, 0.1), (0.1,) * 6)
+    KINEMATICS.velocity((0.1,) * 6, np.ones(6))
+    assert [
+        len(each.signatures) for each in (kernel.joint_motion, kernel.tip_frame, kernel.tip_jacobian)
+    ] == before
+
+
+def test_what_cannot_be_is_refused():
+    short = ArmKinematics(SerialArm("short", UR5E.rows[:5], UR5E.limits[:5], UR5E.links[:5]))
+    with pytest.raises(InvalidValueError, match="short has 5 joints"):
+        InverseVelocity(short)
+    for name in ("length", "threshold", "braking_rate"):
+        with pytest.raises(InvalidValueError, match=name):
+            InverseVelocity(KINEMATICS, **{name: 0.0})

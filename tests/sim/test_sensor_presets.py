@@ -1,0 +1,292 @@
+"""Presets keep to their data sheets; what the rest of palpate makes of a simulated sensor's samples."""
+
+import math
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import ArmSample, Sample
+from palpate.runtime.supervision.conditions import FreshSamples
+from palpate.runtime.touch import SensorFinger, Touch
+from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.ft import (
+    CalibrationStatus,
+    ContactEntry,
+    CriticallyDamped,
+    DriftStatus,
+    FTPipeline,
+    Measure,
+    PayloadEntry,
+    PayloadStatus,
+    average_bias,
+    estimate_drift,
+    fit_calibration,
+    identify_payload,
+    read_sensor,
+    sensor_text,
+)
+from palpate.sim.sensor import SensorModel, noisy_sensor
+from palpate.sim.sensor_description import sensor_file
+from palpate.sim.sensor_presets import PresetSensor, axia80, ft300s, nano17, sensor_preset, ur5e_sensor
+from palpate.sim.sensor_simulation import ImperfectSensor, PerfectSensor, simulated_sensor
+from palpate.sim.sensor_stages import CrossTalk, Dropouts, FirstOrderLag, SampleClock, alike
+from palpate.sim.sensor_temperature import TemperatureProfile, ThermalDrift
+from palpate.spatial import IDENTITY, ZERO
+from palpate.surfaces import Sphere
+
+DT = 1e-3
+REST = (0.0, 0.0, 9.81)
+NOTHING = (0.0,) * 6
+REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
+
+
+def readings(model, count, load=NOTHING, seed=1, acceleration=REST):
+    sensor = simulated_sensor(model, DT, seed)
+    return np.array([sensor.step(DT * k, load, acceleration).wrench for k in range(count)])
+
+
+def means(model, loads, accelerations=None, seed=1):
+    """The average of 50 fresh readings of each load, once it has arrived."""
+    sensor, k, rows = simulated_sensor(model, DT, seed), 0, []
+    for i, load in enumerate(loads):
+        a = REST if accelerations is None else tuple(accelerations[i])
+        shown = []
+        for _ in range(100):
+            shown.append(sensor.step(DT * k, tuple(load), a).wrench)
+            k += 1
+        rows.append(np.mean(shown[50:], axis=0))
+    return np.array(rows)
+
+
+def test_the_perfect_preset_is_perfect():
+    assert isinstance(simulated_sensor(sensor_preset(PresetSensor.PERFECT), DT), PerfectSensor)
+
+
+@pytest.mark.parametrize("preset", REAL)
+def test_a_specimen_is_itself_and_no_other(preset):
+    one, again, other = (sensor_preset(preset, specimen) for specimen in (4, 4, 5))
+    assert one == again
+    assert one.cross_talk != other.cross_talk
+    if one.thermal_drift is not None:
+        assert one.thermal_drift != other.thermal_drift
+        assert np.all(np.abs(one.thermal_drift.per_kelvin) <= 5e-4 * np.array(one.rated))
+    with pytest.raises(InvalidValueError, match="specimen"):
+        sensor_preset(preset, -1)
+
+
+@pytest.mark.parametrize("preset", REAL)
+def test_every_preset_says_where_its_figures_come_from_and_what_is_assumed(preset):
+    model = sensor_preset(preset)
+    assert "ASSUMPTION" in model.source
+    assert model.rated is not None
+    assert all(limit > rated for limit, rated in zip(model.saturation.limit, model.rated, strict=True))
+
+
+def test_a_nano17_shows_whole_steps_of_its_resolution_288_microseconds_late():
+    model = nano17()
+    at_once = simulated_sensor(replace(model, clock=None), DT).step(1.0, NOTHING, REST)
+    assert 1.0 - at_once.time == pytest.approx(288e-6)
+    shown = readings(model, 2000, (1.0, 2.0, -3.0, 0.01, 0.02, -0.03))
+    steps = shown * (alike(320.0, 64e3))
+    assert np.allclose(steps, np.round(steps), atol=1e-6)
+    sensor = simulated_sensor(model, DT)
+    ages = [DT * k - sensor.step(DT * k, NOTHING, REST).time for k in range(1000)]
+    assert 288e-6 - 1e-9 <= min(ages) <= max(ages) <= 288e-6 + 1 / 7000 + 1e-9
+
+
+def test_an_ft300s_ends_at_its_16_bits_and_is_old():
+    shown = readings(ft300s(), 40, (400.0, -400.0, 0.0, 40.0, 0.0, 0.0))
+    assert shown[-1, 0] == pytest.approx(327.67)
+    assert shown[-1, 3] == pytest.approx(32.767)
+    sensor = simulated_sensor(ft300s(), DT)
+    ages = [DT * k - sensor.step(DT * k, NOTHING, REST).time for k in range(1000)]
+    assert min(ages) >= 8.333e-3 - 1e-6
+    assert max(ages) <= 18.334e-3
+
+
+@pytest.mark.parametrize("specimen", range(5))
+def test_a_ur5e_keeps_to_precision_and_accuracy_of_its_data_sheet(specimen):
+    """Any one axis fully loaded: on all six, three sd are within the precision, and with the mean error within the
+    accuracy."""
+    model = ur5e_sensor(specimen)
+    rated = np.array([50.0] * 3 + [10.0] * 3)
+    for axis in range(6):
+        load = tuple(float(x) for x in np.eye(6)[axis] * rated)
+        shown = readings(model, 4000, load)[100::2]
+        spread, error = 3.0 * shown.std(axis=0), np.abs(shown.mean(axis=0) - load)
+        slack = 1.0 + 5.0 / math.sqrt(2.0 * len(shown))  # of the deviation of so many readings
+        assert np.all(spread <= slack * np.array(alike(3.5, 0.2)))
+        assert np.all(spread + error <= slack * np.array(alike(4.0, 0.3)))
+        assert np.all(spread[np.arange(6) != axis] >= np.array(alike(3.5, 0.2))[np.arange(6) != axis] / slack)
+
+
+def test_a_fault_free_axia_does_not_jump_by_more_than_its_manual_calls_normal():
+    shown = readings(axia80(), 2000)
+    assert np.mean(np.abs(shown) <= 5e-4 * np.array([500, 500, 900, 20, 20, 20])) > 0.99
+
+
+@pytest.mark.parametrize("preset", REAL)
+def test_the_sensor_file_of_a_preset_reads_back_and_its_pipeline_finds_nothing_wrong(preset):
+    model = sensor_preset(preset)
+    file = sensor_file(model, DT, filters=(CriticallyDamped(60.0),), date="2026-11-21")
+    assert read_sensor(sensor_text(file)) == file
+    pipeline, sensor = FTPipeline(file), simulated_sensor(model, DT, 2)
+    felt = [pipeline.step(sensor.step(DT * k, NOTHING, REST).wrench, REST) for k in range(3000)]
+    assert not any(f.touching for f in felt)
+    assert all(f.health.ok for f in felt)
+    undelayed = FTPipeline(msgspec.structs.replace(file, device_delay=0.0))
+    assert pipeline.delay == pytest.approx(model.delay + undelayed.delay)
+
+
+@pytest.mark.parametrize("preset", REAL)
+def test_an_overloaded_preset_is_found_out(preset):
+    model = sensor_preset(preset)
+    file = sensor_file(model, DT)
+    pipeline, sensor = FTPipeline(file), simulated_sensor(model, DT, 2)
+    load = (2.0 * model.rated[0], 0.0, 0.0, 0.0, 0.0, 0.0)
+    for k in range(50):
+        felt = pipeline.step(sensor.step(DT * k, load, REST).wrench, REST)
+    assert felt.health.measure is Measure.OVERLOAD_AXIS
+    assert felt.health.where == "Fx"
+
+
+def test_the_sensor_file_says_what_is_known_of_the_sensor():
+    bias = (0.1, 0.2, 0.3, 1e-3, 2e-3, 3e-3)
+    model, payload = replace(nano17(), bias=bias), PayloadEntry(mass=0.03)
+    file = sensor_file(model, DT, payload=payload, serial_number="FT1", date="2026-11-21")
+    assert (file.model, file.provenance, file.serial_number) == (model.name, model.source, "FT1")
+    assert (file.axis_limits, file.noise, file.bias, file.payload) == (model.rated, model.noise_sd, bias, payload)
+    assert file.sample_rate == pytest.approx(1000.0)
+    assert file.calibration is None
+
+
+def test_the_touch_thresholds_are_of_the_devices_own_samples():
+    """What a filter takes off fresh noise, it does not take off a reading that is repeated ten times."""
+    filters, gain = (CriticallyDamped(60.0),), 6.0 * 0.1
+    fast = sensor_file(replace(ft300s(), clock=None, quantisation=None), DT, filters=filters).contact
+    slow = sensor_file(replace(ft300s(), quantisation=None), DT, filters=filters).contact
+    assert slow.touch_force == pytest.approx(gain)
+    assert fast.touch_force < 0.5 * gain
+    assert (fast.touch_time, slow.touch_time) == pytest.approx((0.002, 0.02))
+    own = ContactEntry(touch_force=3.0, release_force=1.0)
+    assert sensor_file(ft300s(), DT, contact=own).contact == own
+
+
+def test_the_noise_of_the_file_is_the_noise_of_the_readings():
+    model = replace(nano17(), thermal_drift=None)
+    file = sensor_file(model, DT)
+    assert np.allclose(readings(model, 20_000).std(axis=0) / file.noise, 1.0, atol=0.03)
+
+
+def test_the_delay_of_the_file_is_that_of_a_growing_load():
+    model = SensorModel(
+        rated=alike(10.0, 1.0),
+        bandwidth=FirstOrderLag(50.0),
+        latency=1.7e-3,
+        clock=SampleClock(410.0, 0.1e-3),
+        noise=noisy_sensor(1e-6, 1e-6).noise,
+    )
+    sensor, late = simulated_sensor(model, DT), []
+    for k in range(10_000):
+        t = DT * k
+        late.append(t - sensor.step(t, (t, 0.0, 0.0, 0.0, 0.0, 0.0), REST).wrench[0])
+    assert np.mean(late[1000:]) == pytest.approx(sensor_file(model, DT).device_delay, rel=0.01)
+
+
+def test_a_tare_finds_the_bias_and_the_noise():
+    bias = (0.11, -0.2, 0.3, 1e-3, -2e-3, 3e-3)
+    model = replace(nano17(), bias=bias, thermal_drift=None, clock=None)
+    found = average_bias(readings(model, 4000), noise=model.noise_sd)
+    assert np.all(np.abs(np.subtract(found.mean, bias)) < 5 * np.array(found.standard_error))
+    assert np.allclose(np.array(found.sd) / model.noise_sd, 1.0, atol=0.06)
+
+
+def test_a_drift_is_found_at_its_rate_and_none_where_there_is_none():
+    profile = TemperatureProfile((0.0, 100.0), (0.0, 10.0))
+    model = replace(nano17(), thermal_drift=ThermalDrift(alike(0.01, 1e-4), profile))
+    limit = alike(5e-4, 5e-6)
+    drifting = estimate_drift(readings(model, 20_000), period=DT, limit=limit)
+    assert drifting.status is DriftStatus.DRIFTING
+    assert np.all(np.abs(drifting.slope - alike(1e-3, 1e-5)) < 1.5 * drifting.half_width)
+    steady = estimate_drift(readings(replace(model, thermal_drift=None), 20_000), period=DT, limit=limit)
+    assert steady.status is DriftStatus.STEADY
+
+
+def test_known_loads_find_the_cross_talk():
+    model = replace(nano17(6), thermal_drift=None)
+    rated = np.array(model.rated)
+    loads = np.random.default_rng(2).uniform(-0.5, 0.5, (40, 6)) * rated
+    fit = fit_calibration(
+        means(model, loads) / rated, loads, ranges=rated
+    )  # channels of one unit: shares of the range
+    assert fit.status is CalibrationStatus.OK
+    C = np.array(fit.map.matrix) / rated
+    left = (C @ model.cross_talk.matrix - np.eye(6)) * rated / rated[:, None]
+    before = (np.array(model.cross_talk.matrix) - np.eye(6)) * rated / rated[:, None]
+    assert np.abs(before).max() > 0.008
+    assert np.abs(left).max() < 0.0005
+
+
+def test_static_poses_find_the_payload_and_the_bias():
+    payload, bias = Payload(0.05, (0.002, -0.003, 0.01)), (0.1, -0.2, 0.3, 1e-3, -2e-3, 3e-3)
+    model = replace(nano17(), bias=bias, thermal_drift=None, cross_talk=None)
+    directions = np.random.default_rng(3).normal(size=(20, 3))
+    up = 9.81 * directions / np.linalg.norm(directions, axis=1)[:, None]
+    loads = [-np.array(contact_wrench(NOTHING, tuple(a), payload)) for a in up]
+    sd = np.array(model.noise_sd) / math.sqrt(50)
+    # a moment is rounded to steps as large as its noise, and payload loads repeat within a pose
+    found = identify_payload(up, means(model, loads, up), force_sd=sd[0], moment_sd=sd[3])
+    assert found.status is PayloadStatus.OK
+    assert found.payload.mass == pytest.approx(0.05, abs=2e-4)
+    assert found.payload.center_of_mass == pytest.approx(payload.center_of_mass, abs=1e-4)
+    assert (*found.bias_force, *found.bias_moment) == pytest.approx(bias, abs=2e-3)
+
+
+def observed(model, count, seed=3):
+    """Observations through the whole of touch, and the samples."""
+    payload = PayloadEntry(mass=0.03)
+    file = sensor_file(model, DT, payload=payload)
+    touch, sensor = Touch(SensorFinger(Sphere(0.008), file)), simulated_sensor(model, DT, seed)
+    load = (-x for x in contact_wrench(NOTHING, REST, payload.payload))
+    wrench = tuple(load)
+    for k in range(count):
+        shown = sensor.step(DT * k, wrench, REST)
+        yield touch.sense(Sample(DT * k, ArmSample(DT * k, ZERO, IDENTITY, ZERO), (shown,))), shown
+
+
+def test_the_supervisor_sees_lost_samples_by_their_stamps_and_only_those():
+    healthy, losing = nano17(), replace(nano17(), dropouts=Dropouts(0.98))
+    fresh, findings, before = FreshSamples(5e-3), [], None
+    for now, _ in observed(healthy, 500):
+        assert fresh.broken(now, before) is None
+        before = now
+    before = None
+    for now, sample in observed(losing, 2000):
+        finding = fresh.broken(now, before)
+        assert (finding is not None) == (now.time - sample.time > 5e-3 + 1e-9)
+        findings.append(finding)
+        before = now
+    assert 0 < sum(f is not None for f in findings) < 2000
+    assert any(f is not None and "force/torque sensor 1" in f.measure for f in findings)
+
+
+def test_a_device_that_sends_nothing_any_more_is_found_frozen():
+    model = replace(noisy_sensor(0.01, 1e-4), rated=alike(10.0, 1.0), dropouts=Dropouts(0.999))
+    verdicts = {now.fingers[0].health.measure for now, _ in observed(model, 500)}
+    assert Measure.FROZEN in verdicts
+
+
+def test_without_a_range_or_without_noise_there_is_no_sensor_file():
+    with pytest.raises(InvalidValueError, match="rated"):
+        sensor_file(noisy_sensor(0.1, 1e-3), DT)
+    with pytest.raises(InvalidValueError, match="dead sensor"):
+        sensor_file(SensorModel(rated=alike(10.0, 1.0)), DT)
+
+
+def test_a_matrix_of_ones_own_is_taken():
+    talk = CrossTalk(tuple(tuple(row) for row in 1.02 * np.eye(6)))
+    sensor = ImperfectSensor(replace(nano17(), cross_talk=talk, noise=None, quantisation=None, clock=None), DT)
+    assert sensor.step(0.0, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0), REST).wrench[0] == pytest.approx(1.02, abs=1e-9)

@@ -1,0 +1,263 @@
+"""What a simulated sensor makes of a load when it samples: bias, drift, noise, steps, limits, clock, losses."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from palpate.errors import InvalidValueError
+from palpate.sensing.ft import HealthLimits, HealthMonitor, Measure
+from palpate.sim.sensor import SensorModel, noisy_sensor
+from palpate.sim.sensor_simulation import ImperfectSensor, simulated_sensor
+from palpate.sim.sensor_stages import (
+    CrossTalk,
+    Dropouts,
+    FirstOrderLag,
+    Quantisation,
+    RandomWalk,
+    SampleClock,
+    Saturation,
+    WhiteNoise,
+    alike,
+    drawn_cross_talk,
+)
+from palpate.sim.sensor_temperature import TemperatureProfile, ThermalDrift, WarmUp
+
+REST = (0.0, 0.0, 9.81)
+NOTHING = (0.0,) * 6
+DT = 1e-3
+RARE = 1e-6
+"""Chance that a right sensor fails a statistical check; seeds are fixed, so it fails always or never."""
+
+
+def readings(model, count, load=NOTHING, seed=1, period=DT):
+    sensor = simulated_sensor(model, period, seed)
+    return np.array([sensor.step(period * k, load, REST).wrench for k in range(count)])
+
+
+def unlike(model, count):
+    """Samples without the repeated ones."""
+    sensor = simulated_sensor(model, DT, 5)
+    samples = [sensor.step(DT * k, NOTHING, REST) for k in range(count)]
+    return [samples[0], *[b for a, b in pairwise(samples) if b is not a]]
+
+
+def test_white_noise_is_gaussian_of_its_deviation_and_independent():
+    n, sd = 20_000, (0.01, 0.02, 0.03, 1e-4, 2e-4, 3e-4)
+    noise = readings(SensorModel(noise=WhiteNoise(sd)), n) / sd
+    low, high = stats.chi2.ppf([RARE / 2, 1 - RARE / 2], n)
+    assert np.all((low < (noise**2).sum(axis=0)) & ((noise**2).sum(axis=0) < high))
+    worst = stats.norm.isf(RARE / 2) / math.sqrt(n)
+    assert np.abs(noise.mean(axis=0)).max() < worst
+    assert np.abs(np.corrcoef(noise.T) - np.eye(6)).max() < worst
+    assert max(abs(np.corrcoef(noise[1:, i], noise[:-1, i])[0, 1]) for i in range(6)) < worst
+    assert min(stats.kstest(noise[:, i], "norm").pvalue for i in range(6)) > RARE
+
+
+def test_a_random_walk_has_independent_steps_that_grow_with_the_root_of_time():
+    rate, n = (0.1, 0.2, 0.3, 1e-3, 2e-3, 3e-3), 20_000
+    for period in (1e-3, 4e-3):
+        walk = readings(SensorModel(random_walk=RandomWalk(rate)), n + 1, period=period)
+        assert np.all(walk[0] == 0.0)
+        steps = np.diff(walk, axis=0) / (np.array(rate) * math.sqrt(period))
+        low, high = stats.chi2.ppf([RARE / 2, 1 - RARE / 2], n)
+        assert np.all((low < (steps**2).sum(axis=0)) & ((steps**2).sum(axis=0) < high))
+        lagged = max(abs(np.corrcoef(steps[1:, i], steps[:-1, i])[0, 1]) for i in range(6))
+        assert lagged < stats.norm.isf(RARE / 2) / math.sqrt(n)
+
+
+def test_a_random_walk_goes_on_between_samples_of_a_slow_clock():
+    model = SensorModel(random_walk=RandomWalk(alike(1.0, 1.0)), clock=SampleClock(50.0))
+    walk = np.array([s.wrench for s in unlike(model, 100_000)])
+    steps = np.diff(walk, axis=0) / math.sqrt(1 / 50.0)
+    assert np.allclose(steps.std(axis=0), 1.0, atol=5 / math.sqrt(2 * len(steps)))
+
+
+@given(st.lists(st.floats(-20, 20), min_size=6, max_size=6), st.floats(1e-4, 0.5))
+def test_quantised_readings_are_whole_steps_at_most_half_a_step_off(load, step):
+    shown = readings(SensorModel(quantisation=Quantisation(alike(step, 0.0))), 1, tuple(load))[0]
+    assert np.allclose(shown[:3] / step, np.round(shown[:3] / step), atol=1e-9)
+    assert np.abs(shown[:3] - load[:3]).max() <= step / 2 * (1 + 1e-9)
+    assert tuple(shown[3:]) == tuple(load[3:])
+
+
+@pytest.mark.parametrize("step_over_sd", [0.3, 1.0, 2.0])
+def test_a_model_states_the_noise_that_its_readings_have(step_over_sd):
+    n, sd = 20_000, 0.01
+    model = replace(noisy_sensor(sd, sd), quantisation=Quantisation(alike(step_over_sd * sd, step_over_sd * sd)))
+    shown = readings(model, n, (0.0037,) * 6)
+    assert np.allclose(shown.std(axis=0) / model.noise_sd, 1.0, atol=5 / math.sqrt(2 * n))
+
+
+@given(st.lists(st.floats(-100, 100), min_size=6, max_size=6), st.integers(0, 1000))
+def test_no_reading_is_beyond_the_limit_and_what_is_well_within_is_kept(load, seed):
+    limit = (12.6, 12.6, 17.85, 0.126, 0.126, 0.126)
+    model = SensorModel(
+        noise=WhiteNoise(alike(0.01, 1e-4)),
+        quantisation=Quantisation(alike(0.5, 0.005)),  # so coarse that rounding alone would exceed the limit
+        saturation=Saturation(limit),
+    )
+    shown = readings(model, 1, tuple(load), seed)[0]
+    assert np.all(np.abs(shown) <= limit)
+    beyond = np.abs(load) > np.array(limit) + alike(0.6, 0.006)
+    assert np.all(shown[beyond] == (np.sign(load) * limit)[beyond])
+
+
+def test_an_overload_shows_as_a_limit_above_the_range_which_the_health_monitor_finds():
+    rated = (12.0, 12.0, 17.0, 0.12, 0.12, 0.12)
+    model = SensorModel(rated=rated, saturation=Saturation(tuple(1.05 * x for x in rated)))
+    shown = tuple(readings(model, 1, (0.0, -40.0, 0.0, 0.0, 0.0, 0.0))[0])
+    verdict = HealthMonitor(HealthLimits(rated)).step(shown, shown)
+    assert (verdict.measure, verdict.where) == (Measure.OVERLOAD_AXIS, "Fy")
+    assert verdict.value == pytest.approx(-12.6)
+
+
+def test_a_bias_is_added_whatever_the_load_and_not_mixed_nor_slowed_down():
+    bias = (0.1, -0.2, 0.3, 0.01, -0.02, 0.03)
+    talk = drawn_cross_talk((10.0,) * 6, alike(0.1, 0.1), 3)
+    model = SensorModel(bias=bias, cross_talk=talk, bandwidth=FirstOrderLag(1.0))
+    assert np.allclose(readings(model, 50), bias, rtol=0, atol=0)
+
+
+@given(st.floats(-20, 20), st.floats(0.01, 1000), st.floats(0, 2000))
+def test_a_warm_up_ends_at_its_rise_with_its_time_constant(rise, constant, time):
+    model = SensorModel(thermal_drift=ThermalDrift((0.1, 0.0, -0.2, 0.0, 0.0, 1e-3), WarmUp(rise, constant)))
+    shown = ImperfectSensor(model, DT).step(time, NOTHING, REST).wrench
+    warmth = rise * (1 - math.exp(-time / constant))
+    assert shown == pytest.approx((0.1 * warmth, 0.0, -0.2 * warmth, 0.0, 0.0, 1e-3 * warmth), rel=1e-9, abs=1e-14)
+
+
+@given(st.lists(st.tuples(st.floats(0.01, 100), st.floats(-30, 30)), min_size=1, max_size=9))
+def test_a_temperature_profile_is_followed_as_it_is_given(points):
+    times, rises = tuple(np.cumsum([t for t, _ in points]).tolist()), tuple(r for _, r in points)
+    between = [0.3 * a + 0.7 * b for a, b in pairwise(times)]
+    model = SensorModel(thermal_drift=ThermalDrift(alike(1.0, 0.5), TemperatureProfile(times, rises)))
+    sensor = ImperfectSensor(model, DT)
+    for time in sorted([-1.0, 0.0, *times, *between, times[-1] + 50.0]):
+        expected = np.interp(time, times, rises)
+        shown = sensor.step(time, NOTHING, REST).wrench
+        assert shown == pytest.approx(alike(expected, 0.5 * expected), rel=1e-9, abs=1e-9)
+
+
+def test_drift_is_that_of_the_time_of_the_stamp():
+    drift = ThermalDrift(alike(1.0, 1.0), TemperatureProfile((0.0, 10.0), (0.0, 10.0)))
+    sensor = ImperfectSensor(SensorModel(thermal_drift=drift, latency=0.3e-3, clock=SampleClock(300.0)), DT)
+    for k in range(100):
+        sample = sensor.step(1.0 + DT * k, NOTHING, REST)
+        assert sample.wrench == pytest.approx((sample.time,) * 6, rel=1e-12)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(20.0, 20_000.0), st.floats(0.0, 0.01), st.floats(0.0, 5e-3))
+def test_the_newest_sample_of_the_devices_clock_that_has_arrived_is_shown(rate, offset, latency):
+    sensor = ImperfectSensor(SensorModel(clock=SampleClock(rate, offset), latency=latency), DT)
+    for k in range(80):
+        t = DT * k
+        sample = sensor.step(t, (t, 0.0, 0.0, 0.0, 0.0, 0.0), REST)
+        tick = (sample.time - offset) * rate
+        assert tick == pytest.approx(round(tick), abs=1e-5)  # it is one of the clock's
+        age = t - latency - sample.time
+        assert -1e-12 <= age <= (1 + 1e-5) / rate  # it has arrived, and no later one has
+        assert sample.wrench[0] == pytest.approx(max(sample.time, 0.0), abs=1e-12)
+
+
+def test_a_slow_device_repeats_the_same_sample_until_the_next():
+    sensor = ImperfectSensor(replace(noisy_sensor(0.1, 1e-3), clock=SampleClock(100.0)), DT)
+    samples = [sensor.step(DT * k, NOTHING, REST) for k in range(200)]
+    assert [s.time for s in samples] == pytest.approx([0.01 * (k // 10) for k in range(200)])
+    assert all(samples[k] is samples[k - k % 10] for k in range(200))
+    assert len({s.wrench for s in samples}) == 20
+
+
+@pytest.mark.parametrize("every", [1, 2, 3, 4, 5, 7, 8, 10])
+def test_a_clock_in_step_with_its_reader_misses_no_beat_by_rounding(every):
+    sensor = ImperfectSensor(SensorModel(clock=SampleClock(1000.0 / every)), DT)
+    stamps = np.array([sensor.step(DT * k, NOTHING, REST).time for k in range(5000)])
+    assert np.allclose(stamps, DT * (np.arange(5000) // every * every), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("probability", [0.01, 0.3, 0.9])
+@pytest.mark.parametrize("clock", [None, SampleClock(1000.0), SampleClock(7000.0, 0.2e-4), SampleClock(130.0)])
+def test_samples_are_lost_as_often_as_said_each_by_itself(probability, clock):
+    n = 20_000
+    model = SensorModel(dropouts=Dropouts(probability), clock=clock, latency=0.4e-3)
+    sensor = simulated_sensor(model, DT, 7)
+    stamps = np.array([sensor.step(DT * k, NOTHING, REST).time for k in range(n)])
+    assert np.all(np.diff(stamps) >= 0.0)
+    # a reader who wants a sample of each interval of the clock, or of his own, whichever is longer
+    if clock is None or clock.rate == 1000.0:
+        lost = np.diff(stamps) == 0.0
+        low, high = stats.binom.ppf([RARE, 1 - RARE], n - 1, probability)
+        assert low <= lost.sum() <= high
+        in_a_row = (lost[1:] & lost[:-1]).sum() / (n - 2)
+        assert in_a_row == pytest.approx(probability**2, abs=6 * probability / math.sqrt(n))
+    else:
+        # how many ticks old the newest one is: k with the probability (1 - p) p^k
+        newest = np.floor((DT * np.arange(n) - 0.4e-3 - clock.offset) * clock.rate + 1e-6)
+        behind = np.rint(newest - (stamps - clock.offset) * clock.rate)[100:]
+        per_tick = max(1.0, 1000.0 / clock.rate)
+        sd = math.sqrt(probability * (1 - probability) * per_tick / len(behind))
+        correlated = (1 + probability) / (1 - probability)  # a loss lasts
+        assert (behind > 0).mean() == pytest.approx(probability, abs=5 * sd * math.sqrt(correlated))
+        assert (behind > 1).mean() == pytest.approx(probability**2, abs=5 * sd * math.sqrt(correlated))
+
+
+def test_what_is_noise_at_a_moment_does_not_depend_on_what_is_lost():
+    whole = ImperfectSensor(noisy_sensor(0.1, 1e-3), DT, 3)
+    broken = ImperfectSensor(replace(noisy_sensor(0.1, 1e-3), dropouts=Dropouts(0.4)), DT, 3)
+    for k in range(1000):
+        a, b = (sensor.step(DT * k, NOTHING, REST) for sensor in (whole, broken))
+        assert b.time < a.time or a == b
+
+
+def test_stages_come_in_the_order_that_is_written_down():
+    """3 N on x, mixed to y, biased by 0.4: rounded to 3 and 1 after that, and y cut at 0.9 at the very end."""
+    matrix = np.eye(6)
+    matrix[1, 0] = 0.2
+    model = SensorModel(
+        cross_talk=CrossTalk(tuple(map(tuple, matrix))),
+        bias=alike(0.4, 0.0),
+        quantisation=Quantisation(alike(1.0, 0.0)),
+        saturation=Saturation((9.0, 0.9, 9.0, 1.0, 1.0, 1.0)),
+    )
+    assert tuple(readings(model, 1, (3.0, 0.0, 0.0, 0.0, 0.0, 0.0))[0]) == (3.0, 0.9, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_a_load_that_is_no_number_is_shown_as_it_is():
+    sensor = ImperfectSensor(replace(noisy_sensor(0.1, 1e-3), saturation=Saturation(alike(10.0, 1.0))), DT)
+    shown = sensor.step(0.0, (math.nan, 0.0, 0.0, 0.0, 0.0, 0.0), REST).wrench
+    assert math.isnan(shown[0])
+    assert math.isfinite(shown[1])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        (lambda: WhiteNoise(alike(-0.1, 0.0)), "noise, Fx"),
+        (lambda: WhiteNoise(alike(0.1, math.nan)), "noise, Mx"),
+        (lambda: WhiteNoise((0.1, 0.1)), "2 entries"),
+        (lambda: RandomWalk(alike(math.inf, 0.0)), "random walk"),
+        (lambda: Quantisation(alike(0.1, -1.0)), "step of quantisation, Mx"),
+        (lambda: Saturation(alike(0.0, 1.0)), "saturation, Fx"),
+        (lambda: SampleClock(0.0), "sample rate"),
+        (lambda: SampleClock(100.0, math.nan), "offset"),
+        (lambda: Dropouts(1.0), "probability"),
+        (lambda: Dropouts(-0.1), "probability"),
+        (lambda: WarmUp(5.0, 0.0), "time_constant"),
+        (lambda: WarmUp(math.nan, 1.0), "rise"),
+        (lambda: TemperatureProfile((), ()), "1 or more"),
+        (lambda: TemperatureProfile((0.0, 1.0), (1.0,)), "as many"),
+        (lambda: TemperatureProfile((0.0, 0.0), (1.0, 2.0)), "must rise"),
+        (lambda: ThermalDrift((1.0, 2.0), WarmUp(1.0, 1.0)), "per_kelvin"),
+        (lambda: SensorModel(bias=(math.nan,) * 6), "bias"),
+        (lambda: SensorModel(rated=(0.0,) * 6), "rated load"),
+    ],
+)
+def test_stages_that_cannot_be_are_refused(wrong, named):
+    with pytest.raises(InvalidValueError, match=named):
+        wrong()

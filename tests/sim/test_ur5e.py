@@ -1,0 +1,403 @@
+"""The simulated UR5e: where it is, what it weighs, how it follows, how it pushes, and what it refuses to do."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.kinematics import UR5E, ArmKinematics, Leash, Pose, nearest_joint_position
+from palpate.sim import Box, ContactLaw, Tip
+from palpate.sim.arm_drive import ArmDrive
+from palpate.sim.contact_law import pair_parameters
+from palpate.sim.ur5e import ARMATURE, FLANGE, JOINTS, LARGEST_LINK_INERTIA, LINKS, Ur5e
+from palpate.surfaces import Sphere
+
+TIP = Tip(Sphere(0.008))
+GRAVITY = 9.80665
+STILL = (0.0, 0.0, 0.0)
+UPRIGHT = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
+ARM = Ur5e(
+    pose_flange_tip=Pose((0.0, 0.0, 0.1), UPRIGHT)
+)  # the tip frame stands upright while the flange looks down
+HOME = tuple(np.radians((-90.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
+ABOVE = nearest_joint_position(ARM.kinematics, Pose((-0.1333, 0.45, 0.3)), HOME)
+
+
+def spec_of(arm, start, tip=TIP, gravity=GRAVITY):
+    """A scene of arm and tip, and its tip's body."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = 0.5e-3
+    spec.option.gravity = [0.0, 0.0, -gravity]
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    flange = arm.add_to(spec, start)
+    if tip is not None:
+        tip.add_to(flange).gravcomp = 1.0
+        for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
+            spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="sensor")
+    return spec
+
+
+def model_of(arm=ARM, start=ABOVE, tip=TIP, gravity=GRAVITY):
+    return spec_of(arm, start, tip, gravity).compile()
+
+
+class Run:
+    """An arm under control at 1 kHz; `joint_speed` is the fastest that any joint has really been."""
+
+    def __init__(self, model, arm=ARM):
+        self.model, self.data = model, mujoco.MjData(model)
+        self.drive = ArmDrive(arm, model, self.data, 1e-3)
+        self.kinematics = arm.kinematics
+        self.drive.start()
+        self.joint_speed = 0.0
+
+    def period(self, velocity=STILL, angular_velocity=STILL):
+        motion = self.drive.begin(tuple(velocity), tuple(angular_velocity))
+        for _ in range(self.drive.steps):
+            self.drive.advance()
+            mujoco.mj_step(self.model, self.data)
+            self.joint_speed = max(self.joint_speed, float(np.abs(self.data.qvel).max()))
+        assert max(map(abs, motion.joint_velocity)) <= math.pi
+        return motion
+
+    @property
+    def tip(self):
+        return self.kinematics.pose(self.data.qpos.tolist())
+
+
+def turned(a, b):
+    """Angle between two orientations [rad]."""
+    return float(np.linalg.norm(np.subtract(a.rotation, b.rotation))) / math.sqrt(2.0)
+
+
+def test_the_flange_is_where_the_dh_product_has_it():
+    bare, fast = Ur5e(), ArmKinematics(UR5E)
+    rng = np.random.default_rng(1)
+    worst = 0.0
+    for start in (HOME, (0.0,) * 6):
+        model = model_of(bare, start, None)
+        data = mujoco.MjData(model)
+        for q in rng.uniform(-2.0 * np.pi, 2.0 * np.pi, (500, 6)):
+            data.qpos[:] = q
+            mujoco.mj_kinematics(model, data)
+            expected, found = fast.pose(q), data.body(FLANGE)
+            worst = max(worst, np.abs(found.xpos - expected.position).max())
+            worst = max(worst, np.abs(found.xmat.reshape(3, 3) - expected.rotation).max())
+    assert worst < 1e-14  # asked for: 1e-12; the fast code against 40 digits: test_forward_kinematics
+
+
+def test_it_starts_where_it_is_told_with_the_tip_where_the_kinematics_say():
+    arm = Ur5e(Pose((0.5, -0.1, 0.2), ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))), ARM.pose_flange_tip)
+    model = model_of(arm)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.qpos == pytest.approx(ABOVE, abs=1e-15)
+    expected = arm.kinematics.pose(ABOVE)
+    assert data.site("sensor").xpos == pytest.approx(expected.position, abs=1e-14)
+    assert data.site("sensor").xmat.reshape(3, 3) == pytest.approx(np.array(expected.rotation), abs=1e-14)
+
+
+@pytest.mark.parametrize("degree", [True, False])
+def test_joint_angles_mean_the_same_whatever_unit_the_scene_is_written_in(degree):
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = degree
+    ARM.add_to(spec, ABOVE)
+    model = spec.compile()
+    assert model.qpos0 == pytest.approx(ABOVE, abs=1e-14)
+    assert model.jnt_range == pytest.approx(np.tile((-2.0 * np.pi, 2.0 * np.pi), (6, 1)))
+
+
+@pytest.mark.parametrize(
+    ("tip", "gravity", "torque"),
+    [
+        (None, 9.81, (0.0, -59.756, -18.439, 0.0, 0.0, 0.0)),
+        (TIP, 9.81, (0.0, -59.997, -18.555, 0.0, 0.0, 0.0)),
+        (None, GRAVITY, (0.0, -59.736, -18.433, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_gravity_torques_are_the_known_ones(tip, gravity, torque):
+    """shared/facts/ur5e.md, which are for 9.81 m/s^2."""
+    model = model_of(Ur5e(), (0.0,) * 6, tip, gravity)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_bias == pytest.approx(torque, abs=6e-4)
+
+
+def test_masses_and_inertias_are_the_official_ones():
+    """The mass matrix from DH frames, link by link, with the Jacobians of shorter arms, against MuJoCo's."""
+    model = model_of(Ur5e(), HOME, None)
+    data = mujoco.MjData(model)
+    found = np.zeros((6, 6))
+    for q in np.random.default_rng(2).uniform(-3.0, 3.0, (20, 6)):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, found)
+        expected = np.diag(ARMATURE)
+        for i, link in enumerate(UR5E.links):
+            xx, xy, xz, yy, yz, zz = link.inertia
+            shorter = type(UR5E)("part", UR5E.rows[: i + 1], UR5E.limits[: i + 1], UR5E.links[: i + 1])
+            at_center = ArmKinematics(shorter, pose_flange_tip=Pose(link.center_of_mass))
+            J, R = at_center.jacobian(q[: i + 1]), np.array(at_center.pose(q[: i + 1]).rotation)
+            inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+            expected[: i + 1, : i + 1] += link.mass * J[:3].T @ J[:3] + J[3:].T @ inertia @ J[3:]
+        assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_no_joint_ever_feels_more_of_the_links_than_its_servo_is_made_for():
+    model = model_of(Ur5e(), HOME, None)
+    data, M = mujoco.MjData(model), np.zeros((6, 6))
+    rng = np.random.default_rng(3)
+    largest = np.zeros(6)
+    slowest, fastest = math.inf, 0.0
+    stretched = [(0.0, 0.0, 0.0, x, y, 0.0) for x in (0.0, np.pi / 2, np.pi) for y in (0.0, np.pi / 2, np.pi)]
+    for q in [*stretched, *rng.uniform(-np.pi, np.pi, (3000, 6))]:
+        data.qpos[:] = q
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fullM(model, data, M)
+        largest = np.maximum(largest, np.diag(M) - ARMATURE)
+        frequencies = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, np.diag(ARM.stiffness))).real)
+        slowest, fastest = min(slowest, frequencies.min()), max(fastest, frequencies.max())
+    assert np.all(largest <= LARGEST_LINK_INERTIA)
+    assert np.all(largest >= 0.8 * np.array(LARGEST_LINK_INERTIA))
+    # critically damped by themselves
+    damping = -model.actuator_biasprm[:, 2]
+    inertia = np.add(ARMATURE, LARGEST_LINK_INERTIA)
+    assert damping / (2.0 * np.sqrt(np.array(ARM.stiffness) * inertia)) == pytest.approx(np.ones(6))
+    # joints move one another: damping ratios are these over the bandwidth
+    assert slowest > 0.75 * ARM.bandwidth
+    assert fastest < 2.3 * ARM.bandwidth
+
+
+@pytest.mark.parametrize("start", [ABOVE, HOME, (0.0,) * 6])
+def test_it_does_not_sag_and_the_sensor_feels_the_whole_tip(start):
+    """What carries the links' and the tip's weight leaves the sensor between them alone."""
+    run = Run(model_of(start=start))
+    first = run.tip
+    for _ in range(300):
+        run.period()
+    assert math.dist(run.tip.position, first.position) < 1e-9
+    down = np.array(run.tip.rotation).T @ (0.0, 0.0, -1.0)
+    # the site sensor gives the opposite of the load (shared/facts/simulation.md)
+    assert -run.data.sensordata[:3] == pytest.approx(TIP.mass * GRAVITY * down, abs=1e-9)
+    assert run.data.sensordata[3:] == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_motors_carry_gravity_and_end_at_their_limits():
+    model = model_of(Ur5e(), (0.0,) * 6, None)
+    data = mujoco.MjData(model)
+    data.ctrl[:] = data.qpos
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_actuator[1] == pytest.approx(-59.736, abs=1e-3)
+    for sign in (1.0, -1.0):
+        data.ctrl[:] = data.qpos + sign
+        mujoco.mj_forward(model, data)
+        assert data.qfrc_actuator == pytest.approx([sign * limits.torque for limits in UR5E.limits])
+
+
+def test_it_touches_nothing_and_its_shape_weighs_nothing():
+    model = model_of(tip=None)
+    assert not model.geom_contype.any()
+    assert not model.geom_conaffinity.any()
+    assert model.body_mass.sum() == pytest.approx(17.7)
+    assert (model.nbody, model.nv, model.ngeom, model.npair) == (1 + 1 + 6 + 1, 6, 6, 0)
+    assert [model.joint(i).name for i in range(6)] == list(JOINTS)
+    assert all(model.body(name).mass > 0.0 for name in LINKS)
+
+
+def test_a_circle_is_followed_with_its_orientation_kept():
+    """50 mm/s, radius 50 mm, from rest. Asked for: 0.5 mm; lag counts."""
+    run = Run(model_of())
+    radius, speed = 0.05, 0.05
+    first = run.tip
+    center = np.array(first.position) - (radius, 0.0, 0.0)
+    following, path, turn = [], [], []
+    periods = round(2.0 * math.pi * radius / speed / 1e-3)
+    for i in range(periods):
+        angle, next_angle = 1e-3 * i * speed / radius, 1e-3 * (i + 1) * speed / radius
+        run.period((-speed * math.sin(angle), speed * math.cos(angle), 0.0))
+        out = np.subtract(run.tip.position, center)
+        wanted = (radius * math.cos(next_angle), radius * math.sin(next_angle), 0.0)
+        following.append(np.linalg.norm(out - wanted))
+        path.append(math.hypot(math.hypot(out[0], out[1]) - radius, out[2]))
+        turn.append(turned(run.tip, first))
+    assert max(following) < 0.13e-3  # while it gathers speed
+    assert max(following[500:]) < 0.035e-3  # of which 0.025 is that a command holds for a period
+    assert max(path) < 0.035e-3
+    assert max(turn) < 0.15e-3
+    assert following[-1] < 0.035e-3
+
+
+def test_the_lag_of_the_servos_is_fed_forward():
+    """A ramp is followed without lag: that of the stage would be 2 / bandwidth, 0.6 mm at 30 mm/s."""
+    run = Run(model_of())
+    begin = run.tip.position[0]
+    for _ in range(1000):
+        run.period((0.03, 0.0, 0.0))
+    assert run.tip.position[0] - begin == pytest.approx(0.03, abs=0.02e-3)
+
+
+def sideways(psi, tilt):
+    """The flange looks along the axes of joints 2 to 4 (q5 = 0) at q1 = psi, and by `tilt` above them."""
+    z = np.array((math.sin(psi) * math.cos(tilt), -math.cos(psi) * math.cos(tilt), math.sin(tilt)))
+    x = np.cross((0.0, 0.0, 1.0), z)
+    x /= np.linalg.norm(x)
+    columns = np.stack([x, np.cross(z, x), z], axis=1).tolist()
+    return Pose((-0.5, -0.33, 0.4), tuple(map(tuple, columns)))
+
+
+@pytest.mark.parametrize(
+    ("tilt", "speed", "error"),
+    [(0.0, 0.05, 0.15e-3), (0.003, 0.05, 0.25e-3), (0.02, 0.05, None), (0.02, 1.0, None)],
+)
+def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, speed, error):
+    """Nearest to the singularity: right through, 0.2 deg and 1 deg beside; with the true joint speeds."""
+    arm = Ur5e(pose_flange_tip=Pose((0.0, 0.0, 0.1)))
+    near = tuple(np.radians((0.0, -80.0, 100.0, -20.0, 8.0, 0.0)).tolist())
+    start = nearest_joint_position(arm.kinematics, sideways(math.radians(10.0), tilt), near)
+    run = Run(model_of(arm, start), arm)
+    first, smallest, way = run.tip, math.inf, np.zeros(3)
+    worst = 0.0
+    for _ in range(round(0.2 / speed / 1e-3)):
+        motion = run.period((0.0, -speed, 0.0))
+        smallest = min(smallest, motion.smallest_singular_value)
+        way += (0.0, -1e-3 * speed, 0.0)
+        worst = max(worst, float(np.linalg.norm(np.subtract(run.tip.position, first.position) - way)))
+    assert run.joint_speed <= math.pi
+    if speed < 0.1:
+        assert smallest < 0.3 * run.drive.reference.inverse.threshold
+        assert run.tip.position[1] - first.position[1] < -0.17  # it came through; the leash waited where it had to
+        assert turned(run.tip, first) < 1e-4
+    if error is not None:
+        assert worst < error
+
+
+def test_the_edge_of_the_reach_is_met_and_left_with_every_joint_within_its_speed():
+    arm = Ur5e(pose_flange_tip=Pose((0.0, 0.0, 0.1)))
+    start = tuple(np.radians((0.0, -60.0, 25.0, -40.0, -90.0, 0.0)).tolist())
+    run = Run(model_of(arm, start), arm)
+    out = np.subtract(run.tip.position, (0.0, run.tip.position[1], 0.1625))
+    out *= 0.05 / np.linalg.norm(out)
+    for _ in range(2500):
+        run.period(out)
+    before = np.array(run.tip.position)
+    for _ in range(100):
+        still = run.period(out)
+    assert np.linalg.norm(run.tip.position - before) < 0.1e-3  # at rest, not swinging to and fro
+    assert max(map(abs, still.joint_velocity)) < 0.05
+    for _ in range(1000):
+        run.period(-out)
+    assert (run.tip.position - before) @ out < -0.8 * 0.05**2
+    assert run.joint_speed <= math.pi
+
+
+def test_wild_commands_keep_every_joint_within_its_speed():
+    run = Run(model_of())
+    rng = np.random.default_rng(0)
+    for i in range(1500):
+        if i % 100 == 0:
+            v, w = rng.normal(size=3) * 0.7, rng.normal(size=3) * 4.0
+        run.period(v, w)
+    assert run.joint_speed <= math.pi
+
+
+def pushing(leash=None, friction=0.3, speed=0.01, stiffness=100e3):
+    """The tip 0.3 mm above a box."""
+    arm = Ur5e(pose_flange_tip=ARM.pose_flange_tip, leash=leash or Leash())
+    start = nearest_joint_position(arm.kinematics, Pose((-0.1333, 0.45, 0.0283)), HOME)
+    spec = spec_of(arm, start)
+    Box().add_geom(spec.worldbody.add_body(name="object", pos=[-0.1333, 0.45, 0.0]), "object")
+    inverse_mass = float(spec.copy().compile().body("tip").invweight0[0])
+    pair = pair_parameters(ContactLaw(stiffness=stiffness, friction=friction), inverse_mass, 0.5e-3)
+    spec.option.impratio = pair.impratio
+    spec.add_pair(
+        geomname1="tip",
+        geomname2="object",
+        condim=4,
+        friction=pair.friction,
+        solref=pair.solref,
+        solreffriction=pair.solreffriction,
+        solimp=pair.solimp,
+    )
+    return Run(spec.compile(), arm), arm, start
+
+
+@pytest.mark.parametrize("leash", [Leash(0.0005, 0.005), Leash(0.001, 0.01)])
+def test_the_leash_bounds_the_push_against_an_obstacle(leash):
+    run, arm, start = pushing(leash, friction=0.05)
+    first = run.tip
+    for _ in range(3000):
+        run.period((0.0, 0.0, -0.01))
+    load = -run.data.sensordata[:3] + (0.0, 0.0, TIP.mass * GRAVITY)
+    assert load[2] == pytest.approx(arm.push(start, (0.0, 0.0, -1.0)), rel=0.05)
+    assert turned(run.tip, first) < 0.01
+    for _ in range(300):  # no wind-up: backing off frees the tip after leash and depth are taken back
+        run.period((0.0, 0.0, 0.01))
+    assert run.data.ncon == 0
+    assert math.dist(run.tip.position[:2], first.position[:2]) < 2e-3
+
+
+def test_a_tip_that_pushes_for_long_stays_where_it_is():
+    """An arm yields askew; the tip settles, and does not skate along the wall."""
+    run, arm, start = pushing()
+    for _ in range(2000):
+        run.period((0.0, 0.0, -0.01))
+    settled = run.tip.position
+    for _ in range(1500):
+        run.period((0.0, 0.0, -0.01))
+    assert math.dist(run.tip.position, settled) < 0.2e-3
+    assert -run.data.sensordata[2] < arm.largest_push(start)
+
+
+def test_the_tip_yields_by_its_compliance():
+    """A wrench on the tip, at rest: MuJoCo against J K^-1 J'."""
+    model = model_of()
+    run = Run(model)
+    wrench = np.array((3.0, -2.0, 5.0, 0.1, 0.2, -0.1))
+    run.data.body("tip").xfrc_applied[:3] = wrench[:3]
+    # MuJoCo applies forces at the centre of mass, which is the tip frame's origin here
+    run.data.body("tip").xfrc_applied[3:] = wrench[3:]
+    first = run.tip
+    for _ in range(500):
+        run.period()
+    expected = ARM.tip_compliance(ABOVE) @ wrench
+    assert np.subtract(run.tip.position, first.position) == pytest.approx(expected[:3], abs=2e-6)
+    spin = np.array(run.tip.rotation) @ np.array(first.rotation).T
+    turn = (spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1])
+    assert np.divide(turn, 2.0) == pytest.approx(expected[3:], abs=2e-6)
+
+
+def test_the_end_of_a_joint_s_range_is_not_passed():
+    start = (2.0 * math.pi - 0.1, *ABOVE[1:])
+    run = Run(model_of(start=start))
+    J = run.kinematics.jacobian(start)[:, 0]
+    for _ in range(1500):
+        run.period(J[:3], J[3:])
+    assert 2.0 * math.pi - 0.05 < run.data.qpos[0] <= 2.0 * math.pi
+
+
+def test_the_same_commands_give_the_same_run():
+    model = model_of()
+    runs = [Run(model) for _ in range(2)]
+    for i in range(300):
+        for run in runs:
+            run.period((0.05 * math.sin(0.02 * i), 0.02, -0.01), (0.1, 0.0, 0.0))
+    assert np.array_equal(runs[0].data.qpos, runs[1].data.qpos)
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(InvalidValueError, match="bandwidth"):
+        Ur5e(bandwidth=0.0)
+    with pytest.raises(InvalidValueError, match=r"armature\[2\]"):
+        Ur5e(armature=(1.0, 1.0, -1.0, 1.0, 1.0, 1.0))
+    with pytest.raises(InvalidValueError, match="armature has 2"):
+        Ur5e(armature=(1.0, 1.0))
+    with pytest.raises(InvalidValueError, match="pose_flange_tip"):
+        Ur5e(pose_flange_tip=Pose((math.inf, 0.0, 0.0)))
+    with pytest.raises(InvalidValueError, match="joint_start, joint 2"):
+        ARM.add_to(mujoco.MjSpec(), (0.0, 7.0, 0.0, 0.0, 0.0, 0.0))
+    model = model_of()
+    with pytest.raises(InvalidValueError, match="whole number of time steps"):
+        ArmDrive(ARM, model, mujoco.MjData(model), 0.7e-3)
