@@ -217,7 +217,7 @@ class CylinderObject(Primitive):
 
 @dataclass(frozen=True, slots=True)
 class CapsuleObject(Primitive):
-    """A capsule lying along the x axis: a cylinder of given radius and length [m], with a hemisphere at each end."""
+    """A capsule lying along the x axis: a cylinder of given radius and length [m], a hemisphere at each end."""
 
     radius: float = 0.03
     length: float = 0.08
