@@ -12,9 +12,11 @@ from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.friction_plant import FrictionContact, FrictionPlant, FrictionState
 from palpate.sim.friction_step import FrictionStep, MujocoFriction
-from palpate.sim.scene import Scene
+from palpate.sim.object_traced import Trace, TracedObject
+from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor import SeededSensor, SensorModel
 from palpate.sim.sensor_simulation import SensorState, simulated_sensor
+from palpate.sim.tip import TIP_GEOM
 from palpate.spatial import ZERO, Vector, add, add_scaled, cross, subtract
 
 _DIVERGED = 1e8
@@ -101,6 +103,9 @@ class MujocoBackend:
         self._readings = self._data.sensordata  # a view that lives as long as the data
         self._drive = scene.carrier.drive(scene.model, self._data, period)
         self._plant = FrictionPlant(scene.model, self._data, scene.rubbing) if scene.rubbing else None
+        target = scene.target
+        traced = isinstance(target, TracedObject)
+        self._trace = Trace(target, scene.model, self._data, TIP_GEOM, OBJECT_GEOM) if traced else None
         self._friction: FrictionStep = self._plant or MujocoFriction(scene.model, self._data)
         self._readings_now: list[float] = []
 
@@ -119,6 +124,8 @@ class MujocoBackend:
         mujoco.mj_resetData(self.scene.model, self._data)
         self._sensor.restart(self._seed)  # the same run again
         self._drive.start()
+        if self._trace is not None:
+            self._trace.place()
         self._friction.reset()
         return self._sample(self._data.time)
 
@@ -132,6 +139,8 @@ class MujocoBackend:
         drive.begin(command.velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
+            if self._trace is not None:
+                self._trace.place()
             friction.advance()
         sample = self._sample(data.time - self.scene.time_step)
         if not abs(sum(self._readings_now)) < _DIVERGED:

@@ -279,7 +279,7 @@ def advance_contacts(
         row, pair = now[i], int(now[i, PAIR])
         if pair < 0:
             continue
-        first, second = body_of_geom[pairs[pair, 0]], body_of_geom[pairs[pair, 1]]
+        first, second = int(body_of_geom[pairs[pair, 0]]), int(body_of_geom[pairs[pair, 1]])
         turn_since(first, rotation_before, rotation, turn_1)
         turn_since(second, rotation_before, rotation, turn_2)
         for j in range(3):

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import mujoco
 
-from palpate.errors import positive
+from palpate.errors import InvalidValueError, positive
 from palpate.sim.carrier import Carrier
 from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
 from palpate.sim.friction_law import FrictionLaw
 from palpate.sim.friction_pairs import FrictionPair
 from palpate.sim.friction_texture import Texture
+from palpate.sim.object_traced import TracedObject
 from palpate.sim.objects import SceneObject
 from palpate.sim.stage import Stage
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
@@ -80,6 +81,10 @@ def build_scene(
         InvalidValueError: The contact law cannot be kept with these masses and this time step.
     """
     carrier = Stage() if carrier is None else carrier
+    if texture is not None and isinstance(target, TracedObject):
+        raise InvalidValueError(
+            f"texture on a {type(target).__name__}: its simulated surface moves with the tip; take a primitive"
+        )
     positive("time_step", time_step, "s")
     spec = mujoco.MjSpec()
     spec.option.timestep = time_step
@@ -90,6 +95,8 @@ def build_scene(
     # a diverged simulation shall be seen, not silently put back to its start
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
+    tip.add_assets(spec)
+    target.add_assets(spec, OBJECT_GEOM)
     carrier.mount(spec, tip, start)
     body = spec.worldbody.add_body(name="object")
     target.add_geom(body, OBJECT_GEOM)

@@ -284,7 +284,8 @@ def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
         text=True,
     )
     deadline = time.monotonic() + 60.0
-    while not out.exists() and time.monotonic() < deadline:  # made when all is planned, just before the run
+    # there is a log as soon as the run has begun
+    while not any(out.glob("*.mcap")) and time.monotonic() < deadline:
         time.sleep(0.05)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)

@@ -20,6 +20,7 @@ from palpate.experiments.robot_in_scene import check
 from palpate.experiments.robot_values import config_for, values_of
 from palpate.runtime import Command, Ending
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.runtime.robot_backend import StageEntry
 from palpate.sim import Stage
 from palpate.surfaces import Sphere
 
@@ -52,6 +53,7 @@ def test_the_shipped_stage_says_what_holds_without_a_file():
     assert values_of(STAGE) == {name: getattr(default, name) for name in values_of(STAGE)}
     assert default.robot == "stage"
     entry = STAGE.file.backend
+    assert isinstance(entry, StageEntry)
     assert Stage(entry.mass, entry.bandwidth, entry.leash) == Stage()
     assert felt(plan(default)) == felt(plan(default, STAGE))
 
@@ -232,7 +234,7 @@ def test_the_robot_file_makes_the_stage():
     )
     light = plan(ExploreConfig(), STAGE)
     assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
-    assert heavy.backend.scene.stage == Stage(8.0, 50.0, 0.003)
+    assert heavy.backend.scene.carrier == Stage(8.0, 50.0, 0.003)
     assert heavy.parameters.gain.gain < light.parameters.gain.gain
 
 

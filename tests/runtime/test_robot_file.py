@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import without_unit
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
+from palpate.runtime.robot_backend import StageEntry
 from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file, robot_file_text
 from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.supervision.limits import Limits
@@ -41,6 +42,7 @@ def refused(text):
 
 def test_what_people_write_is_read_as_they_mean_it():
     robot = read_robot_file(MINIMAL)
+    assert isinstance(robot.backend, StageEntry)
     assert robot.backend.mass == 5.0
     assert robot.period == 0.001
     surface = robot.fingers[0].surface.surface()

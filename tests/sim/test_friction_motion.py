@@ -96,7 +96,7 @@ def test_a_puck_that_slides_and_spins_does_both_to_the_end_as_the_law_says():
         def stopped(_, state, law=law):
             return law.slip_speed(mass * G, state[2], state[3]) - 1e-4
 
-        stopped.terminal = True
+        setattr(stopped, "terminal", True)  # noqa: B010, how solve_ivp is told
         found = solve_ivp(
             slow, (0.0, 1.0), [0.0, 0.0, v, w], events=stopped, rtol=1e-10, atol=1e-12, method="LSODA"
         )
@@ -162,7 +162,8 @@ def stick_slip_of_the_law(law, mass, spring, belt):
     def sticks(_, state):
         return belt - state[1]
 
-    sticks.terminal, sticks.direction = True, -1.0
+    setattr(sticks, "terminal", True)  # noqa: B010, how solve_ivp is told
+    setattr(sticks, "direction", -1.0)  # noqa: B010
     breakaway = law.static_friction * mass * G / spring
     # slip begins with a slip speed of 0, where friction and spring balance: a hair beyond
     slip = solve_ivp(

@@ -50,7 +50,7 @@ def unlike(model, count):
 def test_white_noise_is_gaussian_of_its_deviation_and_independent():
     n, sd = 20_000, (0.01, 0.02, 0.03, 1e-4, 2e-4, 3e-4)
     noise = readings(SensorModel(noise=WhiteNoise(sd)), n) / sd
-    low, high = stats.chi2.ppf([RARE / 2, 1 - RARE / 2], n)
+    low, high = np.asarray(stats.chi2.ppf([RARE / 2, 1 - RARE / 2], n))
     assert np.all((low < (noise**2).sum(axis=0)) & ((noise**2).sum(axis=0) < high))
     worst = stats.norm.isf(RARE / 2) / math.sqrt(n)
     assert np.abs(noise.mean(axis=0)).max() < worst
@@ -65,7 +65,7 @@ def test_a_random_walk_has_independent_steps_that_grow_with_the_root_of_time():
         walk = readings(SensorModel(random_walk=RandomWalk(rate)), n + 1, period=period)
         assert np.all(walk[0] == 0.0)
         steps = np.diff(walk, axis=0) / (np.array(rate) * math.sqrt(period))
-        low, high = stats.chi2.ppf([RARE / 2, 1 - RARE / 2], n)
+        low, high = np.asarray(stats.chi2.ppf([RARE / 2, 1 - RARE / 2], n))
         assert np.all((low < (steps**2).sum(axis=0)) & ((steps**2).sum(axis=0) < high))
         lagged = max(abs(np.corrcoef(steps[1:, i], steps[:-1, i])[0, 1]) for i in range(6))
         assert lagged < stats.norm.isf(RARE / 2) / math.sqrt(n)
@@ -192,7 +192,7 @@ def test_samples_are_lost_as_often_as_said_each_by_itself(probability, clock):
     # a reader who wants a sample of each interval of the clock, or of his own, whichever is longer
     if clock is None or clock.rate == 1000.0:
         lost = np.diff(stamps) == 0.0
-        low, high = stats.binom.ppf([RARE, 1 - RARE], n - 1, probability)
+        low, high = np.asarray(stats.binom.ppf([RARE, 1 - RARE], n - 1, probability))
         assert low <= lost.sum() <= high
         in_a_row = (lost[1:] & lost[:-1]).sum() / (n - 2)
         assert in_a_row == pytest.approx(probability**2, abs=6 * probability / math.sqrt(n))

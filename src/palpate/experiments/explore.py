@@ -24,6 +24,7 @@ from palpate.runtime import Observer, Phase, RunResult, Supervisor, Touch, run
 from palpate.runtime.live import ScheduledChanges
 from palpate.runtime.log import MemoryLog, Record, Recorder, Sink
 from palpate.sim import SceneObject
+from palpate.sim.scene_cost import SceneCost, scene_cost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +43,7 @@ class Exploration:
         height_map: The touched surface; None if nothing was touched.
         sphere: The sphere through the points; None where they do not determine one.
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m].
+        cost: Of the simulated scene.
     """
 
     config: ExploreConfig
@@ -55,6 +57,7 @@ class Exploration:
     height_map: HeightMap | None
     sphere: SphereFit | None
     point_error: FloatArray
+    cost: SceneCost
 
     @property
     def scanning(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -146,6 +149,7 @@ class Attempt:
             _height_map(cloud, config.map_spacing),
             _sphere(cloud, config),
             planned.target.signed_distance(cloud.position),
+            scene_cost(planned.backend.scene.model),
         )
 
     def _set_force(self, record: Record) -> FloatArray:

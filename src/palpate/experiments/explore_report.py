@@ -117,6 +117,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
             f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mN m, seed {config.seed}",
         ),
         ("robot", config.robot),
+        ("simulated scene", str(exploration.cost)),
         ("control period", f"{1e3 * config.period:g} ms"),
         (
             "force gain",

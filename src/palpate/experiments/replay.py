@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
@@ -140,7 +140,7 @@ def _plan(log: Log, settings: Mapping[str, object]) -> ExplorationPlan:
         raise InvalidValueError(
             f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
         ) from None
-    config = changed_config(recorded, settings)
+    config = replace(changed_config(recorded, settings), change=())  # what was changed, the log says
     return plan(config, load_named_robot(config.robot) if "robot" in settings else robot)
 
 
