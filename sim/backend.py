@@ -104,8 +104,11 @@ class MujocoBackend:
         self._drive = scene.carrier.drive(scene.model, self._data, period)
         self._plant = FrictionPlant(scene.model, self._data, scene.rubbing) if scene.rubbing else None
         target = scene.target
-        traced = isinstance(target, TracedObject)
-        self._trace = Trace(target, scene.model, self._data, TIP_GEOM, OBJECT_GEOM) if traced else None
+        self._trace = (
+            Trace(target, scene.model, self._data, TIP_GEOM, OBJECT_GEOM)
+            if isinstance(target, TracedObject)
+            else None
+        )
         self._friction: FrictionStep = self._plant or MujocoFriction(scene.model, self._data)
         self._readings_now: list[float] = []
 
