@@ -1,0 +1,88 @@
+"""The contact between fingertips and what they hold: stiff, and without creep.
+
+A held object hangs on friction for minutes, so that what counts is creep; sliding is short, so that lift-off does
+not. Hence other numbers than `palpate.sim.contact_law.ContactLaw` derives for exploring: impedance, friction
+damping and impratio are fixed (facts of simulation, section 2: elliptic cones, d0 0.5, b_f 200, impratio 1e5, no
+noslip at 1 ms). A load f_t then creeps by f_t / (Dn impratio b_f) with Dn = d0 / ((1 - d0) A): an object of mass
+m in n fingers by g / (n impratio b_f), 0.25 um/s in two, whatever its mass.
+"""
+
+import math
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError, positive
+from palpate.sim.contact_law import LARGEST_FRICTION_STEP, PairParameters
+
+IMPEDANCE = 0.5
+"""MuJoCo's d0 for held objects."""
+
+FRICTION_STEP = LARGEST_FRICTION_STEP
+"""b_f dt: 200 1/s at a time step of 1 ms."""
+
+IMPRATIO = 1e5
+"""Of friction to normal impedance."""
+
+LARGEST_CONTACT_STEP = 0.5
+"""Of sqrt(K A) dt, the contact's own angle per time step; see tests/sim/test_hand_grasp.py."""
+
+
+@dataclass(frozen=True, slots=True)
+class GraspContact:
+    """How fingertips and object press and rub.
+
+    Attributes:
+        stiffness: Normal force per depth of penetration [N/m].
+        friction: Coulomb coefficient mu.
+        spin_length: e [m]: full slip lies on (f_t / mu f_n)^2 + (torque / mu e f_n)^2 = 1.
+        damping_ratio: Of the normal motion of the bodies' own mass on the contact's stiffness.
+    """
+
+    stiffness: float = 20e3
+    friction: float = 0.5
+    spin_length: float = 0.004
+    damping_ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        positive("stiffness", self.stiffness, "N/m")
+        positive("friction", self.friction, "")
+        positive("spin_length", self.spin_length, "m")
+        positive("damping_ratio", self.damping_ratio, "")
+
+
+def grasp_pair_parameters(
+    law: GraspContact, inverse_mass: float, time_step: float, force: float = 1.0
+) -> PairParameters:
+    """Return MuJoCo's parameters for a contact in a grasp, or refuse if its model would not keep to it.
+
+    Args:
+        law: The wanted behaviour.
+        inverse_mass: A: sum of the two bodies' translational `body_invweight0` [1/kg].
+        time_step: Of the simulation [s].
+        force: Normal force [N] for which creep and lift-off speed are told; both grow with it.
+
+    Raises:
+        InvalidValueError: The contact is too stiff for mass and time step; the message says what would do.
+    """
+    A, d, mu = positive("inverse_mass", inverse_mass, "1/kg"), IMPEDANCE, law.friction
+    contact_step = math.sqrt(law.stiffness * A) * time_step
+    if contact_step > LARGEST_CONTACT_STEP:
+        shorter = 0.99 * time_step * LARGEST_CONTACT_STEP / contact_step
+        stiffness = 0.99 * law.stiffness * (LARGEST_CONTACT_STEP / contact_step) ** 2
+        raise InvalidValueError(
+            f"contact stiffness = {law.stiffness:g} N/m with a time step of {time_step:g} s: sqrt(K A) dt = "
+            f"{contact_step:.3f}, the limit is {LARGEST_CONTACT_STEP}; take a stiffness of at most "
+            f"{stiffness:.3g} N/m, a time step of at most {shorter:.2g} s, or a heavier object"
+        )
+    Dn, damping_rate = d / ((1.0 - d) * A), FRICTION_STEP / time_step
+    damping = 2.0 * law.damping_ratio * math.sqrt(law.stiffness / A)
+    return PairParameters(
+        solref=(-(1.0 - d) * A * law.stiffness, -(1.0 - d) * A * damping),
+        solimp=(d, d, 1e-3, 0.5, 2.0),  # constant: width, midpoint and power then have no effect
+        # MuJoCo divides a direct-format damping by the impedance
+        solreffriction=(-1.0, -d * damping_rate),
+        friction=(mu, mu, mu * law.spin_length, 1e-6, 1e-6),
+        impratio=IMPRATIO,
+        friction_damping=damping_rate,
+        creep_speed=mu * force / (Dn * IMPRATIO * damping_rate),
+        lift_speed=force * (1.0 + mu**2 / IMPRATIO) / (Dn * mu * damping_rate),
+    )

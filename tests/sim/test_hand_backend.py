@@ -1,0 +1,236 @@
+"""The back end of a grasp: the seam, determinism, snapshots, what closing leaves, how fast it is."""
+
+import itertools
+import math
+import time
+
+import numpy as np
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import Command
+from palpate.runtime.protocols import Backend
+from palpate.runtime.touch import Finger, Touch
+from palpate.sensing.compensation import Payload
+from palpate.sim import Box, SphereObject
+from palpate.sim.hand import three_finger_hand, two_finger_hand
+from palpate.sim.hand_backend import HandBackend
+from palpate.sim.hand_mount import Lift
+from palpate.sim.hand_scene import HeldObject, Table, build_grasp_scene
+from palpate.sim.sensor import SensorModel, noisy_sensor
+from palpate.sim.servo import PULSE
+
+TWO = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), mount=Lift(), table=Table(-0.03))
+THREE = build_grasp_scene(three_finger_hand(), HeldObject(SphereObject(0.03)), mount=Lift(), table=Table(-0.03))
+FIXED = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), table=Table(-0.03))
+SCENES = pytest.mark.parametrize("scene", [TWO, THREE], ids=["two fingers", "three fingers"])
+NOISY = noisy_sensor(0.01, 1e-4)
+
+
+def command(i, fingers):
+    """Grip, press harder, lift, let down."""
+    force = 2.0 + 1.5 * math.sin(0.01 * i) if i > 1200 else 2.0
+    return Command((0.0, 0.0, 0.01 * math.sin(0.004 * i) if i > 1500 else 0.0), grip_force=(force,) * fingers)
+
+
+def run(backend, periods=2200, first=0):
+    fingers = backend.scene.hand.fingers
+    return [backend.step(command(i, fingers)) for i in range(first, first + periods)]
+
+
+def test_it_is_a_back_end():
+    backend: Backend = HandBackend(TWO)
+    with backend as entered:
+        assert entered is backend
+        sample = backend.start()
+    assert (len(sample.wrenches), len(sample.hand.joint_position)) == (2, 2)
+    assert sample.arm.position_base_tip == pytest.approx(TWO.palm, abs=1e-6)
+
+
+@SCENES
+def test_the_same_seed_gives_the_same_run_also_when_started_again(scene):
+    one, other = HandBackend(scene, sensor=NOISY, seed=3), HandBackend(scene, sensor=NOISY, seed=3)
+    first = [one.start(), *run(one)]
+    assert [other.start(), *run(other)] == first
+    assert [one.start(), *run(one)] == first
+    another = HandBackend(scene, sensor=NOISY, seed=4)
+    assert [another.start(), *run(another)] != first
+
+
+def test_fingers_do_not_share_their_noise():
+    backend = HandBackend(TWO, sensor=NOISY)
+    backend.start()
+    samples = [backend.step(Command()) for _ in range(500)]
+    noise = np.array([[wrench.wrench[0] for wrench in sample.wrenches] for sample in samples])
+    assert abs(np.corrcoef(noise.T)[0, 1]) < 0.2
+
+
+@SCENES
+@pytest.mark.parametrize("at", [1, 900, 1601])
+@pytest.mark.parametrize("sensor", [None, NOISY], ids=["perfect", "noisy"])
+def test_a_run_goes_on_from_a_snapshot_bit_for_bit(scene, at, sensor):
+    backend = HandBackend(scene, sensor=sensor)
+    backend.start()
+    run(backend, at)
+    state, truth = backend.snapshot(), backend.truth()
+    after, truth_after = run(backend, 600, at), backend.truth()
+    backend.restore(state)
+    assert backend.truth() == truth
+    assert run(backend, 600, at) == after
+    assert backend.truth() == truth_after
+    fresh = HandBackend(scene, sensor=sensor)
+    fresh.start()
+    run(fresh, 37)
+    fresh.restore(state)
+    assert run(fresh, 600, at) == after
+
+
+def test_a_snapshot_of_another_scene_is_refused():
+    two, three = HandBackend(TWO), HandBackend(THREE)
+    two.start(), three.start()
+    with pytest.raises(InvalidValueError, match="same scene"):
+        three.restore(two.snapshot())
+
+
+def test_two_runs_side_by_side_do_not_disturb_one_another():
+    alone = HandBackend(TWO, sensor=NOISY)
+    alone.start()
+    wanted = run(alone, 1700)
+    one, other = HandBackend(TWO, sensor=NOISY), HandBackend(TWO, sensor=NOISY)
+    one.start(), other.start()
+    together = []
+    for i in range(1700):
+        other.step(Command((0.0, 0.0, 0.003), grip_force=(4.0, 1.0)))
+        together.append(one.step(command(i, 2)))
+    assert together == wanted
+
+
+@pytest.mark.parametrize("periods", [1, 2, 5])
+def test_samples_are_one_period_apart_and_the_truth_is_theirs(periods):
+    backend = HandBackend(TWO, periods * 1e-3)
+    times = [backend.start().time]
+    for _ in range(50):
+        times.append(backend.step(Command(grip_force=(1.0, 1.0))).time)
+        assert backend.truth().time == times[-1]
+    assert times[0] == 0.0
+    assert [b - a for a, b in itertools.pairwise(times)] == pytest.approx([backend.period] * 50)
+
+
+@SCENES
+def test_joint_positions_are_as_fine_and_as_old_as_encoder_and_bus_make_them(scene):
+    backend, hand = HandBackend(scene), scene.hand
+    backend.start()
+    samples = run(backend, 1000)
+    steps = [q / (PULSE * hand.finger.ratio) for sample in samples for q in sample.hand.joint_position]
+    assert steps == pytest.approx(np.round(steps), abs=1e-9)
+    assert max(steps) > 2
+    ages = {round((sample.time - sample.hand.time) / backend.period) for sample in samples}
+    assert ages == set(range(round(hand.bus_period / backend.period)))
+
+
+@SCENES
+def test_closing_leaves_the_grip_and_stops_the_lift(scene):
+    """Nothing is dropped: neither by closing, nor by a command that says nothing of the hand."""
+    n = scene.hand.fingers
+    with HandBackend(scene) as backend:
+        backend.start()
+        for _ in range(2500):
+            backend.step(Command(grip_force=(4.0,) * n))
+        for _ in range(1000):
+            backend.step(Command((0.0, 0.0, 0.02)))
+        height, grip = backend.truth().position[2], math.hypot(*backend.truth().fingers[0].force[:2])
+    backend.close()
+    for _ in range(1000):
+        sample = backend.step(Command())
+    truth = backend.truth()
+    assert abs(truth.position[2] - height) < 1e-3
+    assert math.hypot(*sample.arm.velocity_base_tip) < 1e-9
+    assert math.hypot(*truth.fingers[0].force[:2]) == pytest.approx(grip, rel=0.01)
+
+
+def test_a_force_of_zero_lets_go():
+    backend = HandBackend(FIXED)
+    backend.start()
+    for _ in range(2000):
+        backend.step(Command(grip_force=(3.0, 3.0)))
+    assert all(finger.touching for finger in backend.truth().fingers)
+    for _ in range(2000):
+        backend.step(Command(grip_force=(0.0, 0.0)))
+    assert not any(finger.touching for finger in backend.truth().fingers)
+    assert backend.truth().fingers[0].joint_position == pytest.approx(0.0, abs=1e-3)
+
+
+@SCENES
+def test_the_lift_floats_where_it_is_left(scene):
+    """Palm and fingers are balanced: no command, no motion."""
+    backend = HandBackend(scene)
+    backend.start()
+    for _ in range(300):
+        sample = backend.step(Command())
+    assert sample.arm.position_base_tip == pytest.approx(scene.palm, abs=1e-8)
+
+
+def test_the_lift_follows_a_ramp_with_the_lag_of_its_servo():
+    backend = HandBackend(TWO)
+    start = backend.start().arm.position_base_tip[2]
+    for _ in range(500):
+        sample = backend.step(Command((0.0, 0.0, 0.02)))
+    rise = sample.arm.position_base_tip[2] - start
+    assert 0.02 * sample.time - rise == pytest.approx(0.02 * 2.0 / TWO.mount.bandwidth, abs=5e-5)
+    assert sample.arm.velocity_base_tip == pytest.approx((0.0, 0.0, 0.02), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("scene", "velocity", "can"),
+    [(TWO, (0.01, 0.0, 0.0), "z only"), (TWO, (0.0, -0.01, 0.0), "z only"), (FIXED, (0.0, 0.0, 0.01), "nothing")],
+)
+def test_a_motion_that_the_mount_cannot_do_is_refused(scene, velocity, can):
+    backend = HandBackend(scene)
+    backend.start()
+    with pytest.raises(InvalidValueError, match=can):
+        backend.step(Command(velocity))
+
+
+@pytest.mark.parametrize("force", [(1.0,), (1.0,) * 3, (-1.0, 1.0), (1.0, math.nan), (math.inf, 1.0)])
+def test_grip_forces_that_cannot_be_are_refused(force):
+    backend = HandBackend(TWO)
+    backend.start()
+    with pytest.raises(InvalidValueError, match="grip_force"):
+        backend.step(Command(grip_force=force))
+
+
+@pytest.mark.parametrize("period", [0.5e-3, 1.5e-3, 0.0, -1e-3, math.nan, math.inf])
+def test_a_period_that_is_no_whole_number_of_time_steps_is_refused(period):
+    with pytest.raises(InvalidValueError, match="period"):
+        HandBackend(TWO, period)
+
+
+@pytest.mark.parametrize("blow", [1e12, math.nan])
+def test_a_simulation_that_diverges_says_so(blow, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # where MuJoCo writes MUJOCO_LOG.TXT
+    backend = HandBackend(TWO)
+    backend.start()
+    backend._data.qvel[0] = blow
+    with pytest.raises(FloatingPointError, match="diverged"):
+        backend.step(Command())
+
+
+@SCENES
+def test_how_fast_it_is(scene, capsys):
+    """Printed, not judged: a whole period with sensing, an object held."""
+    hand, backend = scene.hand, HandBackend(scene, sensor=SensorModel())
+    finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+    touch = Touch(*[finger] * hand.fingers)
+    touch.sense(backend.start())
+    grip = Command(grip_force=(3.0,) * hand.fingers)
+    for _ in range(2000):
+        backend.step(grip)
+    for _ in range(500):
+        backend.step(Command((0.0, 0.0, 0.02)))
+    begin = time.perf_counter()
+    for _ in range(1000):
+        observed = touch.sense(backend.step(grip))
+    took = time.perf_counter() - begin
+    with capsys.disabled():
+        print(f"\n{hand.fingers} fingers holding an object, 1 kHz, sensing: real-time factor {1.0 / took:.0f}")  # noqa: T201
+    assert all(finger.touching for finger in observed.fingers)
