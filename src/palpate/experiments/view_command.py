@@ -1,0 +1,105 @@
+"""`palpate view`: a run in the browser, live or from its log; or as pictures."""
+
+from rich.console import Console
+
+from palpate.experiments.explore import Attempt, make_folder
+from palpate.experiments.explore_command import log_writer
+from palpate.experiments.explore_report import outcome
+from palpate.experiments.view_config import ViewConfig
+from palpate.experiments.view_pictures import write_still, write_video
+from palpate.experiments.view_plan import recorded_plan, view_scene, watched_plan
+from palpate.runtime import Ending, result_until
+from palpate.runtime.log import log_in, read_log
+from palpate.sim.render_gl import NoRendererError
+from palpate.viewing import LOOPBACK, LiveView, Player, ViewUnavailableError, frames_of_log
+
+FAILED = 1
+"""Exit code where there is nothing to see: no renderer, no port, a run that did not finish."""
+
+INTERRUPTED = 130
+"""128 + SIGINT, the shell's convention: the run was cut short. A view that Ctrl-C closes ends as it should."""
+
+
+def run_view(config: ViewConfig) -> int:
+    """Show a run until Ctrl-C.
+
+    Returns:
+        0; 1 if it cannot be shown, or the exploration did not finish; 130 if that was interrupted.
+
+    Raises:
+        InvalidValueError: The configuration cannot be realised, or there is no such log.
+        OSError: The log cannot be read or written.
+    """
+    console = Console()
+    try:
+        return _watch(config, console) if config.log is None else _show(config, console)
+    except (NoRendererError, ViewUnavailableError) as error:
+        _say(Console(stderr=True), f"palpate: {error}")
+        return FAILED
+
+
+def _watch(config: ViewConfig, console: Console) -> int:
+    """Explore, recorded, while people watch; the view stays open when the run is over."""
+    planned = watched_plan(config.set, config.config, config.speed)
+    make_folder(planned.config.out)
+    attempt = Attempt(planned)
+    with LiveView(view_scene(planned), config.host, config.port) as view:
+        _say_where(console, view.url, config.host)
+        log, interrupted = log_writer(planned), False
+        try:
+            result = attempt.run((view.observe,), (log,))
+        except KeyboardInterrupt as interruption:
+            found = result_until(interruption)
+            if found is None:
+                raise
+            result, interrupted = found, True
+        exploration = attempt.found(result)
+        _say(console, outcome(exploration))
+        if result.recording is not None and result.recording.path is not None:
+            _say(console, f"Log: {result.recording.path}; watch it again: palpate view {result.recording.path}")
+        if interrupted:
+            return INTERRUPTED
+        _wait(view, console)
+    return 0 if result.ending is Ending.DONE else FAILED
+
+
+def _show(config: ViewConfig, console: Console) -> int:
+    """Play a log, or draw it."""
+    assert config.log is not None  # run_view has looked
+    log = read_log(log_in(config.log))
+    planned, frames = recorded_plan(log), frames_of_log(log)
+    if log.damage is not None:
+        _say(console, f"{log.path}: {log.damage}; what can be read is shown")
+    if config.picture is not None:
+        write_still(planned, frames, config.picture)
+        _say(console, f"Written: {config.picture}")
+    if config.video is not None:
+        count = write_video(planned, frames, config.video, config.speed)
+        _say(console, f"Written: {config.video}, {count} pictures")
+    if config.picture is not None or config.video is not None:
+        return 0
+    with Player(view_scene(planned), frames, config.speed, config.host, config.port) as player:
+        _say_where(console, player.url, config.host)
+        try:
+            player.play()
+        except KeyboardInterrupt:
+            return 0
+    return 0
+
+
+def _wait(view: LiveView, console: Console) -> None:
+    _say(console, "The view stays open: Ctrl-C ends it")
+    try:
+        view.wait()
+    except KeyboardInterrupt:
+        return
+
+
+def _say_where(console: Console, url: str, host: str) -> None:
+    _say(console, f"View: {url} (open it in a browser; Ctrl-C ends it)")
+    if host not in (LOOPBACK, "localhost", "::1"):
+        _say(console, f"Everybody who reaches {host} can watch, and press the view's buttons")
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, highlight=False, markup=False, soft_wrap=True)

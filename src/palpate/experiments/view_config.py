@@ -1,0 +1,63 @@
+"""What `palpate view` is to show; imports nothing heavy, so that `palpate --help` is quick."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from palpate.errors import InvalidValueError, positive
+
+LogPlace = Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
+
+
+@dataclass(frozen=True, slots=True)
+class ViewConfig:
+    """Watch a run in the browser: tip, object, contact force, the map as it grows, forces as plots.
+
+    With a log, its run is played again. Without one, an exploration is carried out in simulation while it is
+    watched, and recorded. Ctrl-C ends the view.
+
+    Example: palpate view --set object=ellipsoid force=3
+
+    Example: palpate view runs/explore --speed 2
+
+    Example: palpate view runs/explore --video run.gif --speed 10
+    """
+
+    log: LogPlace = None
+    """Log file (.mcap) of `palpate explore`; a folder stands for its latest.mcap."""
+    speed: float = 1.0
+    """How many times as fast as in reality; inf: as fast as it can be computed."""
+    set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
+    """Of an exploration, where it is not to be the default: named as the options of `palpate explore`, as in
+    object=box force=3. Several numbers with commas, as in tip=0.008,0.008,0.012."""
+    config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
+    """Experiment file of an exploration; --set goes before what it says."""
+    host: str = "127.0.0.1"
+    """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network."""
+    port: int = 8080
+    """Port to listen on; 0 for one that is free."""
+    picture: Annotated[Path | None, tyro.conf.arg(metavar="FILE.PNG")] = None
+    """Of a log: write a still of the scan's last contact, drawn by the simulator, instead of opening a view."""
+    video: Annotated[Path | None, tyro.conf.arg(metavar="FILE.GIF")] = None
+    """Of a log: write a video of it likewise, --speed times as fast as in reality."""
+
+    def __post_init__(self) -> None:
+        positive("speed", self.speed, "times", infinite_allowed=True)
+        if not 0 <= self.port <= 65535:
+            raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, or 0 for one that is free")
+        if self.log is None and (self.picture is not None or self.video is not None):
+            raise InvalidValueError(
+                "--picture and --video are made of a log: name one, as in palpate view runs/explore --video a.gif"
+            )
+        if self.log is not None and (self.set or self.config is not None):
+            raise InvalidValueError(
+                "--set and --config are for an exploration, and that of a log is over; leave them out, or LOG"
+            )
+        for name, path, suffix in (("picture", self.picture, ".png"), ("video", self.video, ".gif")):
+            if path is not None and path.suffix.lower() != suffix:
+                raise InvalidValueError(f"{name} = {path}: must end in {suffix}, which is what is written")
+        if self.video is not None and math.isinf(self.speed):
+            raise InvalidValueError("speed = inf: a video needs a finite one")

@@ -1,0 +1,124 @@
+"""What `palpate view` shows, from the plan of an exploration: the scene, and the pace of a run that is watched."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import msgspec
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.experiment_file import EXPERIMENT_TEXT, load_overlay
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import ExplorationPlan, plan, plan_from_texts
+from palpate.experiments.replay_settings import settings_of
+from palpate.experiments.robot_values import load_named_robot, values_of
+from palpate.runtime import Pacer
+from palpate.runtime.log import Log
+from palpate.runtime.pacing import SimulatedTime
+from palpate.runtime.real_time import RealTime
+from palpate.sim.arm_carrier import ArmCarrier
+from palpate.sim.render_shapes import shapes_of
+from palpate.sim.scene import OBJECT_GEOM
+from palpate.sim.tip import TIP_GEOM
+from palpate.sim.ur5e import LINKS
+from palpate.strict_decode import decode_some
+from palpate.strict_yaml import read_yaml
+from palpate.viewing import Part, Place, ViewScene
+
+TIP_COLOUR, OBJECT_COLOUR, ARM_COLOUR = (230, 159, 0), (86, 180, 233), (150, 156, 164)
+"""RGB, of the palette of Okabe and Ito, and a grey."""
+
+TIP_OPACITY, OBJECT_OPACITY = 0.6, 0.35
+"""Contact and map lie on what would hide them."""
+
+DEFAULT_ROBOT = "stage"
+"""As in `ExploreConfig`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """A robot file's `pace`, in simulation: so many times as fast as in reality.
+
+    Attributes:
+        speed: Times; infinite for as fast as it can be computed.
+    """
+
+    speed: float
+
+    def pacer(self, period: float) -> Pacer:
+        """Return a pacer for a control period of simulated time [s]."""
+        return SimulatedTime() if self.speed == float("inf") else RealTime(period / self.speed)
+
+
+def watched_plan(words: Sequence[str], config: Path | None, speed: float) -> ExplorationPlan:
+    """Return the plan of an exploration that is to be watched.
+
+    Args:
+        words: Values as NAME=VALUE; they go before those of the file, and those before the robot file's.
+        config: Experiment file, if there is one.
+        speed: Times as fast as in reality.
+
+    Raises:
+        InvalidValueError: Something in it is wrong.
+    """
+    overlay = {} if config is None else load_overlay(config, ExploreConfig)
+    overlay |= decode_some(_with_lists(settings_of(words)), ExploreConfig)
+    name = str(overlay.get("robot", DEFAULT_ROBOT))
+    robot = load_named_robot(name)
+    values = {**values_of(robot), **overlay, "robot": name}
+    paced = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(speed)))
+    return plan(ExploreConfig(**values), paced)  # type: ignore[arg-type]  # decode_some has checked the types
+
+
+def recorded_plan(log: Log) -> ExplorationPlan:
+    """Return the plan of the exploration that a log is of.
+
+    Raises:
+        InvalidValueError: It is of something else, or of a palpate that did things differently.
+    """
+    if EXPERIMENT_TEXT not in log.attachments:
+        raise InvalidValueError(
+            f"{log.path} is no log of `palpate explore`: it has no {EXPERIMENT_TEXT}, so that nobody knows what "
+            "was touched"
+        )
+    try:
+        return plan_from_texts(log.attachments)
+    except InvalidValueError as error:
+        raise InvalidValueError(
+            f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
+        ) from None
+
+
+def view_scene(planned: ExplorationPlan) -> ViewScene:
+    """Return what there is to see of an exploration in simulation."""
+    scene, config = planned.backend.scene, planned.config
+    carrier = scene.carrier
+    parts = []
+    for shape in shapes_of(scene.model):
+        if shape.name == TIP_GEOM:
+            part = Part(shape.vertices, shape.triangles, TIP_COLOUR, Place.TIP, opacity=TIP_OPACITY)
+        elif not shape.moves:
+            opacity = OBJECT_OPACITY if shape.name == OBJECT_GEOM else 1.0
+            part = Part(shape.vertices, shape.triangles, OBJECT_COLOUR, Place.BASE, opacity=opacity)
+        elif shape.body in LINKS:
+            part = Part(shape.vertices, shape.triangles, ARM_COLOUR, Place.LINK, LINKS.index(shape.body))
+        else:
+            continue  # moves in a way that a sample does not tell
+        parts.append(part)
+    return ViewScene(
+        f"Exploration of {config.article} {config.object}, {planned.config.robot}",
+        tuple(parts),
+        carrier.arm.kinematics if isinstance(carrier, ArmCarrier) else None,
+        config.map_spacing,
+    )
+
+
+def _with_lists(settings: dict[str, object]) -> dict[str, object]:
+    """Numbers with commas as lists: `settings_of` knows only of those that a replay can change."""
+    found = dict(settings)
+    size = found.get("size")
+    if isinstance(size, str):
+        found["size"] = read_yaml(f"[{size}]")
+    elif isinstance(size, float | int):
+        found["size"] = [size]
+    return found

@@ -1,0 +1,180 @@
+"""A live view: what a running loop sees, drawn by a process of its own.
+
+A thread would share Python's interpreter lock with the loop, and drawing takes milliseconds of it. So the loop
+writes one row per period into shared memory, which costs it one to three microseconds and never waits, and another
+process, of lower urgency, draws what it finds there thirty times a second. Rows that it is too slow for are lost.
+"""
+
+import multiprocessing
+import os
+import signal
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from types import TracebackType
+from typing import Self
+
+from palpate.runtime.data import Command, Observation, Phase, Sample
+from palpate.viewing.drawing import Drawing
+from palpate.viewing.frame_ring import CAPACITY, FrameRing, RingReader, RingWriter
+from palpate.viewing.frames import PHASES
+from palpate.viewing.server import LOOPBACK, USUAL_PORT, ViewServer, ViewUnavailableError
+from palpate.viewing.view_scene import ViewScene
+
+INTERVAL = 1.0 / 30.0
+"""Between two pictures [s]."""
+
+NICENESS = 10
+"""How far the view steps back behind the loop where they share a core (of 19, nice(2))."""
+
+START_TIMEOUT = 60.0
+"""The process imports what it needs in a second or two; on a busy machine in more [s]."""
+
+STOP_TIMEOUT = 5.0
+"""How long it is given to close by itself [s]."""
+
+_PHASE_PLACES = {phase: PHASES.index(phase) for phase in Phase}
+
+
+class LiveView:
+    """Shows a run in browsers while it goes on. Its `observe` is an `Observer` of the loop."""
+
+    def __init__(
+        self,
+        scene: ViewScene,
+        host: str = LOOPBACK,
+        port: int = USUAL_PORT,
+        *,
+        finger: int = 0,
+        capacity: int = CAPACITY,
+    ) -> None:
+        """Start the view's process; takes a second or two.
+
+        Programs that make one need `if __name__ == "__main__":` around it, as whatever starts processes with
+        `multiprocessing`.
+
+        Args:
+            scene: What there is to see.
+            host: Address to listen on.
+            port: Where; 0 for one that is free.
+            finger: Whose contact is shown, from 0.
+            capacity: Periods that the view may be late before it loses some.
+
+        Raises:
+            ViewUnavailableError: The port is taken, or the process did not start.
+            InvalidValueError: There is no such port.
+        """
+        context = multiprocessing.get_context("spawn")
+        ring = FrameRing(context, scene.joints, capacity)
+        self._write = RingWriter(ring).write
+        self._finger, self._joints = finger, (0.0,) * scene.joints
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(
+            target=_serve, args=(ring, scene, host, port, theirs), name="palpate view", daemon=True
+        )
+        self._process.start()
+        theirs.close()
+        self.url = self._wait_for_url()
+
+    def observe(self, sample: Sample, now: Observation, command: Command) -> None:
+        """Take a period; never waits."""
+        arm, finger = now.arm, now.fingers[self._finger]
+        contact, (x, y, z) = finger.contact, arm.rotation_base_tip
+        joints = arm.joint_position
+        self._write(
+            now.time,
+            *arm.position_base_tip,
+            *x,
+            *y,
+            *z,
+            *contact.centroid.tolist(),
+            *finger.wrench[:3],
+            contact.normal_force,
+            contact.spin_torque,
+            finger.touching,
+            _PHASE_PLACES[command.phase],
+            *(joints if len(joints) == len(self._joints) else self._joints),
+        )
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the view is still being served."""
+        return self._process.is_alive()
+
+    def wait(self) -> None:
+        """Return when the view's process ends; Ctrl-C raises KeyboardInterrupt."""
+        self._process.join()
+
+    def close(self) -> None:
+        """End the view; may be called more than once."""
+        with suppress(OSError):
+            self._pipe.close()
+        self._process.join(STOP_TIMEOUT)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close, whatever happened."""
+        self.close()
+
+    def _wait_for_url(self) -> str:
+        try:
+            if not self._pipe.poll(START_TIMEOUT):
+                raise ViewUnavailableError(
+                    f"the view did not start within {START_TIMEOUT:g} s: is the machine busy?"
+                )
+            said: str | Exception = self._pipe.recv()
+        except EOFError:
+            self.close()
+            raise ViewUnavailableError(
+                f"the view's process ended at once (exit code {self._process.exitcode}); its reason stands above"
+            ) from None
+        except BaseException:
+            self.close()
+            raise
+        if isinstance(said, Exception):
+            self.close()
+            raise said
+        return said
+
+
+def _serve(ring: FrameRing, scene: ViewScene, host: str, port: int, pipe: Connection) -> None:
+    """What the view's process does, until the other end of the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which closes the view when it is done
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
+    try:
+        server = ViewServer("palpate", host, port)
+    except Exception as error:
+        pipe.send(error)
+        return
+    try:
+        drawing, reader = Drawing(server, scene), RingReader(ring)
+        last = reader.read()  # nothing: whoever writes waits for the address
+        pipe.send(server.url)
+        while not _hung_up(pipe):
+            frames = reader.read()
+            if len(frames):
+                last = frames
+                drawing.add(frames)
+            elif len(last):
+                drawing.refresh(last)
+                last = frames
+    finally:
+        server.stop()
+
+
+def _hung_up(pipe: Connection) -> bool:
+    """Wait for the next picture; return whether the loop's process has closed the pipe, or is gone."""
+    try:
+        if pipe.poll(INTERVAL):
+            pipe.recv()
+    except (EOFError, OSError):
+        return True
+    return False

@@ -1,0 +1,139 @@
+"""A recorded run in the view: played, stopped, wound on and back."""
+
+from collections.abc import Callable
+from time import monotonic, sleep
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from palpate.errors import InvalidValueError, positive
+from palpate.viewing.drawing import Drawing
+from palpate.viewing.frames import Frames
+from palpate.viewing.live_view import INTERVAL
+from palpate.viewing.server import LOOPBACK, USUAL_PORT, ViewServer
+from palpate.viewing.view_scene import ViewScene
+
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
+"""What people can choose, besides what they began with; times as fast as it was."""
+
+SLIDER_STEP = 0.01
+"""Of the time slider [s]."""
+
+
+class Player:
+    """Serves a recorded run to browsers."""
+
+    def __init__(
+        self, scene: ViewScene, frames: Frames, speed: float = 1.0, host: str = LOOPBACK, port: int = USUAL_PORT
+    ) -> None:
+        """Start serving, at the beginning of the run.
+
+        Args:
+            scene: What there is to see.
+            frames: The run, at least one period.
+            speed: How many times as fast as it was; infinite for its end at once.
+            host: Address to listen on.
+            port: Where; 0 for one that is free.
+
+        Raises:
+            InvalidValueError: There is nothing to play, or a value is impossible.
+            ViewUnavailableError: The port is taken.
+        """
+        positive("speed", speed, "times", infinite_allowed=True)
+        if not len(frames):
+            raise InvalidValueError("there are no periods to show: the log is empty")
+        if frames.joint_position.shape[1] != scene.joints:
+            raise InvalidValueError(
+                f"the run has {frames.joint_position.shape[1]} joints, the scene {scene.joints}: they do not "
+                "belong together"
+            )
+        self._frames, self._time = frames, frames.time - frames.time[0]
+        self._duration = float(self._time[-1])
+        self.server = ViewServer("palpate", host, port)
+        try:
+            self.drawing = Drawing(self.server, scene)
+            gui = self.server.gui
+            self._playing = gui.add_checkbox("play", True)
+            speeds = sorted({f"{s:g} x" for s in SPEEDS} | {f"{speed:g} x"}, key=lambda text: float(text[:-2]))
+            self._speed = gui.add_dropdown("speed", speeds, initial_value=f"{speed:g} x")
+            longest = max(self._duration, SLIDER_STEP)
+            self._slider = gui.add_slider("time [s]", 0.0, longest, SLIDER_STEP, 0.0)
+        except BaseException:
+            self.server.stop()
+            raise
+        self._now, self._shown, self._slid = 0.0, 0, 0.0
+        self._advance_to(0.0)
+
+    @property
+    def url(self) -> str:
+        """What to open in a browser."""
+        return self.server.url
+
+    @property
+    def time(self) -> float:
+        """Where it is, from the beginning of the run [s]."""
+        return self._now
+
+    def step(self, passed: float) -> None:
+        """Play on.
+
+        Args:
+            passed: Time since the last step [s].
+        """
+        slid = float(self._slider.value)
+        if slid != self._slid:  # somebody has moved it
+            self._slid = slid
+            self._now = min(slid, self._duration)
+        elif self._playing.value and self._now < self._duration:
+            speed = float(self._speed.value[:-2])
+            self._now = self._duration if np.isinf(speed) else min(self._now + speed * passed, self._duration)
+            self._slid = self._now
+            self._slider.value = self._now  # type: ignore[misc]  # it has a setter, which mypy does not find
+        else:
+            return
+        self._advance_to(self._now)
+
+    def play(self, going_on: Callable[[], bool] = lambda: True) -> None:
+        """Play from when the first browser comes until Ctrl-C, and stay open after the end of the run.
+
+        Args:
+            going_on: Asked before every picture.
+
+        Raises:
+            KeyboardInterrupt: At Ctrl-C.
+        """
+        seen, before = False, monotonic()
+        while going_on():
+            sleep(INTERVAL)
+            now = monotonic()
+            if seen or self.server.get_clients():
+                seen = True
+                self.step(now - before)
+            before = now
+
+    def close(self) -> None:
+        """Stop serving; may be called more than once."""
+        self.server.stop()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close, whatever happened."""
+        self.close()
+
+    def _advance_to(self, time: float) -> None:
+        """Show the run as it was then."""
+        until = int(np.searchsorted(self._time, time, side="right"))
+        if until < self._shown:
+            self.drawing.clear()
+            self._shown = 0
+        if until > self._shown:
+            frames, self._shown = self._frames[self._shown : until], until
+            self.drawing.add(frames)
+            if until == len(self._frames) or not self._playing.value:
+                self.drawing.refresh(frames)

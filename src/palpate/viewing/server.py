@@ -1,0 +1,95 @@
+"""The web server of a view: viser, kept to what a view is for."""
+
+import contextlib
+import errno
+import io
+import socket
+
+import viser
+
+from palpate.errors import InvalidValueError, PalpateError
+
+LOOPBACK = "127.0.0.1"
+"""Reachable from this machine alone."""
+
+USUAL_PORT = 8080
+"""viser's own."""
+
+ANY_PORT = 0
+"""Whichever is free."""
+
+
+class ViewUnavailableError(PalpateError, OSError):
+    """The view cannot be served: the message says why, and what to do."""
+
+
+class ViewServer(viser.ViserServer):
+    """A server that says nothing by itself, takes the port it was given or none, and stays on its host."""
+
+    def __init__(self, label: str, host: str = LOOPBACK, port: int = USUAL_PORT) -> None:
+        """Start serving.
+
+        Args:
+            label: Over the panel; shown as plain text.
+            host: Address to listen on.
+            port: Where; `ANY_PORT` for one that is free.
+
+        Raises:
+            ViewUnavailableError: The port is taken, or the address not this machine's.
+            InvalidValueError: There is no such port.
+        """
+        if not 0 <= port <= 65535:
+            raise InvalidValueError(f"port = {port}: must be from 1 to 65535, or 0 for one that is free")
+        # viser goes on to the next port without a word, and tries a thousand of them
+        free = _free_port(host, port)
+        with contextlib.redirect_stdout(io.StringIO()):
+            super().__init__(host=host, port=free, label=label, verbose=False)
+        if self.get_port() != free:
+            self.stop()
+            raise ViewUnavailableError(_taken(host, free))
+        self._host_shown = host
+
+    @property
+    def url(self) -> str:
+        """What to open in a browser."""
+        host = {"0.0.0.0": "localhost", "::": "localhost", "": "localhost"}.get(self._host_shown, self._host_shown)
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.get_port()}"
+
+    def request_share_url(self, verbose: bool = True) -> str | None:
+        """Refuse: any page could ask for a tunnel to the internet, past the host that was chosen."""
+        return None
+
+    def stop(self) -> None:
+        """Stop serving, without a word; may be called more than once."""
+        with contextlib.redirect_stdout(io.StringIO()):
+            super().stop()
+
+
+def _free_port(host: str, port: int) -> int:
+    """Return the port, or a free one for `ANY_PORT`."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server will
+            probe.bind(address)
+            return int(probe.getsockname()[1])
+    except socket.gaierror as error:
+        raise ViewUnavailableError(f"host = {host!r}: {error.strerror}; {_HOSTS}") from None
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise ViewUnavailableError(_taken(host, port)) from None
+        if error.errno == errno.EACCES:
+            raise ViewUnavailableError(
+                f"port = {port}: no permission to listen there; take one from 1024 on"
+            ) from None
+        raise ViewUnavailableError(f"host = {host!r}, port = {port}: {error.strerror}; {_HOSTS}") from None
+
+
+_HOSTS = "127.0.0.1 serves this machine alone, 0.0.0.0 everybody in the network"
+
+
+def _taken(host: str, port: int) -> str:
+    return (
+        f"port {port} on {host} is in use, by another view perhaps: close that, or choose another port "
+        "(--port; 0 takes one that is free)"
+    )

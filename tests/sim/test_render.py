@@ -1,0 +1,238 @@
+"""Pictures of a scene: what is seen is where it is, and the arrow is the force."""
+
+import ctypes.util
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from palpate.errors import InvalidValueError
+from palpate.sim import Box, ContactLaw, CylinderObject, EllipsoidObject, SphereObject, Tip
+from palpate.sim.arm_carrier import ArmCarrier
+from palpate.sim.render import ARROW_LENGTH, GROUND, Camera, ContactForce, SceneRenderer
+from palpate.sim.render_files import write_gif, write_png
+from palpate.sim.render_gl import NoRendererError, offscreen_context
+from palpate.sim.render_place import ScenePlacement
+from palpate.sim.render_shapes import shapes_of
+from palpate.sim.scene import build_scene
+from palpate.surfaces import Ellipsoid, Sphere
+
+START = (0.0, 0.0, 0.06)
+SIDE = Camera((0.0, 0.0, 0.04), 0.3, azimuth_deg=90.0, elevation_deg=0.0)
+"""Looks along y: x to the right, z up."""
+
+PIXELS_PER_METRE = 480 / (2.0 * 0.3 * np.tan(np.radians(22.5)))
+"""In the plane that `SIDE` looks at: MuJoCo's field of view is 45 degrees."""
+
+
+def stage(target=None, tip=None):
+    return build_scene(tip or Tip(Sphere(0.008)), target or SphereObject(0.03), ContactLaw(), START)
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    try:
+        made = SceneRenderer(stage().model, camera=SIDE)
+    except NoRendererError as error:
+        pytest.skip(f"no pictures here: {error}")
+    with made:
+        yield made
+
+
+def difference(a, b):
+    """Middle and extent of what differs between two pictures: columns, rows."""
+    rows, columns = np.nonzero((a != b).any(axis=2))
+    return columns.min(), columns.max(), rows.min(), rows.max()
+
+
+def test_the_tip_is_drawn_where_it_is(renderer):
+    empty = renderer.picture((0.0, 0.0, 9.0))
+    for x, z in ((0.0, 0.06), (0.03, 0.06), (-0.05, 0.09)):
+        left, right, top, bottom = difference(empty, renderer.picture((x, 0.0, z)))
+        assert (left + right) / 2 - 320 == pytest.approx(PIXELS_PER_METRE * x, abs=2.0)
+        assert 240 - (top + bottom) / 2 == pytest.approx(PIXELS_PER_METRE * (z - 0.04), abs=2.0)
+        assert right - left == pytest.approx(PIXELS_PER_METRE * 0.016, rel=0.1)
+
+
+def test_the_arrow_is_as_long_as_the_force_and_points_its_way(renderer):
+    away = (0.0, 0.0, 9.0)
+    empty, at = renderer.picture(away), (0.0, 0.0, 0.04)
+    for force in (1.0, 2.0, 4.0):
+        length = PIXELS_PER_METRE * ARROW_LENGTH * force
+        left, right, top, bottom = difference(
+            empty, renderer.picture(away, (), ContactForce(at, (force, 0.0, 0.0)))
+        )
+        assert right - 320 == pytest.approx(length, abs=4.0), force
+        upward = difference(empty, renderer.picture(away, (), ContactForce((0.0, -0.04, 0.04), (0.0, 0.0, force))))
+        assert upward[2] < 240 - length + 4.0, "the arrow is in front of the object, nearer, so longer"
+        assert top > 220, (top, bottom)
+        assert left >= 300, "an arrow begins where the force acts"
+
+
+def test_a_force_too_small_to_see_is_not_drawn(renderer):
+    plain = renderer.picture(START)
+    assert (renderer.picture(START, (), ContactForce(START, (0.0, 0.0, 0.0))) == plain).all()
+    assert (plain[0, 0] == GROUND).all()
+
+
+def test_the_model_stays_as_it_is(renderer):
+    model = stage().model
+    before = [np.array(model.geom_rgba), np.array(model.vis.headlight.ambient), model.vis.global_.offwidth]
+    with SceneRenderer(model, 1000, 700) as other:
+        assert other.picture(START).shape == (700, 1000, 3)
+    after = [np.array(model.geom_rgba), np.array(model.vis.headlight.ambient), model.vis.global_.offwidth]
+    assert all((a == b).all() if isinstance(a, np.ndarray) else a == b for a, b in zip(before, after, strict=True))
+
+
+def test_two_renderers_do_not_disturb_one_another(renderer):
+    plain = renderer.picture(START)
+    with SceneRenderer(stage(Box()).model, 320, 200) as other:
+        box = other.picture(START)
+        assert (renderer.picture(START) == plain).all()
+        assert (other.picture(START) == box).all()
+    assert (renderer.picture(START) == plain).all()
+
+
+def test_a_closed_renderer_says_so():
+    try:
+        made = SceneRenderer(stage().model, 64, 48)
+    except NoRendererError as error:
+        pytest.skip(str(error))
+    made.close()
+    made.close()
+    with pytest.raises(InvalidValueError, match="closed"):
+        made.picture(START)
+
+
+@pytest.mark.parametrize("size", [(0, 480), (640, -1), (10_000, 480)])
+def test_impossible_sizes(size):
+    with pytest.raises(InvalidValueError, match="pixels"):
+        SceneRenderer(stage().model, *size)
+
+
+def test_without_libraries_the_message_names_the_remedy(monkeypatch):
+    monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    with pytest.raises(
+        NoRendererError, match=r"EGL: no such library; OSMesa: no such library.*apt install libegl1"
+    ):
+        offscreen_context(64, 48)
+
+
+def test_mujoco_gl_chooses(monkeypatch):
+    monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
+    monkeypatch.setenv("MUJOCO_GL", "osmesa")
+    with pytest.raises(NoRendererError) as refused:
+        offscreen_context(64, 48)
+    assert "EGL: no such" not in str(refused.value)
+
+
+@given(st.tuples(*[st.floats(-0.5, 0.5)] * 3))
+@settings(deadline=None)
+def test_a_stage_is_placed_where_the_sample_says(position):
+    data = STAGE_PLACEMENT.place(position)
+    assert data.site("sensor").xpos == pytest.approx(position, abs=1e-12)
+
+
+STAGE_PLACEMENT = ScenePlacement(stage().model)
+
+
+def test_an_arm_is_placed_as_its_joints_say():
+    carrier = ArmCarrier()
+    scene = build_scene(Tip(Sphere(0.008)), SphereObject(0.03), ContactLaw(), START, carrier)
+    placement, random = ScenePlacement(scene.model), np.random.default_rng(1)
+    for _ in range(20):
+        joints = tuple(random.uniform(-2.0, 2.0, 6).tolist())
+        place = placement.place((9.0, 9.0, 9.0), joints).site("sensor").xpos
+        assert place == pytest.approx(carrier.arm.kinematics.pose(joints).position, abs=1e-12)
+    with pytest.raises(InvalidValueError, match="6 turning joints"):
+        placement.place(START)
+
+
+@pytest.mark.parametrize(
+    ("target", "volume"),
+    [
+        (SphereObject(0.03), 4 / 3 * np.pi * 0.03**3),
+        (EllipsoidObject((0.05, 0.04, 0.03)), 4 / 3 * np.pi * 0.05 * 0.04 * 0.03),
+        (Box((0.08, 0.06, 0.04)), 0.08 * 0.06 * 0.04),
+        (CylinderObject(0.02, 0.1), np.pi * 0.02**2 * 0.1),
+    ],
+)
+def test_shapes_lie_on_the_surfaces_they_show(target, volume):
+    shape = next(one for one in shapes_of(stage(target).model) if one.name == "object")
+    assert not shape.moves
+    on_surface = shape.vertices[np.unique(shape.triangles)]
+    distance = target.signed_distance(on_surface)
+    flat_ends = isinstance(
+        target, CylinderObject
+    )  # the middle of a flat end is inside its rim, on the surface too
+    assert np.abs(distance).max() < 1e-9 or (flat_ends and distance.max() < 1e-9)
+    mesh = trimesh.Trimesh(shape.vertices, shape.triangles)
+    assert mesh.volume == pytest.approx(volume, rel=0.01), "triangles are counter-clockwise from outside"
+
+
+def test_a_tip_off_its_frame_is_shown_off_its_frame():
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    surface = Ellipsoid((0.01, 0.006, 0.008), center=np.array([0.0, 0.0, -0.02]), rotation=turn)
+    shape = next(one for one in shapes_of(stage(tip=Tip(surface)).model) if one.name == "tip")
+    assert shape.moves
+    assert shape.vertices.mean(axis=0) == pytest.approx([0.0, 0.0, -0.02], abs=1e-9)
+    assert np.ptp(shape.vertices, axis=0) == pytest.approx([0.012, 0.02, 0.016], rel=0.01)
+
+
+def test_capsules_meshes_and_height_fields_have_their_extent():
+    spec = mujoco.MjSpec()
+    world = spec.worldbody
+    world.add_geom(name="capsule", type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.02, 0.05, 0.0], pos=[1.0, 0.0, 0.0])
+    world.add_geom(name="endless", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 1.0])
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]) * 0.1
+    spec.add_mesh(name="corner", uservert=corners.ravel())
+    world.add_geom(name="mesh", type=mujoco.mjtGeom.mjGEOM_MESH, meshname="corner", pos=[0.0, 2.0, 0.0])
+    heights = np.array([0.0, 0.5, 1.0, 0.0, 0.5, 1.0], np.float32)
+    spec.add_hfield(name="ramp", nrow=2, ncol=3, size=[0.2, 0.1, 0.05, 0.01], userdata=heights)
+    world.add_geom(name="ramp", type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="ramp")
+    found = {shape.name: shape for shape in shapes_of(spec.compile())}
+    assert set(found) == {"capsule", "mesh", "ramp"}
+    low, high = found["capsule"].vertices.min(axis=0), found["capsule"].vertices.max(axis=0)
+    assert low == pytest.approx([0.98, -0.02, -0.07], abs=1e-4)
+    assert high == pytest.approx([1.02, 0.02, 0.07], abs=1e-4)
+    assert found["mesh"].vertices.min(axis=0) == pytest.approx([0.0, 2.0, 0.0], abs=1e-6)
+    ramp = found["ramp"].vertices
+    # it rises along x, to the highest of size
+    assert ramp[:, 2] == pytest.approx((ramp[:, 0] + 0.2) / 0.4 * 0.05, abs=1e-7)
+
+
+def test_a_still_comes_back_as_it_was(tmp_path):
+    picture = np.random.default_rng(0).integers(0, 256, (20, 30, 3), np.uint8)
+    write_png(picture, tmp_path / "a.png")
+    assert (np.asarray(Image.open(tmp_path / "a.png")) == picture).all()
+
+
+def test_a_video_has_its_pictures_and_its_pace(tmp_path):
+    pictures = [np.full((20, 30, 3), 20 * i, np.uint8) for i in range(7)]
+    assert write_gif(iter(pictures), tmp_path / "a.gif", 0.05) == 7
+    with Image.open(tmp_path / "a.gif") as video:
+        assert video.n_frames == 7
+        assert video.info["duration"] == 50
+        assert video.info["loop"] == 0
+
+
+@pytest.mark.parametrize(("pictures", "interval"), [([], 0.05), ([np.zeros((2, 2, 3), np.uint8)], 0.01)])
+def test_videos_that_cannot_be(tmp_path, pictures, interval):
+    with pytest.raises(InvalidValueError):
+        write_gif(pictures, tmp_path / "a.gif", interval)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_video_that_fails_half_way_leaves_nothing(tmp_path):
+    def pictures():
+        yield np.zeros((2, 2, 3), np.uint8)
+        raise OSError("the scene is gone")
+
+    with pytest.raises(OSError, match="gone"):
+        write_gif(pictures(), tmp_path / "a.gif", 0.05)
+    assert not list(tmp_path.iterdir())
