@@ -39,6 +39,7 @@ class Turntable:
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         x, y, z = tip.center_of_mass
+        assert isinstance(tip.surface, Sphere | Ellipsoid)
         height = np.linalg.norm(tip.surface.rotation[2] * tip.surface.half_lengths)
         tip.add_to(STAGE.add_to(spec, (-x, -y, TARGET.top + height - z), tip.mass))
         table = spec.worldbody.add_body(name="table")

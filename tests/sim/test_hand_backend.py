@@ -20,8 +20,9 @@ from palpate.sim.hand_scene import HeldObject, Table, build_grasp_scene
 from palpate.sim.sensor import SensorModel, noisy_sensor
 from palpate.sim.servo import PULSE
 
-TWO = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), mount=Lift(), table=Table(-0.03))
-THREE = build_grasp_scene(three_finger_hand(), HeldObject(SphereObject(0.03)), mount=Lift(), table=Table(-0.03))
+LIFT = Lift()
+TWO = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), mount=LIFT, table=Table(-0.03))
+THREE = build_grasp_scene(three_finger_hand(), HeldObject(SphereObject(0.03)), mount=LIFT, table=Table(-0.03))
 FIXED = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), table=Table(-0.03))
 SCENES = pytest.mark.parametrize("scene", [TWO, THREE], ids=["two fingers", "three fingers"])
 NOISY = noisy_sensor(0.01, 1e-4)
@@ -87,7 +88,8 @@ def test_a_run_goes_on_from_a_snapshot_bit_for_bit(scene, at, sensor):
 
 def test_a_snapshot_of_another_scene_is_refused():
     two, three = HandBackend(TWO), HandBackend(THREE)
-    two.start(), three.start()
+    two.start()
+    three.start()
     with pytest.raises(InvalidValueError, match="same scene"):
         three.restore(two.snapshot())
 
@@ -97,7 +99,8 @@ def test_two_runs_side_by_side_do_not_disturb_one_another():
     alone.start()
     wanted = run(alone, 1700)
     one, other = HandBackend(TWO, sensor=NOISY), HandBackend(TWO, sensor=NOISY)
-    one.start(), other.start()
+    one.start()
+    other.start()
     together = []
     for i in range(1700):
         other.step(Command((0.0, 0.0, 0.003), grip_force=(4.0, 1.0)))
@@ -176,7 +179,7 @@ def test_the_lift_follows_a_ramp_with_the_lag_of_its_servo():
     for _ in range(500):
         sample = backend.step(Command((0.0, 0.0, 0.02)))
     rise = sample.arm.position_base_tip[2] - start
-    assert 0.02 * sample.time - rise == pytest.approx(0.02 * 2.0 / TWO.mount.bandwidth, abs=5e-5)
+    assert 0.02 * sample.time - rise == pytest.approx(0.02 * 2.0 / LIFT.bandwidth, abs=5e-5)
     assert sample.arm.velocity_base_tip == pytest.approx((0.0, 0.0, 0.02), abs=1e-6)
 
 
