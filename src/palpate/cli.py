@@ -19,6 +19,7 @@ from palpate.experiments.explore_options import ExploreOptions
 from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
 from palpate.experiments.replay_config import ReplayConfig
 from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
+from palpate.experiments.view_config import ViewConfig
 
 DESCRIPTION = (
     "palpate: hybrid force control with the sense of touch. "
@@ -94,6 +95,11 @@ COMMANDS: Mapping[str, Command | Group] = {
         ReplayConfig,
         "palpate.experiments.replay_command:run_replay",
         "Feed the log of a run through sensing and control again, and compare the commands.",
+    ),
+    "view": Command(
+        ViewConfig,
+        "palpate.experiments.view_command:run_view",
+        "Watch a run in the browser, live or from its log; or draw it.",
     ),
     "robot": Group(
         {
