@@ -126,7 +126,7 @@ def test_it_listens_on_this_machine_alone():
         assert server.get_host() == "127.0.0.1"
         with urllib.request.urlopen(server.url) as page:
             assert b"<html" in page.read().lower()
-        others = [i[4][0] for i in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
+        others = [str(i[4][0]) for i in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
         for address in {a for a in others if not a.startswith("127.")}:
             with socket.socket() as outside:
                 outside.settimeout(2.0)

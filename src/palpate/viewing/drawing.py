@@ -6,6 +6,7 @@ from time import monotonic
 import matplotlib as mpl
 import numpy as np
 import viser
+from viser import transforms
 
 from palpate.errors import FloatArray
 from palpate.spatial import Matrix
@@ -196,7 +197,7 @@ class Drawing:
 
 def quat_wxyz(rotation: FloatArray | Matrix) -> FloatArray:
     """Return the unit quaternion (w, x, y, z) of a rotation matrix (3, 3)."""
-    return np.asarray(viser.transforms.SO3.from_matrix(np.asarray(rotation)).wxyz)
+    return np.asarray(transforms.SO3.from_matrix(np.asarray(rotation)).wxyz)
 
 
 def _with_room(bounds: tuple[float, float]) -> tuple[float, float]:
