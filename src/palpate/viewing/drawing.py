@@ -197,7 +197,7 @@ class Drawing:
 
 def quat_wxyz(rotation: FloatArray | Matrix) -> FloatArray:
     """Return the unit quaternion (w, x, y, z) of a rotation matrix (3, 3)."""
-    return np.asarray(transforms.SO3.from_matrix(np.asarray(rotation)).wxyz)
+    return np.asarray(transforms.SO3.from_matrix(np.asarray(rotation)).wxyz, dtype=np.float64)
 
 
 def _with_room(bounds: tuple[float, float]) -> tuple[float, float]:
