@@ -30,7 +30,7 @@ def player(short_run):
         yield made
 
 
-def heard(url, until, seconds=20.0):
+def heard(url, until, seconds=60.0):
     """What a browser would be told, until a text occurs in it."""
     said, deadline = b"", time.monotonic() + seconds
     with connect(url.replace("http", "ws", 1), subprotocols=[PROTOCOL], compression=None, max_size=None) as client:

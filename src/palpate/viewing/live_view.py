@@ -29,7 +29,7 @@ NICENESS = 10
 START_TIMEOUT = 60.0
 """The process imports what it needs in a second or two; on a busy machine in more [s]."""
 
-STOP_TIMEOUT = 5.0
+STOP_TIMEOUT = 20.0
 """How long it is given to close by itself [s]."""
 
 _PHASE_PLACES = {phase: PHASES.index(phase) for phase in Phase}
