@@ -119,7 +119,7 @@ def test_joint_angles_mean_the_same_whatever_unit_the_scene_is_written_in(degree
     ],
 )
 def test_gravity_torques_are_the_known_ones(tip, gravity, torque):
-    """shared/facts/ur5e.md, which are for 9.81 m/s^2."""
+    """Computed once from the official masses, for 9.81 m/s^2."""
     model = model_of(Ur5e(), (0.0,) * 6, tip, gravity)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -180,7 +180,7 @@ def test_it_does_not_sag_and_the_sensor_feels_the_whole_tip(start):
         run.period()
     assert math.dist(run.tip.position, first.position) < 1e-9
     down = np.array(run.tip.rotation).T @ (0.0, 0.0, -1.0)
-    # the site sensor gives the opposite of the load (shared/facts/simulation.md)
+    # the site sensor gives the opposite of the load
     assert -run.data.sensordata[:3] == pytest.approx(TIP.mass * GRAVITY * down, abs=1e-9)
     assert run.data.sensordata[3:] == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
