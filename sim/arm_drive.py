@@ -3,8 +3,8 @@
 import mujoco
 import numpy as np
 
-from palpate.errors import InvalidValueError
 from palpate.kinematics import UR5E, InverseVelocity, JointMotion, Pose, TipReference
+from palpate.sim.physics import whole_steps
 from palpate.sim.ur5e import JOINTS, Ur5e
 from palpate.spatial import Vector
 
@@ -36,11 +36,7 @@ class ArmDrive:
             InvalidValueError: The period is no whole number of time steps, or too long for `TipReference`.
         """
         self._dt = float(model.opt.timestep)
-        self._steps = round(period / self._dt)
-        if self._steps < 1 or abs(self._steps * self._dt - period) > 1e-9 * period:
-            raise InvalidValueError(
-                f"period = {period:g} s: must be a whole number of time steps of {self._dt:g} s"
-            )
+        self._steps = whole_steps("period", period, self._dt)
         self.reference = TipReference(InverseVelocity(arm.kinematics), period, arm.leash)
         self._lead = arm.lead
         # the servo k (u - q) - k lead q' drives a joint to the speed (u - q) / lead, with a first-order lag

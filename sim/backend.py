@@ -5,26 +5,19 @@ from types import TracebackType
 from typing import Self
 
 import mujoco
-import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, SimulationDivergedError, positive
+from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.friction_plant import FrictionContact, FrictionPlant, FrictionState
 from palpate.sim.friction_step import FrictionStep, MujocoFriction
 from palpate.sim.object_traced import Trace, TracedObject
+from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor import SeededSensor, SensorModel
 from palpate.sim.sensor_simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
 from palpate.spatial import ZERO, Vector, add, add_scaled, cross, subtract
-
-_DIVERGED = 1e8
-"""A sum of sensor values beyond this [N, m, m/s, ...], or NaN, comes from no scene that people build."""
-
-
-_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-"""Everything that the next time step depends on, the solver's warm start included."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,15 +81,10 @@ class MujocoBackend:
         Raises:
             InvalidValueError: The period is not a whole number of time steps.
         """
-        steps = round(positive("period", period, "s") / scene.time_step)
-        if steps < 1 or abs(steps * scene.time_step - period) > 1e-9 * period:
-            raise InvalidValueError(
-                f"period = {period:g} s: must be a whole number of time steps of {scene.time_step:g} s"
-            )
         self.scene = scene
         self._period = period
         self._pacer = pacer or SimulatedTime()
-        self._steps = steps
+        self._steps = whole_steps("period", period, scene.time_step)
         self._seed = sensor.seed if sensor is not None else 0
         self._sensor = simulated_sensor(SensorModel() if sensor is None else sensor.model, period, self._seed)
         self._data = mujoco.MjData(scene.model)
@@ -146,10 +134,7 @@ class MujocoBackend:
                 self._trace.place()
             friction.advance()
         sample = self._sample(data.time - self.scene.time_step)
-        if not abs(sum(self._readings_now)) < _DIVERGED:
-            raise SimulationDivergedError(
-                f"the simulation diverged at t = {data.time:.4f} s: take a softer contact or a smaller time step"
-            )
+        check_converged(self._readings_now, data.time)
         self._pacer.wait()
         return sample
 
@@ -160,10 +145,8 @@ class MujocoBackend:
 
     def snapshot(self) -> BackendState:
         """Return this moment, to come back to with `restore`."""
-        simulation = np.empty(mujoco.mj_stateSize(self.scene.model, _STATE))
-        mujoco.mj_getState(self.scene.model, self._data, simulation, _STATE)
         return BackendState(
-            simulation,
+            state_of(self.scene.model, self._data),
             self._drive.snapshot(),
             self._sensor.state(),
             tuple(self._readings_now),
@@ -176,12 +159,12 @@ class MujocoBackend:
         Raises:
             InvalidValueError: It is a moment of another scene.
         """
-        size = mujoco.mj_stateSize(self.scene.model, _STATE)
+        size = state_size(self.scene.model)
         if state.simulation.shape != (size,):
             raise InvalidValueError(
                 f"the state holds {state.simulation.size} numbers, this scene {size}: take one of this scene"
             )
-        mujoco.mj_setState(self.scene.model, self._data, state.simulation, _STATE)
+        set_state(self.scene.model, self._data, state.simulation)
         self._drive.restore(state.drive)
         if self._plant is not None and state.friction is not None:
             self._plant.restore(state.friction)

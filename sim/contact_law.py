@@ -101,8 +101,8 @@ def frictionless_parameters(law: ContactLaw, inverse_mass: float, time_step: flo
     """
     _check_contact_step(law, positive("inverse_mass", inverse_mass, "1/kg"), time_step)
     return PairParameters(
-        solref=_solref(law, inverse_mass),
-        solimp=_solimp(law),
+        solref=solref(law.stiffness, law.damping_ratio, law.impedance, inverse_mass),
+        solimp=solimp(law.impedance),
         solreffriction=(0.0, 0.0),
         friction=(1.0, 1.0, 0.0, 0.0, 0.0),
         impratio=1.0,
@@ -144,8 +144,8 @@ def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> P
             f"creep_speed of at most {law.creep_speed * impratio:.2g} m/s"
         )
     return PairParameters(
-        solref=_solref(law, A),
-        solimp=_solimp(law),
+        solref=solref(law.stiffness, law.damping_ratio, d, A),
+        solimp=solimp(d),
         # MuJoCo divides a direct-format damping by the impedance
         solreffriction=(-1.0, -d * friction_damping),
         friction=(mu, mu, mu * law.spin_length, 1e-6, 1e-6),
@@ -156,16 +156,23 @@ def pair_parameters(law: ContactLaw, inverse_mass: float, time_step: float) -> P
     )
 
 
-def _solref(law: ContactLaw, inverse_mass: float) -> tuple[float, float]:
-    """Direct format, for stiffness and damping in physical units whatever the masses."""
-    A, d = inverse_mass, law.impedance
-    damping = 2.0 * law.damping_ratio * math.sqrt(law.stiffness / A)
-    return (-(1.0 - d) * A * law.stiffness, -(1.0 - d) * A * damping)
+def solref(stiffness: float, damping_ratio: float, impedance: float, inverse_mass: float) -> tuple[float, float]:
+    """Return the direct format for a stiffness [N/m] and a damping ratio, whatever the masses.
+
+    Args:
+        stiffness: Normal force per depth of penetration [N/m].
+        damping_ratio: Of the normal motion of the bodies' own mass on that stiffness.
+        impedance: d.
+        inverse_mass: A: sum of the two bodies' translational `body_invweight0` [1/kg].
+    """
+    A, d = inverse_mass, impedance
+    damping = 2.0 * damping_ratio * math.sqrt(stiffness / A)
+    return (-(1.0 - d) * A * stiffness, -(1.0 - d) * A * damping)
 
 
-def _solimp(law: ContactLaw) -> tuple[float, float, float, float, float]:
-    """Constant: width, midpoint and power then have no effect."""
-    return (law.impedance, law.impedance, 1e-3, 0.5, 2.0)
+def solimp(impedance: float) -> tuple[float, float, float, float, float]:
+    """Return a constant impedance: width, midpoint and power then have no effect."""
+    return (impedance, impedance, 1e-3, 0.5, 2.0)
 
 
 def _check_contact_step(law: ContactLaw, inverse_mass: float, time_step: float) -> None:

@@ -7,21 +7,16 @@ from typing import Self
 import mujoco
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError, SimulationDivergedError, positive
+from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.data import ArmSample, Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.hand_grip import Grip, GripState
 from palpate.sim.hand_mount import LIFT, Lift
 from palpate.sim.hand_scene import SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
+from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
 from palpate.sim.sensor import SensorModel
 from palpate.sim.sensor_simulation import SensorState, simulated_sensor
 from palpate.spatial import IDENTITY, Vector
-
-_DIVERGED = 1e8
-"""A sum of sensor values beyond this [N, m, m/s, ...], or NaN, comes from no scene that people build."""
-
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-"""All of MuJoCo's own state that decides about the next step, warm start included."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,10 +170,7 @@ class HandBackend:
                 grip.advance()
                 mujoco.mj_step(model, data)
         sample = self._sample(data.time - self.scene.time_step)
-        if not abs(sum(self._values)) < _DIVERGED:
-            raise SimulationDivergedError(
-                f"the simulation diverged at t = {data.time:.4f} s: take a softer contact or a smaller time step"
-            )
+        check_converged(self._values, data.time)
         self._pacer.wait()
         return sample
 
@@ -213,8 +205,7 @@ class HandBackend:
 
     def snapshot(self) -> HandState:
         """Return a copy of all that decides about what comes."""
-        physics = np.empty(mujoco.mj_stateSize(self.scene.model, _STATE))
-        mujoco.mj_getState(self.scene.model, self._data, physics, _STATE)
+        physics = state_of(self.scene.model, self._data)
         sensors = tuple(sensor.state() for sensor in self._sensors)
         return HandState(physics, self._readings.copy(), self._time, self._height, self._grip.state(), sensors)
 
@@ -224,13 +215,13 @@ class HandBackend:
         Raises:
             InvalidValueError: It is another scene's.
         """
-        size = mujoco.mj_stateSize(self.scene.model, _STATE)
+        size = state_size(self.scene.model)
         if state.physics.shape != (size,) or len(state.sensors) != len(self._sensors):
             raise InvalidValueError(
                 f"the state holds {state.physics.size} numbers and {len(state.sensors)} fingers, this scene "
                 f"{size} and {len(self._sensors)}: must come from the same scene"
             )
-        mujoco.mj_setState(self.scene.model, self._data, state.physics, _STATE)
+        set_state(self.scene.model, self._data, state.physics)
         np.copyto(self._readings, state.readings)
         self._values = self._readings.tolist()
         self._time, self._height = state.last_time, state.height
@@ -250,15 +241,3 @@ class HandBackend:
             at += SENSORS_PER_FINGER
         arm = ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
         return Sample(time, arm, tuple(wrenches), self._grip.sample)
-
-
-def whole_steps(name: str, period: float, time_step: float) -> int:
-    """Return how many time steps a period is.
-
-    Raises:
-        InvalidValueError: Not a whole number of them.
-    """
-    steps = round(positive(name, period, "s") / time_step)
-    if steps < 1 or abs(steps * time_step - period) > 1e-9 * period:
-        raise InvalidValueError(f"{name} = {period:g} s: must be a whole number of time steps of {time_step:g} s")
-    return steps

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, positive
-from palpate.sim.contact_law import LARGEST_FRICTION_STEP, PairParameters
+from palpate.sim.contact_law import LARGEST_FRICTION_STEP, PairParameters, solimp, solref
 
 IMPEDANCE = 0.5
 """MuJoCo's d0 for held objects."""
@@ -74,10 +74,9 @@ def grasp_pair_parameters(
             f"{stiffness:.3g} N/m, a time step of at most {shorter:.2g} s, or a heavier object"
         )
     Dn, damping_rate = d / ((1.0 - d) * A), FRICTION_STEP / time_step
-    damping = 2.0 * law.damping_ratio * math.sqrt(law.stiffness / A)
     return PairParameters(
-        solref=(-(1.0 - d) * A * law.stiffness, -(1.0 - d) * A * damping),
-        solimp=(d, d, 1e-3, 0.5, 2.0),  # constant: width, midpoint and power then have no effect
+        solref=solref(law.stiffness, law.damping_ratio, d, A),
+        solimp=solimp(d),
         # MuJoCo divides a direct-format damping by the impedance
         solreffriction=(-1.0, -d * damping_rate),
         friction=(mu, mu, mu * law.spin_length, 1e-6, 1e-6),

@@ -6,6 +6,7 @@ from typing import Protocol
 import mujoco
 
 from palpate.errors import positive
+from palpate.sim.carriage import add_carriage, add_position_servo
 from palpate.spatial import Vector
 
 PALM = "palm"
@@ -50,22 +51,9 @@ class Lift:
 
     def add_to(self, spec: mujoco.MjSpec, position: Vector, carried: float) -> mujoco.MjsBody:
         """See `Mount`."""
-        body = spec.worldbody.add_body(name=PALM, pos=position)
-        body.explicitinertial = True
-        body.mass = self.mass
-        body.inertia = [0.01 * self.mass] * 3  # it never turns: any value does
-        # lifts the fingers too, from outside: their sensors still feel the tips' weight
-        body.gravcomp = (self.mass + carried) / self.mass
+        body = add_carriage(spec, PALM, position, self.mass, carried)
         body.add_joint(name=LIFT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, 0.0, 1.0))
         stiffness = (self.mass + carried) * self.bandwidth**2
         damping = 2.0 * (self.mass + carried) * self.bandwidth
-        spec.add_actuator(
-            name=LIFT,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            target=LIFT,
-            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-            gainprm=[stiffness] + [0.0] * 9,
-            biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-            biasprm=[0.0, -stiffness, -damping] + [0.0] * 7,
-        )
+        add_position_servo(spec, LIFT, stiffness, damping)
         return body

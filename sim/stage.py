@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import mujoco
 
 from palpate.errors import positive
+from palpate.sim.carriage import add_carriage, add_position_servo
 from palpate.sim.stage_drive import StageDrive
 from palpate.sim.tip import Tip
 from palpate.spatial import Vector
@@ -60,23 +61,10 @@ class Stage:
 
     def add_to(self, spec: mujoco.MjSpec, start: Vector, tip_mass: float) -> mujoco.MjsBody:
         """Add slides and servos to a scene; returns the moving body, at `start` [m] when all slides are at 0."""
-        body = spec.worldbody.add_body(name="stage", pos=start)
-        body.explicitinertial = True
-        body.mass = self.mass
-        body.inertia = [0.01 * self.mass] * 3  # it never turns: any value does
-        # lifts the tip too, from outside: the sensor between them still feels the tip's weight
-        body.gravcomp = (self.mass + tip_mass) / self.mass
+        body = add_carriage(spec, "stage", start, self.mass, tip_mass)
         stiffness = self.stiffness(tip_mass)
         damping = 2.0 * (self.mass + tip_mass) * self.bandwidth
         for name, axis in AXES:
             body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-            spec.add_actuator(
-                name=name,
-                trntype=mujoco.mjtTrn.mjTRN_JOINT,
-                target=name,
-                gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-                gainprm=[stiffness] + [0.0] * 9,
-                biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-                biasprm=[0.0, -stiffness, -damping] + [0.0] * 7,
-            )
+            add_position_servo(spec, name, stiffness, damping)
         return body

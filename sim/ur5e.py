@@ -18,6 +18,7 @@ from palpate.kinematics import UR5E, ArmKinematics, Leash, Pose
 from palpate.kinematics.arm import LinkInertia
 from palpate.kinematics.pose import checked_pose
 from palpate.kinematics.reference import FARTHEST
+from palpate.sim.carriage import add_position_servo
 from palpate.spatial import Matrix, Vector
 
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -180,15 +181,7 @@ class Ur5e:
         joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
         stiffness = self.stiffness[i]
-        spec.add_actuator(
-            name=JOINTS[i],
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            target=JOINTS[i],
-            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-            gainprm=[stiffness] + [0.0] * 9,
-            biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-            biasprm=[0.0, -stiffness, -stiffness * self.lead] + [0.0] * 7,
-        )
+        add_position_servo(spec, JOINTS[i], stiffness, stiffness * self.lead)
         first, last, radius = _CAPSULES[i]
         body.add_geom(
             name=f"{LINKS[i]}_shape",
