@@ -192,14 +192,7 @@ class CylinderObject(Primitive):
 
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add a cylinder geom, turned to lie along x."""
-        half_turn = np.sqrt(0.5)
-        body.add_geom(
-            name=name,
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            size=[self.radius, self.length / 2, 0.0],
-            quat=[half_turn, 0.0, half_turn, 0.0],
-            **_PAIRS_ONLY,
-        )
+        _add_lying(body, name, mujoco.mjtGeom.mjGEOM_CYLINDER, self.radius, self.length)
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`."""
@@ -233,14 +226,7 @@ class CapsuleObject(Primitive):
 
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add a capsule geom, turned to lie along x."""
-        half_turn = np.sqrt(0.5)
-        body.add_geom(
-            name=name,
-            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-            size=[self.radius, self.length / 2, 0.0],
-            quat=[half_turn, 0.0, half_turn, 0.0],
-            **_PAIRS_ONLY,
-        )
+        _add_lying(body, name, mujoco.mjtGeom.mjGEOM_CAPSULE, self.radius, self.length)
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`."""
@@ -277,3 +263,14 @@ def _beyond(excess: FloatArray) -> FloatArray:
     """Signed distance of a convex product shape from how far each of its coordinates exceeds its bound."""
     outside = np.linalg.norm(np.maximum(excess, 0.0), axis=1)
     return np.asarray(outside + np.minimum(excess.max(axis=1), 0.0))
+
+
+def _add_lying(body: mujoco.MjsBody, name: str, kind: mujoco.mjtGeom, radius: float, length: float) -> None:
+    half_turn = np.sqrt(0.5)
+    body.add_geom(
+        name=name,
+        type=kind,
+        size=[radius, length / 2, 0.0],
+        quat=[half_turn, 0.0, half_turn, 0.0],
+        **_PAIRS_ONLY,
+    )

@@ -108,6 +108,15 @@ def rotation_matrix(name: str, value: Sequence[Sequence[float]] | FloatArray) ->
     return matrix
 
 
+def shown(value: object, longest: int = 60) -> str:
+    """Return any value as a message repeats it, in at most `longest` letters, even one that cannot show itself."""
+    try:
+        text = repr(value)
+    except Exception:
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= longest else text[: longest - 3] + "..."
+
+
 def _real(name: str, value: float, unit: str) -> float:
     try:
         return float(value)

@@ -68,7 +68,4 @@ def _tell(console: Console, result: RunResult) -> None:
     recording = result.recording
     if recording is None or recording.path is None:
         return
-    kept = f"Log: {recording.path}, {recording.rows_written} periods"
-    lost = f", {recording.rows_lost} lost" if recording.rows_lost else ""
-    said = "; ".join(text for text in (recording.problem, recording.note) if text)
-    console.print(kept + lost + (f"; {said}" if said else ""), highlight=False, markup=False, soft_wrap=True)
+    console.print(f"Log: {recording}", highlight=False, markup=False, soft_wrap=True)

@@ -96,9 +96,7 @@ def _recording(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     kept = exploration.run.recording
     if kept is None or kept.path is None:
         return ()
-    lost = f", {kept.rows_lost} lost" if kept.rows_lost else ""
-    said = "; ".join(text for text in (f"{kept.path}, {kept.rows_written} periods{lost}", kept.problem) if text)
-    return (("log", said),)
+    return (("log", str(kept)),)
 
 
 def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import cast
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, shown
 from palpate.experiments.explore_plan import ExplorationPlan
 from palpate.nearest_name import nearest
 from palpate.runtime import Controller
@@ -53,7 +53,7 @@ def load_controller_maker(name: str) -> ControllerMaker:
         )
     if not callable(function):
         raise InvalidValueError(
-            f"controller = {name}: {function_name} is {_shown(function)}: must be a function that takes an "
+            f"controller = {name}: {function_name} is {shown(function, 80)}: must be a function that takes an "
             "ExplorationPlan and returns a controller"
         )
 
@@ -65,7 +65,7 @@ def load_controller_maker(name: str) -> ControllerMaker:
         missing = [step for step in ("start", "step") if not callable(getattr(made, step, None))]
         if missing or isinstance(made, type):
             raise InvalidValueError(
-                f"controller = {name}: {function_name} returned {_shown(made)}: must be a controller, with the "
+                f"controller = {name}: {function_name} returned {shown(made, 80)}: must be a controller, with the "
                 "methods start(first) and step(now)"
             )
         return cast(Controller, made)
@@ -81,11 +81,6 @@ def _raised(what: str, error: Exception) -> str:
         line = f" ({error.filename}, line {error.lineno})"
         return f"{what} raised {type(error).__name__}: {error.msg}{line}"
     return f"{what} raised {type(error).__name__}: {error}{line}"
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 @contextmanager

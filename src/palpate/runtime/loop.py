@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, positive, shown
 from palpate.runtime.data import Command, Observation, Phase, Sample
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.interruption import StopRequest, stop_requests
@@ -229,7 +229,7 @@ class _Run:
     def _take(self, sample: Sample) -> None:
         given: object = sample  # a back end may be anybody's
         if not isinstance(given, Sample) or not isinstance(given.time, float | int):
-            raise InvalidValueError(f"the back end gave {_shown(given)}: must be a Sample with its time")
+            raise InvalidValueError(f"the back end gave {shown(given)}: must be a Sample with its time")
         self._sample, self._time, self._seen = given, given.time, False
 
     def _brake(self) -> bool:
@@ -315,8 +315,3 @@ class _Run:
             ),
             recording=self._recording,
         )
-
-
-def _shown(value: object) -> str:
-    text = f"{value!r}"
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -28,6 +28,13 @@ class RecordingSummary:
     problem: str | None = None
     note: str = ""
 
+    def __str__(self) -> str:
+        """One line for a person: what was kept and where, and what went wrong."""
+        place = "" if self.path is None else f"{self.path}, "
+        lost = f", {self.rows_lost} lost" if self.rows_lost else ""
+        said = (f"{place}{self.rows_written} periods{lost}", self.problem, self.note)
+        return "; ".join(text for text in said if text)
+
     @staticmethod
     def joined(summaries: Sequence["RecordingSummary"]) -> "RecordingSummary":
         """Return the summary of a recording with several sinks: their first path, their worst figures."""

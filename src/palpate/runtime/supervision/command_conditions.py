@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+from palpate.errors import shown
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.supervision.finding import Finding
 
@@ -26,17 +27,17 @@ class WellFormed:
     def broken(self, command: object, before: Command) -> Finding | None:
         """See `CommandCondition`; takes whatever a controller returns."""
         if not isinstance(command, Command):
-            return Finding("what the controller returned", _shown(command), "a Command")
+            return Finding("what the controller returned", shown(command), "a Command")
         try:
             x, y, z = command.velocity_base_tip
             finite = math.isfinite(x + y + z)
         except (TypeError, ValueError, OverflowError):
-            return Finding("commanded velocity", _shown(command.velocity_base_tip), "three finite numbers [m/s]")
+            return Finding("commanded velocity", shown(command.velocity_base_tip), "three finite numbers [m/s]")
         if not finite:
             return Finding("commanded velocity", f"({x}, {y}, {z}) m/s", "three finite numbers")
         phase: object = command.phase  # nothing is certain yet
         if not isinstance(phase, Phase):
-            return Finding("phase of the command", _shown(phase), "a Phase")
+            return Finding("phase of the command", shown(phase), "a Phase")
         if phase is Phase.STOP:
             return Finding("phase of the command", "stop", "another one: this is the supervisor's")
         return None if command.grip_force is None else self._grip(command.grip_force, before.grip_force)
@@ -45,12 +46,12 @@ class WellFormed:
     def _grip(grip: object, last: tuple[float, ...] | None) -> Finding | None:
         wanted = "one finite force, 0 N or above, for each finger"
         if not isinstance(grip, tuple) or not grip or (last is not None and len(grip) != len(last)):
-            return Finding("commanded grip force", _shown(grip), wanted)
+            return Finding("commanded grip force", shown(grip), wanted)
         try:
             fine = all(0.0 <= force < math.inf for force in grip)
         except TypeError:
             fine = False
-        return None if fine else Finding("commanded grip force", _shown(grip), wanted)
+        return None if fine else Finding("commanded grip force", shown(grip), wanted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +97,3 @@ class CommandedGrip:
         if command.grip_force is None or max(command.grip_force) <= self.limit * ROUNDING:
             return None
         return Finding("commanded grip force", f"{max(command.grip_force):.4g} N", f"{self.limit:g} N")
-
-
-def _shown(value: object) -> str:
-    try:
-        text = repr(value)
-    except Exception:  # a broken object must not break the supervisor
-        text = f"a {type(value).__name__}"
-    return text if len(text) <= 60 else text[:57] + "..."
