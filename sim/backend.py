@@ -14,7 +14,7 @@ from palpate.sim.friction_step import FrictionStep, MujocoFriction
 from palpate.sim.object_traced import Trace, TracedObject
 from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM, Scene
-from palpate.sim.sensor import SeededSensor, SensorModel
+from palpate.sim.sensor import SeededSensor
 from palpate.sim.sensor_simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
 from palpate.spatial import ZERO, Vector, add, add_scaled, cross, subtract
@@ -85,8 +85,9 @@ class MujocoBackend:
         self._period = period
         self._pacer = pacer or SimulatedTime()
         self._steps = whole_steps("period", period, scene.time_step)
-        self._seed = sensor.seed if sensor is not None else 0
-        self._sensor = simulated_sensor(SensorModel() if sensor is None else sensor.model, period, self._seed)
+        given = sensor or SeededSensor()
+        self._seed = given.seed
+        self._sensor = simulated_sensor(given.model, period, given.seed)
         self._data = mujoco.MjData(scene.model)
         self._readings = self._data.sensordata  # a view that lives as long as the data
         self._drive = scene.carrier.drive(scene.model, self._data, period)

@@ -14,7 +14,7 @@ from palpate.sim.hand_grip import Grip, GripState
 from palpate.sim.hand_mount import LIFT, Lift
 from palpate.sim.hand_scene import SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
 from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
-from palpate.sim.sensor import SensorModel
+from palpate.sim.sensor import SeededSensor
 from palpate.sim.sensor_simulation import SensorState, simulated_sensor
 from palpate.spatial import IDENTITY, Vector
 
@@ -85,8 +85,7 @@ class HandBackend:
         self,
         scene: GraspScene,
         period: float = 1e-3,
-        sensor: SensorModel | None = None,
-        seed: int = 0,
+        sensor: SeededSensor | None = None,
         pacer: Pacer | None = None,
     ) -> None:
         """Take a scene.
@@ -94,21 +93,21 @@ class HandBackend:
         Args:
             scene: What to simulate.
             period: Control period [s], a whole number of time steps.
-            sensor: Behind each fingertip; a perfect one if not given.
-            seed: Of the sensors' imperfections; each has its own.
+            sensor: Behind each fingertip, each with the next seed; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
 
         Raises:
-            InvalidValueError: Period or bus period is not a whole number of time steps, or the seed is negative.
+            InvalidValueError: Period or bus period is not a whole number of time steps.
         """
         self.scene = scene
         self._period = period
         self._steps = whole_steps("period", period, scene.time_step)
         self._pacer = pacer or SimulatedTime()
-        self._seed = seed
+        given = sensor or SeededSensor()
+        self._seed = given.seed
         model, n = scene.model, scene.hand.fingers
         self._data = data = mujoco.MjData(model)
-        self._sensors = tuple(simulated_sensor(sensor or SensorModel(), period, seed + i) for i in range(n))
+        self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
         self._grip = Grip(
             scene.hand, model, data, whole_steps("bus_period", scene.hand.bus_period, scene.time_step)
         )

@@ -3,6 +3,7 @@
 import itertools
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from palpate.sim.hand import three_finger_hand, two_finger_hand
 from palpate.sim.hand_backend import HandBackend
 from palpate.sim.hand_mount import Lift
 from palpate.sim.hand_scene import HeldObject, Table, build_grasp_scene
-from palpate.sim.sensor import SensorModel, noisy_sensor
+from palpate.sim.sensor import SeededSensor, white_noise
 from palpate.sim.servo import PULSE
 
 LIFT = Lift()
@@ -25,7 +26,7 @@ TWO = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), 
 THREE = build_grasp_scene(three_finger_hand(), HeldObject(SphereObject(0.03)), mount=LIFT, table=Table(-0.03))
 FIXED = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), table=Table(-0.03))
 SCENES = pytest.mark.parametrize("scene", [TWO, THREE], ids=["two fingers", "three fingers"])
-NOISY = noisy_sensor(0.01, 1e-4)
+NOISY = white_noise(0.01, 1e-4)
 
 
 def command(i, fingers):
@@ -50,11 +51,14 @@ def test_it_is_a_back_end():
 
 @SCENES
 def test_the_same_seed_gives_the_same_run_also_when_started_again(scene):
-    one, other = HandBackend(scene, sensor=NOISY, seed=3), HandBackend(scene, sensor=NOISY, seed=3)
+    one, other = (
+        HandBackend(scene, sensor=replace(NOISY, seed=3)),
+        HandBackend(scene, sensor=replace(NOISY, seed=3)),
+    )
     first = [one.start(), *run(one)]
     assert [other.start(), *run(other)] == first
     assert [one.start(), *run(one)] == first
-    another = HandBackend(scene, sensor=NOISY, seed=4)
+    another = HandBackend(scene, sensor=replace(NOISY, seed=4))
     assert [another.start(), *run(another)] != first
 
 
@@ -221,7 +225,7 @@ def test_a_simulation_that_diverges_says_so(blow, tmp_path, monkeypatch):
 @SCENES
 def test_how_fast_it_is(scene, capsys):
     """Printed, not judged: a whole period with sensing, an object held."""
-    hand, backend = scene.hand, HandBackend(scene, sensor=SensorModel())
+    hand, backend = scene.hand, HandBackend(scene, sensor=SeededSensor())
     finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
     touch = Touch(*[finger] * hand.fingers)
     touch.sense(backend.start())
