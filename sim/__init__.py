@@ -1,21 +1,28 @@
 """MuJoCo scenes made of pieces that name physical quantities, and the back end that runs them."""
 
-from palpate.sim.arm_carrier import ArmCarrier
 from palpate.sim.backend import MujocoBackend, Truth
-from palpate.sim.carrier import Carrier, Drive
+from palpate.sim.carriers.arm_carrier import ArmCarrier
+from palpate.sim.carriers.carrier import Carrier, Drive
+from palpate.sim.carriers.stage import Stage
+from palpate.sim.carriers.ur5e import Ur5e
 from palpate.sim.contact_law import ContactLaw, PairParameters
-from palpate.sim.object_body import Mount, ObjectBody
-from palpate.sim.object_heights import HeightField, bumps, height_field
-from palpate.sim.object_mesh import ConvexMesh, TracedMesh
-from palpate.sim.object_mesh_file import Triangles, read_triangles
-from palpate.sim.object_torus import Torus
-from palpate.sim.objects import Box, CapsuleObject, CylinderObject, EllipsoidObject, SceneObject, SphereObject
+from palpate.sim.objects.body import Mount, ObjectBody
+from palpate.sim.objects.heights import HeightField, bumps, height_field
+from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
+from palpate.sim.objects.mesh_file import Triangles, read_triangles
+from palpate.sim.objects.primitives import (
+    Box,
+    CapsuleObject,
+    CylinderObject,
+    EllipsoidObject,
+    SceneObject,
+    SphereObject,
+)
+from palpate.sim.objects.torus import Torus
 from palpate.sim.scene import Scene, build_scene
-from palpate.sim.sensor import SeededSensor, SensorModel, white_noise
-from palpate.sim.sensor_presets import PresetSensor, sensor_preset
-from palpate.sim.stage import Stage
+from palpate.sim.sensor.model import SeededSensor, SensorModel, white_noise
+from palpate.sim.sensor.presets import PresetSensor, sensor_preset
 from palpate.sim.tip import Tip
-from palpate.sim.ur5e import Ur5e
 
 __all__ = [
     "ArmCarrier",

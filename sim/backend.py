@@ -9,13 +9,13 @@ import mujoco
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.friction_plant import FrictionContact, FrictionPlant, FrictionState
-from palpate.sim.friction_step import FrictionStep, MujocoFriction
-from palpate.sim.object_traced import Trace, TracedObject
+from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState
+from palpate.sim.friction.step import FrictionStep, MujocoFriction
+from palpate.sim.objects.traced import Trace, TracedObject
 from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM, Scene
-from palpate.sim.sensor import SeededSensor
-from palpate.sim.sensor_simulation import SensorState, simulated_sensor
+from palpate.sim.sensor.model import SeededSensor
+from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
 from palpate.spatial import ZERO, Vector, add, add_scaled, cross, subtract
 

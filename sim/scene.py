@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import mujoco
 
 from palpate.errors import InvalidValueError, positive
-from palpate.sim.carrier import Carrier
+from palpate.sim.carriers.carrier import Carrier
+from palpate.sim.carriers.stage import Stage
 from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
-from palpate.sim.friction_law import FrictionLaw
-from palpate.sim.friction_pairs import FrictionPair
-from palpate.sim.friction_texture import Texture
-from palpate.sim.object_traced import TracedObject
-from palpate.sim.objects import SceneObject
-from palpate.sim.stage import Stage
+from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.friction.pairs import FrictionPair
+from palpate.sim.friction.texture import Texture
+from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.traced import TracedObject
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
 from palpate.spatial import Vector
 

@@ -20,7 +20,7 @@ from palpate.experiments.view_config import ViewConfig
 from palpate.experiments.view_plan import view_scene, watched_plan
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
-from palpate.sim import render_gl
+from palpate.sim.render import gl as render_gl
 from palpate.viewing import Place
 
 SMALL = ("width=0.01", "depth=0.004", "speed=0.05")

@@ -16,7 +16,7 @@ from palpate.sim import (
     build_scene,
     white_noise,
 )
-from palpate.sim.friction_law import FrictionLaw
+from palpate.sim.friction.law import FrictionLaw
 from palpate.spatial import IDENTITY
 from palpate.surfaces import Sphere
 

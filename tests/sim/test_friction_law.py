@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InvalidValueError
-from palpate.sim.friction_bristle import borne, nearest, packed
-from palpate.sim.friction_contacts import (
+from palpate.sim.friction.bristle import borne, nearest, packed
+from palpate.sim.friction.contacts import (
     FORCE,
     NORMAL,
     NORMAL_FORCE,
@@ -27,8 +27,8 @@ from palpate.sim.friction_contacts import (
     find_before,
     load_bristle,
 )
-from palpate.sim.friction_law import FrictionLaw
-from palpate.sim.friction_texture import FrictionMap, Grating
+from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.friction.texture import FrictionMap, Grating
 
 DT, DAMPING = 0.5e-3, 20.0
 EXPONENTS = st.sampled_from([1.0, 1.1, 1.3, 1.6, 2.0]) | st.floats(1.0, 2.0)

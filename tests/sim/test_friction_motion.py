@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from palpate.errors import InvalidValueError
-from palpate.sim.friction_law import FrictionLaw
-from palpate.sim.friction_pairs import FrictionPair
-from palpate.sim.friction_plant import FrictionPlant
+from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.friction.pairs import FrictionPair
+from palpate.sim.friction.plant import FrictionPlant
 
 G = 9.80665
 COULOMB = FrictionLaw()

@@ -14,12 +14,12 @@ from palpate.runtime.protocols import Backend
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import Payload
 from palpate.sim import Box, SphereObject
-from palpate.sim.hand import three_finger_hand, two_finger_hand
-from palpate.sim.hand_backend import HandBackend
-from palpate.sim.hand_mount import Lift
-from palpate.sim.hand_scene import HeldObject, Table, build_grasp_scene
-from palpate.sim.sensor import SeededSensor, white_noise
-from palpate.sim.servo import PULSE
+from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
+from palpate.sim.hand.mount import Lift
+from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.servo import PULSE
+from palpate.sim.sensor.model import SeededSensor, white_noise
 
 LIFT = Lift()
 TWO = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), mount=LIFT, table=Table(-0.03))

@@ -13,12 +13,12 @@ from palpate.runtime.data import Command
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, CylinderObject, SphereObject
-from palpate.sim.hand import Hand, finger_name, three_finger_hand, two_finger_hand
-from palpate.sim.hand_backend import HandBackend
-from palpate.sim.hand_contact import FRICTION_STEP, LARGEST_CONTACT_STEP, GraspContact, grasp_pair_parameters
-from palpate.sim.hand_finger import HingeFinger
-from palpate.sim.hand_mount import FixedMount, Lift
-from palpate.sim.hand_scene import HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.contact import FRICTION_STEP, LARGEST_CONTACT_STEP, GraspContact, grasp_pair_parameters
+from palpate.sim.hand.finger import HingeFinger
+from palpate.sim.hand.hand import Hand, finger_name, three_finger_hand, two_finger_hand
+from palpate.sim.hand.mount import FixedMount, Lift
+from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
 from palpate.sim.scene import GRAVITY
 from palpate.surfaces import Ellipsoid, Sphere
 
@@ -296,7 +296,7 @@ def test_a_cylinder_is_held_across_its_axis():
 @pytest.mark.parametrize("mass", [0.1, 1.0])
 def test_twice_the_largest_contact_step_is_still_sound(mass, step, monkeypatch):
     """What `LARGEST_CONTACT_STEP` leaves in hand: neither noise in a hold nor lift-off in a slip."""
-    monkeypatch.setattr("palpate.sim.hand_contact.LARGEST_CONTACT_STEP", 2.0)
+    monkeypatch.setattr("palpate.sim.hand.contact.LARGEST_CONTACT_STEP", 2.0)
     law = GraspContact(stiffness=mass * (step / 1e-3) ** 2)
     backend = held(two_finger_hand(), BOX, 3.0 * mass * GRAVITY, mass, law)
     still = [backend.step(Command()).wrenches[0].wrench[0] for _ in range(200)]

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.sim import Box, ContactLaw, CylinderObject, EllipsoidObject, SphereObject
 from palpate.sim.contact_law import pair_parameters
-from palpate.sim.object_body import Mount, ObjectBody
-from palpate.sim.object_mesh import ConvexMesh, TracedMesh
-from palpate.sim.object_mesh_file import Triangles, read_triangles
-from palpate.sim.object_motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine, TargetDrive
-from palpate.sim.object_table import Table
-from palpate.sim.object_torus import Torus
-from palpate.sim.objects import CapsuleObject
+from palpate.sim.objects.body import Mount, ObjectBody
+from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
+from palpate.sim.objects.mesh_file import Triangles, read_triangles
+from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine, TargetDrive
+from palpate.sim.objects.primitives import CapsuleObject
+from palpate.sim.objects.table import Table
+from palpate.sim.objects.torus import Torus
 
 TRIANGLES = {n: trimesh.creation.icosphere(subdivisions=n, radius=0.04) for n in (2, 3, 4)}
 DT = 0.5e-3

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.sim import ContactLaw, Stage, Tip, build_scene
-from palpate.sim.object_heights import HeightField, bumps, height_field
-from palpate.sim.object_mesh import TracedMesh
-from palpate.sim.object_mesh_file import Triangles
-from palpate.sim.object_torus import Torus
-from palpate.sim.object_traced import Trace
+from palpate.sim.objects.heights import HeightField, bumps, height_field
+from palpate.sim.objects.mesh import TracedMesh
+from palpate.sim.objects.mesh_file import Triangles
+from palpate.sim.objects.torus import Torus
+from palpate.sim.objects.traced import Trace
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.tip import TIP_GEOM
 from palpate.surfaces import Ellipsoid, Sphere

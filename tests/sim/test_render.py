@@ -12,12 +12,12 @@ from PIL import Image, ImageSequence
 
 from palpate.errors import InvalidValueError
 from palpate.sim import Box, ContactLaw, CylinderObject, EllipsoidObject, SphereObject, Tip
-from palpate.sim.arm_carrier import ArmCarrier
-from palpate.sim.render import ARROW_LENGTH, GROUND, Camera, ContactForce, SceneRenderer
-from palpate.sim.render_files import write_gif, write_png
-from palpate.sim.render_gl import NoRendererError, offscreen_context
-from palpate.sim.render_place import ScenePlacement
-from palpate.sim.render_shapes import shapes_of
+from palpate.sim.carriers.arm_carrier import ArmCarrier
+from palpate.sim.render.files import write_gif, write_png
+from palpate.sim.render.gl import NoRendererError, offscreen_context
+from palpate.sim.render.place import ScenePlacement
+from palpate.sim.render.renderer import ARROW_LENGTH, GROUND, Camera, ContactForce, SceneRenderer
+from palpate.sim.render.shapes import shapes_of
 from palpate.sim.scene import build_scene
 from palpate.surfaces import Ellipsoid, Sphere
 

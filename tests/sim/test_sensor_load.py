@@ -10,9 +10,9 @@ from scipy.linalg import expm
 
 from palpate.errors import InvalidValueError
 from palpate.sensing.compensation import Payload, contact_wrench
-from palpate.sim.sensor import SensorModel
-from palpate.sim.sensor_simulation import ImperfectSensor, PerfectSensor, simulated_sensor
-from palpate.sim.sensor_stages import (
+from palpate.sim.sensor.model import SensorModel
+from palpate.sim.sensor.simulation import ImperfectSensor, PerfectSensor, simulated_sensor
+from palpate.sim.sensor.stages import (
     CrossTalk,
     FirstOrderLag,
     SampleClock,

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.sim import sensor_kernel as kernel
-from palpate.sim.sensor import SensorModel, noisy_sensor
-from palpate.sim.sensor_draws import BLOCK
-from palpate.sim.sensor_presets import PresetSensor, nano17, sensor_preset
-from palpate.sim.sensor_simulation import ImperfectSensor, PerfectSensor, simulated_sensor
-from palpate.sim.sensor_stages import Dropouts, FirstOrderLag, RandomWalk, SampleClock, SecondOrderLag, alike
+from palpate.sim.sensor import kernel
+from palpate.sim.sensor.draws import BLOCK
+from palpate.sim.sensor.model import SensorModel, noisy_sensor
+from palpate.sim.sensor.presets import PresetSensor, nano17, sensor_preset
+from palpate.sim.sensor.simulation import ImperfectSensor, PerfectSensor, simulated_sensor
+from palpate.sim.sensor.stages import Dropouts, FirstOrderLag, RandomWalk, SampleClock, SecondOrderLag, alike
 
 DT = 1e-3
 EVERYTHING = replace(

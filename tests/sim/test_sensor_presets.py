@@ -28,12 +28,12 @@ from palpate.sensing.ft import (
     read_sensor,
     sensor_text,
 )
-from palpate.sim.sensor import SensorModel, noisy_sensor
-from palpate.sim.sensor_description import sensor_file
-from palpate.sim.sensor_presets import PresetSensor, axia80, ft300s, nano17, sensor_preset, ur5e_sensor
-from palpate.sim.sensor_simulation import ImperfectSensor, PerfectSensor, simulated_sensor
-from palpate.sim.sensor_stages import CrossTalk, Dropouts, FirstOrderLag, SampleClock, alike
-from palpate.sim.sensor_temperature import TemperatureProfile, ThermalDrift
+from palpate.sim.sensor.description import sensor_file
+from palpate.sim.sensor.model import SensorModel, noisy_sensor
+from palpate.sim.sensor.presets import PresetSensor, axia80, ft300s, nano17, sensor_preset, ur5e_sensor
+from palpate.sim.sensor.simulation import ImperfectSensor, PerfectSensor, simulated_sensor
+from palpate.sim.sensor.stages import CrossTalk, Dropouts, FirstOrderLag, SampleClock, alike
+from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift
 from palpate.spatial import IDENTITY, ZERO
 from palpate.surfaces import Sphere
 

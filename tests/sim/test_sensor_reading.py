@@ -12,9 +12,9 @@ from scipy import stats
 
 from palpate.errors import InvalidValueError
 from palpate.sensing.ft import HealthLimits, HealthMonitor, Measure
-from palpate.sim.sensor import SensorModel, noisy_sensor
-from palpate.sim.sensor_simulation import ImperfectSensor, simulated_sensor
-from palpate.sim.sensor_stages import (
+from palpate.sim.sensor.model import SensorModel, noisy_sensor
+from palpate.sim.sensor.simulation import ImperfectSensor, simulated_sensor
+from palpate.sim.sensor.stages import (
     CrossTalk,
     Dropouts,
     FirstOrderLag,
@@ -26,7 +26,7 @@ from palpate.sim.sensor_stages import (
     alike,
     drawn_cross_talk,
 )
-from palpate.sim.sensor_temperature import TemperatureProfile, ThermalDrift, WarmUp
+from palpate.sim.sensor.temperature import TemperatureProfile, ThermalDrift, WarmUp
 
 REST = (0.0, 0.0, 9.81)
 NOTHING = (0.0,) * 6

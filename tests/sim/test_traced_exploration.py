@@ -15,8 +15,8 @@ from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, ru
 from palpate.runtime.log import MemoryLog, Recorder
 from palpate.sensing.compensation import Payload
 from palpate.sim import ContactLaw, MujocoBackend, Stage, Tip, build_scene
-from palpate.sim.object_heights import bumps
-from palpate.sim.object_torus import Torus
+from palpate.sim.objects.heights import bumps
+from palpate.sim.objects.torus import Torus
 from palpate.surfaces import Sphere
 
 PERIOD, FORCE, RADIUS = 1e-3, 2.0, 0.004

@@ -9,9 +9,9 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.kinematics import UR5E, ArmKinematics, Leash, Pose, nearest_joint_position
 from palpate.sim import Box, ContactLaw, Tip
-from palpate.sim.arm_drive import ArmDrive
+from palpate.sim.carriers.arm_drive import ArmDrive
+from palpate.sim.carriers.ur5e import ARMATURE, FLANGE, JOINTS, LARGEST_LINK_INERTIA, LINKS, Ur5e
 from palpate.sim.contact_law import pair_parameters
-from palpate.sim.ur5e import ARMATURE, FLANGE, JOINTS, LARGEST_LINK_INERTIA, LINKS, Ur5e
 from palpate.surfaces import Sphere
 
 TIP = Tip(Sphere(0.008))

@@ -9,10 +9,10 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.runtime import Phase
 from palpate.sim import ContactLaw, SphereObject, Tip
-from palpate.sim.arm_carrier import ArmCarrier
-from palpate.sim.render_place import ScenePlacement
+from palpate.sim.carriers.arm_carrier import ArmCarrier
+from palpate.sim.carriers.ur5e import LINKS
+from palpate.sim.render.place import ScenePlacement
 from palpate.sim.scene import build_scene
-from palpate.sim.ur5e import LINKS
 from palpate.surfaces import Sphere
 from palpate.viewing import Frames, LiveView, Part, Place, ViewScene, frames_of_log
 from palpate.viewing.frame_ring import FrameRing, RingReader, RingWriter

@@ -5,7 +5,7 @@ from palpate.kinematics import Leash, Pose
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import SimulatedUr5eEntry
 from palpate.sim import ArmCarrier, Ur5e
-from palpate.sim.arm_carrier import LOOKING_DOWN
+from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 
 DOWN = (0.0, 0.0, -1.0)
 """The way it presses."""

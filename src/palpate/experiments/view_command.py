@@ -10,7 +10,7 @@ from palpate.experiments.view_pictures import write_still, write_video
 from palpate.experiments.view_plan import recorded_plan, view_scene, watched_plan
 from palpate.runtime import Ending, result_until
 from palpate.runtime.log import log_in, read_log
-from palpate.sim.render_gl import NoRendererError
+from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import LOOPBACK, LiveView, Player, ViewUnavailableError, frames_of_log
 
 FAILED = 1

@@ -7,8 +7,8 @@ import numpy as np
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_plan import ExplorationPlan
-from palpate.sim.render import ContactForce, Picture, SceneRenderer
-from palpate.sim.render_files import write_gif, write_png
+from palpate.sim.render.files import write_gif, write_png
+from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer
 from palpate.spatial import Vector
 from palpate.viewing import Frames
 

@@ -16,11 +16,11 @@ from palpate.runtime import Pacer
 from palpate.runtime.log import Log
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
-from palpate.sim.arm_carrier import ArmCarrier
-from palpate.sim.render_shapes import shapes_of
+from palpate.sim.carriers.arm_carrier import ArmCarrier
+from palpate.sim.carriers.ur5e import LINKS
+from palpate.sim.render.shapes import shapes_of
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.tip import TIP_GEOM
-from palpate.sim.ur5e import LINKS
 from palpate.strict_decode import decode_some
 from palpate.strict_yaml import read_yaml
 from palpate.viewing import Part, Place, ViewScene

@@ -22,7 +22,7 @@ RANGES = {
 class StageEntry(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="stage"
 ):
-    """The simulated three-axis stage: see `palpate.sim.stage.Stage`.
+    """The simulated three-axis stage: see `palpate.sim.carriers.stage.Stage`.
 
     Attributes:
         mass: Moving mass without the tip [kg].
@@ -45,7 +45,7 @@ class StageEntry(
 class SimulatedUr5eEntry(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="simulated_ur5e"
 ):
-    """A simulated Universal Robots UR5e that holds its tip upright: see `palpate.sim.arm_carrier.ArmCarrier`.
+    """A simulated Universal Robots UR5e that holds its tip upright: see `palpate.sim.carriers.arm_carrier.ArmCarrier`.
 
     Attributes:
         foot_distance: From its foot, behind the origin of the base frame, to the origin [m].

@@ -16,7 +16,7 @@ from palpate.viewing.touch_map import CHUNK, TouchMap
 from palpate.viewing.view_scene import Part, Place, ViewScene, link_poses
 
 ARROW_LENGTH = 0.015
-"""Length of the arrow per force [m/N]: at 2 N it sticks out of an 8 mm fingertip; as in `palpate.sim.render`."""
+"""Length of the arrow per force [m/N]: at 2 N it sticks out of an 8 mm fingertip, as in `sim.render.renderer`."""
 
 WEAKEST = 0.01
 """Forces below this are not drawn [N]: an arrow of a fifth of a millimetre."""

@@ -1,0 +1,1 @@
+"""What carries a fingertip: stages and arms, and how they are driven."""

@@ -1,0 +1,106 @@
+"""A UR5e that carries a fingertip."""
+
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from palpate.kinematics import Pose, nearest_joint_position
+from palpate.runtime.data import ArmSample
+from palpate.sim.carriers.arm_drive import ArmDrive
+from palpate.sim.carriers.ur5e import JOINTS, Ur5e
+from palpate.sim.tip import SENSOR_SITE, Tip
+from palpate.spatial import ZERO, Vector
+
+ELBOW_UP = tuple(np.radians((0.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
+"""[rad] Upper arm raised, forearm forward, flange down: the way to a start that is nearest to this is taken."""
+
+LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
+"""Rotation of the tip frame on the flange: upright while the flange looks down."""
+
+
+def arm_above_the_origin(distance: float = 0.45, tool: float = 0.1) -> Ur5e:
+    """Return a UR5e that reaches what lies about the origin of the base frame.
+
+    Args:
+        distance: From its foot, behind the origin, to the origin [m]: half its reach.
+        tool: From its flange to the tip frame [m].
+    """
+    return Ur5e(Pose((-distance, 0.0, 0.0)), Pose((0.0, 0.0, tool), LOOKING_DOWN))
+
+
+@dataclass(frozen=True, slots=True)
+class ArmCarrier:
+    """A UR5e that carries a fingertip. A `Carrier`.
+
+    Attributes:
+        arm: Where it stands, and what is on its flange.
+        seed: Of the joint angles that reach the start, the nearest to these are taken [rad].
+    """
+
+    arm: Ur5e = field(default_factory=arm_above_the_origin)
+    seed: tuple[float, ...] = ELBOW_UP
+
+    def joint_start(self, start: Vector) -> tuple[float, ...]:
+        """Return the joint angles that hold the tip upright, its frame's origin at `start` [m].
+
+        Raises:
+            InvalidValueError: It is out of reach.
+        """
+        return nearest_joint_position(self.arm.kinematics, Pose(start), self.seed)
+
+    def mount(self, spec: mujoco.MjSpec, tip: Tip, start: Vector) -> None:
+        """See `Carrier`; the robot knows its load: gravity is taken off the joints, not off the sensor."""
+        tip.add_to(self.arm.add_to(spec, self.joint_start(start))).gravcomp = 1.0
+
+    def add_sensors(self, spec: mujoco.MjSpec) -> None:
+        """Add the axes of the tip frame and the joints' angles, as `ArmCarrierDrive` reads them."""
+        axes = (mujoco.mjtSensor.mjSENS_FRAMEXAXIS, mujoco.mjtSensor.mjSENS_FRAMEYAXIS)
+        for kind in (*axes, mujoco.mjtSensor.mjSENS_FRAMEZAXIS):
+            spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=SENSOR_SITE)
+        for name in JOINTS:
+            spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
+
+    def inverse_mass(self, spec: mujoco.MjSpec, tip: Tip) -> float:
+        """See `Carrier`; only the compiled model knows."""
+        model = spec.compile()
+        return float(model.body_invweight0[model.body("tip").id, 0])
+
+    def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> "ArmCarrierDrive":
+        """See `Carrier`."""
+        return ArmCarrierDrive(ArmDrive(self.arm, model, data, period))
+
+
+class ArmCarrierDrive:
+    """Keeps the tip's orientation while it moves. A `Drive`."""
+
+    def __init__(self, drive: ArmDrive) -> None:
+        """Take the arm's own drive."""
+        self._drive = drive
+
+    def start(self) -> None:
+        """See `Drive`."""
+        self._drive.start()
+
+    def begin(self, velocity: Vector) -> None:
+        """See `Drive`."""
+        self._drive.begin(velocity, ZERO)
+
+    def advance(self) -> None:
+        """See `Drive`."""
+        self._drive.advance()
+
+    def sample(self, time: float, readings: list[float]) -> ArmSample:
+        """See `Drive`."""
+        s = readings
+        ax, ay, az, bx, by, bz, cx, cy, cz, *joints = s[-15:]
+        rotation = ((ax, bx, cx), (ay, by, cy), (az, bz, cz))
+        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), tuple(joints))
+
+    def snapshot(self) -> tuple[float, ...]:
+        """See `Drive`."""
+        return self._drive.snapshot()
+
+    def restore(self, state: tuple[float, ...]) -> None:
+        """See `Drive`."""
+        self._drive.restore(state)

@@ -1,0 +1,1 @@
+"""A Dynamixel hand, what it holds, and the back end that runs both."""

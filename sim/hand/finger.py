@@ -1,0 +1,153 @@
+"""Two kinds of finger, the simplest that real Dynamixel hands are made of.
+
+- `SlideFinger`: rack and pinion. Force is torque over the pinion's radius wherever it stands, and the tip never
+  turns: for two fingers, whose tips shall stay opposite each other.
+- `HingeFinger`: straight, on the servo's own horn. Nothing between servo and tip but one length: for three fingers
+  around an object, where a rack each would not fit; force changes with the angle, and tips turn.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import mujoco
+
+from palpate.errors import InvalidValueError, positive
+from palpate.sim.hand.servo import XL330_M288, XM430_W210, ServoModel
+from palpate.spatial import Vector
+
+
+class Finger(Protocol):
+    """How a finger moves, in a plane through the hand's axis. Its coordinate grows as it closes."""
+
+    @property
+    def servo(self) -> ServoModel:
+        """What drives it."""
+        ...
+
+    @property
+    def joint(self) -> mujoco.mjtJoint:
+        """Slide [m] or hinge [rad]."""
+        ...
+
+    @property
+    def ratio(self) -> float:
+        """Of the joint's motion to that of the servo's shaft [m/rad, or 1]."""
+        ...
+
+    @property
+    def axis(self) -> Vector:
+        """Of the joint, in sensor coordinates at 0."""
+        ...
+
+    @property
+    def pivot(self) -> Vector:
+        """A point on that axis, in sensor coordinates [m]."""
+        ...
+
+    @property
+    def mass(self) -> float:
+        """Of what moves between joint and sensor [kg]."""
+        ...
+
+    def sensor_motion(self, q: float) -> tuple[float, float, float]:
+        """Return how far sensor moved inwards and away from the palm [m], and turned [rad], at a coordinate."""
+        ...
+
+    def lever(self, q: float, tip_along: float) -> float:
+        """Return the servo's torque per normal force [m] where the force is square to the hand's axis.
+
+        Args:
+            q: The joint's coordinate [rad or m].
+            tip_along: How far the tip's centre lies before the sensor along the finger [m].
+        """
+        ...
+
+    def closed(self, distance: float, tip_along: float) -> float:
+        """Return the coordinate at which the tip's centre is this far [m] further in than at 0."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SlideFinger:
+    """A finger on a rack, square to the hand's axis.
+
+    Attributes:
+        servo: What drives the pinion.
+        pinion: Its radius [m].
+        mass: Of rack and finger without tip [kg].
+    """
+
+    servo: ServoModel = XL330_M288
+    pinion: float = 0.02
+    mass: float = 0.03
+
+    def __post_init__(self) -> None:
+        positive("pinion", self.pinion, "m")
+        positive("mass", self.mass, "kg")
+
+    joint = mujoco.mjtJoint.mjJNT_SLIDE
+    axis: Vector = field(default=(1.0, 0.0, 0.0), init=False)
+    pivot: Vector = field(default=(0.0, 0.0, 0.0), init=False)
+
+    @property
+    def ratio(self) -> float:
+        """See `Finger`: the pinion's radius."""
+        return self.pinion
+
+    def sensor_motion(self, q: float) -> tuple[float, float, float]:
+        """See `Finger`."""
+        return (q, 0.0, 0.0)
+
+    def lever(self, q: float, tip_along: float) -> float:
+        """See `Finger`."""
+        return self.pinion
+
+    def closed(self, distance: float, tip_along: float) -> float:
+        """See `Finger`."""
+        return distance
+
+
+@dataclass(frozen=True, slots=True)
+class HingeFinger:
+    """A straight finger on the horn of its servo, parallel to the hand's axis at 0.
+
+    Attributes:
+        servo: What turns it.
+        length: From the servo's axis to the sensor [m].
+        mass: Of the finger without tip [kg].
+    """
+
+    servo: ServoModel = XM430_W210
+    length: float = 0.07
+    mass: float = 0.03
+
+    def __post_init__(self) -> None:
+        positive("length", self.length, "m")
+        positive("mass", self.mass, "kg")
+
+    joint = mujoco.mjtJoint.mjJNT_HINGE
+    axis: Vector = field(default=(0.0, 1.0, 0.0), init=False)
+    ratio: float = field(default=1.0, init=False)
+
+    @property
+    def pivot(self) -> Vector:
+        """See `Finger`."""
+        return (0.0, 0.0, -self.length)
+
+    def sensor_motion(self, q: float) -> tuple[float, float, float]:
+        """See `Finger`."""
+        return (self.length * math.sin(q), -self.length * (1.0 - math.cos(q)), q)
+
+    def lever(self, q: float, tip_along: float) -> float:
+        """See `Finger`."""
+        return (self.length + tip_along) * math.cos(q)
+
+    def closed(self, distance: float, tip_along: float) -> float:
+        """See `Finger`."""
+        reach = self.length + tip_along
+        if not distance < reach:
+            raise InvalidValueError(
+                f"length = {self.length:g} m: the finger cannot close by {distance:g} m; take a longer one"
+            )
+        return math.asin(distance / reach)

@@ -1,0 +1,130 @@
+"""From a commanded grip force to currents, over the bus, and back: what runs on a hand's controller.
+
+The force that a finger shall press with becomes a torque through the finger's lever (its Jacobian, one number),
+and that a goal current through the torque constant and a model of the gear's friction: `driving_current` while
+the force is to rise, `yielding_current` when it is to sink, for friction then holds it up. Behind the object
+lies the goal position that no finger reaches, so that the goal current is what counts.
+
+A force of 0 opens the hand.
+"""
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import HandSample
+from palpate.sim.hand.hand import Hand, finger_name
+from palpate.sim.hand.servo import PULSE, Servo
+
+
+@dataclass(frozen=True, slots=True)
+class GripState:
+    """All that a `Grip` remembers, opaque."""
+
+    servos: tuple[tuple[float, ...], ...]
+    forces: tuple[float, ...]
+    rising: tuple[bool, ...]
+    countdown: int
+    sample: HandSample
+    positions: tuple[float, ...]
+
+
+class Grip:
+    """Servos of a hand in a compiled scene, and the bus to them. `advance` comes before each time step."""
+
+    def __init__(self, hand: Hand, model: mujoco.MjModel, data: mujoco.MjData, bus_steps: int) -> None:
+        """Take a hand in a scene.
+
+        Args:
+            hand: As it was added to the scene.
+            model: The compiled scene.
+            data: Its state, which must live on.
+            bus_steps: Time steps between exchanges on the bus.
+        """
+        self._hand, self._data, self._bus_steps = hand, data, bus_steps
+        n, servo, finger = hand.fingers, hand.finger.servo, hand.finger
+        self._servos = tuple(Servo(servo, float(model.opt.timestep)) for _ in range(n))
+        first = model.joint(finger_name(0))
+        at, dof, of = int(first.qposadr[0]), int(first.dofadr[0]), int(model.actuator(finger_name(0)).id)
+        # views that live as long as the data; fingers stand in a row
+        self._position, self._velocity = data.qpos[at : at + n], data.qvel[dof : dof + n]
+        self._control = data.ctrl[of : of + n]
+        self._ratio, self._tip_along = finger.ratio, hand.tip_along
+        self._closed = finger.closed(hand.opening, hand.tip_along) / finger.ratio
+        self._speed = hand.closing_speed / finger.lever(0.0, hand.tip_along)
+        self.start()
+
+    def start(self) -> None:
+        """Stand still, open."""
+        n = len(self._servos)
+        self._positions = tuple(self._position.tolist())
+        for servo, q in zip(self._servos, self._positions, strict=True):
+            servo.start(q / self._ratio)
+        self._forces, self._rising = (0.0,) * n, (True,) * n
+        self._countdown = 0
+        self.sample = self._read(self._data.time)
+
+    def command(self, forces: tuple[float, ...]) -> None:
+        """Take the force with which each finger is to press [N], more than the servo can do included.
+
+        Raises:
+            InvalidValueError: Another number of forces than of fingers, or one that is negative or not finite.
+        """
+        if forces == self._forces:
+            return
+        if len(forces) != len(self._servos):
+            raise InvalidValueError(
+                f"grip_force = {forces}: must have {len(self._servos)} entries, one per finger"
+            )
+        for force in forces:
+            if not 0.0 <= force < math.inf:
+                raise InvalidValueError(f"grip_force = {forces} N: must be finite, 0 or above; 0 opens the hand")
+        pairs = zip(forces, self._forces, self._rising, strict=True)
+        self._rising = tuple(new > old or (new == old and was) for new, old, was in pairs)
+        self._forces = forces
+
+    def advance(self) -> None:
+        """Set the torques of the next time step; on the bus's turn, exchange goals and positions first."""
+        positions = self._position.tolist()
+        self._positions = positions
+        if self._countdown == 0:
+            self.sample = self._read(self._data.time)
+            self._write(self.sample.joint_position)
+            self._countdown = self._bus_steps
+        self._countdown -= 1
+        ratio = self._ratio
+        velocities = self._velocity.tolist()
+        for i, servo in enumerate(self._servos):
+            self._control[i] = servo.step(positions[i] / ratio, velocities[i] / ratio)
+
+    def last(self) -> tuple[tuple[float, float], ...]:
+        """Return current [A] and joint position of each finger at the last time step."""
+        return tuple((servo.current, q) for servo, q in zip(self._servos, self._positions, strict=True))
+
+    def state(self) -> GripState:
+        """Return all that it remembers."""
+        servos = tuple(servo.state() for servo in self._servos)
+        return GripState(servos, self._forces, self._rising, self._countdown, self.sample, tuple(self._positions))
+
+    def set_state(self, state: GripState) -> None:
+        """Take back what `state` gave."""
+        for servo, its in zip(self._servos, state.servos, strict=True):
+            servo.set_state(its)
+        self._forces, self._rising, self._countdown = state.forces, state.rising, state.countdown
+        self.sample, self._positions = state.sample, state.positions
+
+    def _read(self, time: float) -> HandSample:
+        step = PULSE * self._ratio
+        return HandSample(time, tuple(step * round(q / step) for q in self._position.tolist()))
+
+    def _write(self, positions: tuple[float, ...]) -> None:
+        model, finger = self._hand.finger.servo, self._hand.finger
+        for servo, force, rising, q in zip(self._servos, self._forces, self._rising, positions, strict=True):
+            if force == 0.0:
+                servo.write_goals(0.0, model.current_limit, self._speed)
+                continue
+            torque = force * finger.lever(q, self._tip_along)
+            current = model.driving_current(torque) if rising else model.yielding_current(torque)
+            servo.write_goals(self._closed, current, self._speed)

@@ -1,0 +1,225 @@
+"""A scene for grasping: hand, object, a table if wanted, and nothing else."""
+
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from palpate.errors import InvalidValueError, positive
+from palpate.kinematics.pose import Pose, checked_pose
+from palpate.sim.contact_law import PairParameters
+from palpate.sim.hand.contact import GraspContact, grasp_pair_parameters
+from palpate.sim.hand.hand import Hand, finger_name
+from palpate.sim.hand.mount import PALM, FixedMount, Mount
+from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.scene import GRAVITY, OBJECT_GEOM
+from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
+from palpate.spatial import Vector, add
+
+TABLE_GEOM = "table"
+OBJECT = "object"
+
+_CONTACT_FIELDS = (
+    mujoco.mjtConDataField.mjCONDATA_FOUND,
+    mujoco.mjtConDataField.mjCONDATA_FORCE,
+    mujoco.mjtConDataField.mjCONDATA_TORQUE,
+    mujoco.mjtConDataField.mjCONDATA_POS,
+)
+_NET_FORCE = 3
+"""Contact sensor reduction (MuJoCo XML reference, sensor/contact, reduce="netforce")."""
+
+
+@dataclass(frozen=True, slots=True)
+class HeldObject:
+    """What is to be grasped.
+
+    Attributes:
+        shape: Its surface, in its own frame.
+        mass: Evenly spread [kg].
+        pose_base_object: Where it starts.
+    """
+
+    shape: SceneObject
+    mass: float = 0.1
+    pose_base_object: Pose = field(default_factory=Pose)
+
+    def __post_init__(self) -> None:
+        positive("mass", self.mass, "kg")
+        checked_pose("pose_base_object", self.pose_base_object)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A level plane that the object may stand on; nothing else touches it.
+
+    Attributes:
+        height: z of its top [m].
+        friction: Coulomb coefficient between it and the object.
+    """
+
+    height: float
+    friction: float = 0.3
+
+    def __post_init__(self) -> None:
+        positive("friction", self.friction, "")
+
+
+@dataclass(frozen=True, slots=True)
+class GraspScene:
+    """A compiled scene and what is known of it.
+
+    Attributes:
+        model: The compiled model.
+        hand: The hand.
+        mount: What holds it.
+        target: What is to be grasped.
+        law: The wanted contact between fingertips and object.
+        pair: As realised.
+        time_step: Of the simulation [s].
+        palm: Where the hand frame starts, base frame [m]; its axes are the base frame's.
+    """
+
+    model: mujoco.MjModel
+    hand: Hand
+    mount: Mount
+    target: HeldObject
+    law: GraspContact
+    pair: PairParameters
+    time_step: float
+    palm: Vector
+
+
+def build_grasp_scene(
+    hand: Hand,
+    target: HeldObject,
+    law: GraspContact | None = None,
+    mount: Mount | None = None,
+    table: Table | None = None,
+    palm: Vector | None = None,
+    time_step: float = 1e-3,
+) -> GraspScene:
+    """Compile a scene of a hand over an object.
+
+    Args:
+        hand: The hand, reaching down.
+        target: What is to be grasped. It falls, unless it stands on a table.
+        law: Contact between each fingertip and the object.
+        mount: What holds the hand; fixed if not given.
+        table: None if not given.
+        palm: Where the hand frame starts, base frame [m]; if not given, so that the tips' centres are level with
+            the object's frame, around it.
+        time_step: Of the simulation [s].
+
+    Raises:
+        InvalidValueError: The contact law cannot be kept with these masses and this time step, or a fingertip
+            would start inside the object.
+    """
+    law, mount = law or GraspContact(), mount or FixedMount()
+    positive("time_step", time_step, "s")
+    if palm is None:
+        x, y, z = target.pose_base_object.position
+        palm = (x, y, z + hand.depth + hand.tip_along)
+    _check_clear(hand, target, palm)
+    spec = mujoco.MjSpec()
+    spec.option.timestep = time_step
+    spec.option.gravity = [0.0, 0.0, -GRAVITY]
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    # RK4 would break the agreement of the sensors with the state they belong to
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # a diverged simulation shall be seen, not silently put back to its start
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+    hand.add_to(spec, mount.add_to(spec, palm, hand.mass))
+    quat_wxyz = np.zeros(4)
+    mujoco.mju_mat2Quat(quat_wxyz, np.array(target.pose_base_object.rotation).ravel())
+    body = spec.worldbody.add_body(name=OBJECT, pos=target.pose_base_object.position, quat=quat_wxyz)
+    body.add_freejoint(name=OBJECT)
+    target.shape.add_geom(body, OBJECT_GEOM)
+    spec.geom(OBJECT_GEOM).mass = target.mass
+
+    model = spec.compile()  # what MuJoCo takes for the bodies' inverse masses, before there are pairs
+    inverse_mass = model.body_invweight0[:, 0]
+    of_object = float(inverse_mass[model.body(OBJECT).id])
+    tip_bodies = [model.body(f"{finger_name(i)}_tip").id for i in range(hand.fingers)]
+    # fingers are alike, but for rounding
+    A = of_object + float(np.mean(inverse_mass[tip_bodies]))
+    pair = grasp_pair_parameters(law, A, time_step)
+    spec.option.impratio = pair.impratio
+    for i in range(hand.fingers):
+        _add_pair(spec, f"{finger_name(i)}_{TIP_GEOM}", OBJECT_GEOM, pair, 4)
+    if table is not None:
+        _add_table(spec, table, law, of_object, time_step)
+    _add_sensors(spec, hand.fingers)
+    return GraspScene(spec.compile(), hand, mount, target, law, pair, time_step, palm)
+
+
+def _check_clear(hand: Hand, target: HeldObject, palm: Vector) -> None:
+    """Refuse fingertips whose very centres start inside the object, whatever their shape."""
+    pose_object_base = target.pose_base_object.inverse()
+    for i in range(hand.fingers):
+        pose = hand.pose_hand_sensor(i, 0.0)
+        center = add(palm, (pose @ Pose(hand.tip.center_of_mass)).position)
+        gap = float(target.shape.signed_distance(np.array([(pose_object_base @ Pose(center)).position]))[0])
+        if gap <= 0.0:
+            raise InvalidValueError(
+                f"finger {i}: the centre of its tip starts {-gap:.4g} m inside the object: must start clear of "
+                "it; take a larger opening, another palm position or a smaller object"
+            )
+
+
+def _add_table(
+    spec: mujoco.MjSpec, table: Table, law: GraspContact, inverse_mass: float, time_step: float
+) -> None:
+    spec.worldbody.add_geom(
+        name=TABLE_GEOM,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.2, 0.2, 0.01],
+        pos=[0.0, 0.0, table.height],
+        contype=0,
+        conaffinity=0,
+    )
+    on_table = GraspContact(law.stiffness, table.friction, law.spin_length, law.damping_ratio)
+    _add_pair(spec, OBJECT_GEOM, TABLE_GEOM, grasp_pair_parameters(on_table, inverse_mass, time_step), 3)
+
+
+def _add_pair(spec: mujoco.MjSpec, first: str, second: str, pair: PairParameters, condim: int) -> None:
+    spec.add_pair(
+        geomname1=first,
+        geomname2=second,
+        condim=condim,
+        friction=pair.friction,
+        solref=pair.solref,
+        solreffriction=pair.solreffriction,
+        solimp=pair.solimp,
+    )
+
+
+SENSORS_PER_FINGER = 19
+SENSORS_AT_ALL = 19
+
+
+def _add_sensors(spec: mujoco.MjSpec, fingers: int) -> None:
+    """Add sensors in the order in which `palpate.sim.hand.backend` reads them."""
+    site, body, geom = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_GEOM
+    # xbody: the frame as it was given; body: its centre of mass
+    frame = mujoco.mjtObj.mjOBJ_XBODY
+    for name in (PALM, OBJECT):
+        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objtype=frame, objname=name)
+        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_FRAMELINVEL, objtype=frame, objname=name)
+    spec.add_sensor(type=mujoco.mjtSensor.mjSENS_FRAMEQUAT, objtype=frame, objname=OBJECT)
+    spec.add_sensor(type=mujoco.mjtSensor.mjSENS_FRAMEANGVEL, objtype=body, objname=OBJECT)
+    for i in range(fingers):
+        for kind in (
+            mujoco.mjtSensor.mjSENS_FORCE,
+            mujoco.mjtSensor.mjSENS_TORQUE,
+            mujoco.mjtSensor.mjSENS_ACCELEROMETER,
+        ):
+            spec.add_sensor(type=kind, objtype=site, objname=f"{finger_name(i)}_{SENSOR_SITE}")
+        spec.add_sensor(
+            type=mujoco.mjtSensor.mjSENS_CONTACT,
+            objtype=geom,
+            objname=f"{finger_name(i)}_{TIP_GEOM}",
+            reftype=geom,
+            refname=OBJECT_GEOM,
+            intprm=[sum(1 << int(field) for field in _CONTACT_FIELDS), _NET_FORCE, 1],
+        )

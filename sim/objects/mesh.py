@@ -1,0 +1,209 @@
+"""Objects from triangle meshes: convex ones as MuJoCo holds them, others through their tangent plane."""
+
+import math
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sim.objects.mesh_file import Triangles
+from palpate.sim.objects.nearest import each, nearest_on_mesh, turns_around
+from palpate.sim.objects.primitives import STEEPEST
+from palpate.sim.objects.traced import PICTURE_COLOUR, Nearest, TracedObject, add_mesh_picture, picture_name
+from palpate.sim.one_contact import one_contact
+
+CONVEX_TOLERANCE = 1e-5
+"""How far a vertex may lie outside a facet's plane, relative to the mesh's size: rounding of a file in float32."""
+
+LEAF = 4
+"""Triangles in the last box of the tree, at most: fewer make more boxes to open, more make more to measure."""
+
+TIGHTEST_FIT = 0.02
+"""By so much of its radius a tip may overlap a mesh where it touches a vertex: facets of a smooth hollow do that,
+and an inner edge of less than 2 acos(1 - 0.02) = 23 degrees."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _MeshBase:
+    """What both kinds know of their exact surface, the triangles themselves."""
+
+    triangles: Triangles
+    _packed: FloatArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        packed = packed_tree(self.triangles.corners)
+        packed.setflags(write=False)
+        object.__setattr__(self, "_packed", packed)
+
+    @property
+    def top(self) -> float:
+        """Height of the highest vertex [m]."""
+        return float(self.triangles.vertices[:, 2].max())
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        found, _ = each(nearest_on_mesh, self._packed, points)
+        inside = turns_around(self.triangles.corners, points) > 0.5
+        distance = np.linalg.norm(points - found, axis=1)
+        return np.asarray(np.where(inside, -distance, distance))
+
+    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """See `SceneObject`."""
+        x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        z = [self._above(u, v)[0] for u, v in zip(x.ravel().tolist(), y.ravel().tolist(), strict=True)]
+        return np.array(z).reshape(x.shape)
+
+    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
+        """See `SceneObject`; the slope counts where the tip is above, which errs on the safe side."""
+        height, upright = self._above(x, y)
+        return not math.isnan(height) and upright >= math.cos(STEEPEST)
+
+    def _above(self, x: float, y: float) -> tuple[float, float]:
+        """Highest point over (x, y) [m], and z of the unit normal there; NaN beside the object."""
+        corners = self.triangles.corners
+        a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        upwards = area > 0.0
+        a, u, v, area = a[upwards], u[upwards], v[upwards], area[upwards]
+        s = ((x - a[:, 0]) * v[:, 1] - (y - a[:, 1]) * v[:, 0]) / area
+        t = (u[:, 0] * (y - a[:, 1]) - u[:, 1] * (x - a[:, 0])) / area
+        hit = np.flatnonzero((s >= -1e-12) & (t >= -1e-12) & (s + t <= 1.0 + 1e-12))
+        if not len(hit):
+            return math.nan, math.nan
+        z = a[hit, 2] + s[hit] * u[hit, 2] + t[hit] * v[hit, 2]
+        k = hit[int(np.argmax(z))]
+        normal = np.cross(u[k], v[k])
+        return float(z.max()), float(normal[2] / np.linalg.norm(normal))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ConvexMesh(_MeshBase):
+    """A convex mesh, touched by tips of every kind.
+
+    Raises:
+        InvalidValueError: It is not convex: MuJoCo would simulate its hull.
+    """
+
+    def __post_init__(self) -> None:
+        _MeshBase.__post_init__(self)
+        dent = deepest_dent(self.triangles)
+        limit = CONVEX_TOLERANCE * float(np.ptp(self.triangles.vertices, axis=0).max())
+        if dent > limit:
+            raise InvalidValueError(
+                f"{self.triangles.name}: not convex, a vertex lies {dent:.2g} m beyond a facet's plane, the limit "
+                f"is {limit:.2g} m; take a TracedMesh, or its convex hull"
+            )
+
+    def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
+        """See `SceneObject`."""
+        one_contact(spec)
+        mesh = spec.add_mesh(
+            name=f"{name}_mesh", uservert=self.triangles.vertices.ravel(), userface=self.triangles.faces.ravel()
+        )
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
+
+    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
+        """Add a mesh geom."""
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=f"{name}_mesh",
+            contype=0,
+            conaffinity=0,
+            rgba=PICTURE_COLOUR,
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TracedMesh(_MeshBase, TracedObject):
+    """A mesh of any shape, fixed, touched by spheres."""
+
+    @property
+    def nearest(self) -> Nearest:
+        """See `TracedObject`."""
+        kernel: Nearest = nearest_on_mesh
+        return kernel
+
+    @property
+    def parameters(self) -> FloatArray:
+        """See `TracedObject`."""
+        return self._packed
+
+    def check_tip(self, radius: float) -> None:
+        """See `TracedObject`; tried at all vertices that face up enough to be touched from above."""
+        normals = _vertex_normals(self.triangles)
+        up = normals[:, 2] >= math.cos(STEEPEST)
+        centers = self.triangles.vertices[up] + radius * normals[up]
+        if not len(centers):
+            return
+        found, _ = each(nearest_on_mesh, self._packed, centers)
+        overlap = radius - np.linalg.norm(centers - found, axis=1)
+        worst = int(np.argmax(overlap))
+        if overlap[worst] > TIGHTEST_FIT * radius:
+            raise InvalidValueError(
+                f"tip radius = {radius:g} m: at {self.triangles.vertices[up][worst].round(4).tolist()} m "
+                f"{self.triangles.name} is too hollow for it ({overlap[worst]:.2g} m of overlap, the limit is "
+                f"{TIGHTEST_FIT * radius:.2g} m), and it would touch in two places; take a smaller tip, or round "
+                "the mesh's inner edges"
+            )
+
+    def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
+        """See `TracedObject`."""
+        add_mesh_picture(spec, picture_name(name), self.triangles.vertices, self.triangles.faces)
+
+
+def deepest_dent(triangles: Triangles) -> float:
+    """Largest distance of a vertex outside a facet's plane [m]: 0, but for rounding, of a convex mesh."""
+    corners = triangles.corners
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    flat = length > 1e-12 * length.max()  # slivers have no plane
+    normals = normals[flat] / length[flat, None]
+    offsets = np.sum(normals * corners[flat, 0], axis=1)
+    return max(
+        float((normals[i : i + 512] @ triangles.vertices.T - offsets[i : i + 512, None]).max())
+        for i in range(0, len(normals), 512)
+    )
+
+
+def packed_tree(corners: FloatArray) -> FloatArray:
+    """Return a tree of boxes over triangles, as `nearest_on_mesh` takes it.
+
+    Args:
+        corners: Shape (m, 3, 3) [m].
+
+    Returns:
+        Number of branches; of each branch, lows and highs of its box and either its two children or (first
+        triangle, -number of triangles); then the corners of every triangle in the tree's order.
+    """
+    centers = corners.mean(axis=1)
+    branches: list[list[float]] = []
+    order: list[int] = []
+
+    def grow(members: np.ndarray) -> int:
+        here = len(branches)
+        box = corners[members].reshape(-1, 3)
+        branches.append([*box.min(axis=0), *box.max(axis=0), 0.0, 0.0])
+        if len(members) <= LEAF:
+            branches[here][6:] = [len(order), -len(members)]
+            order.extend(members.tolist())
+        else:
+            axis = int(np.argmax(np.ptp(centers[members], axis=0)))
+            halves = np.array_split(members[np.argsort(centers[members, axis], kind="stable")], 2)
+            branches[here][6:] = [grow(halves[0]), grow(halves[1])]
+        return here
+
+    grow(np.arange(len(corners)))
+    return np.concatenate([[len(branches)], np.ravel(branches), corners[order].ravel()])
+
+
+def _vertex_normals(triangles: Triangles) -> FloatArray:
+    """Means of the adjoining facets' normals, weighted by area."""
+    corners = triangles.corners
+    facets = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(triangles.vertices)
+    for i in range(3):
+        np.add.at(normals, triangles.faces[:, i], facets)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300))

@@ -1,0 +1,1 @@
+"""A force/torque sensor with the faults of a real one."""
