@@ -6,6 +6,7 @@ from palpate.sim.carriers.carrier import Carrier, Drive
 from palpate.sim.carriers.stage import Stage
 from palpate.sim.carriers.ur5e import Ur5e
 from palpate.sim.contact_law import ContactLaw, PairParameters
+from palpate.sim.fidelity import Cone, Fidelity, Integrator
 from palpate.sim.objects.body import Mount, ObjectBody
 from palpate.sim.objects.heights import HeightField, bumps, height_field
 from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
@@ -29,12 +30,15 @@ __all__ = [
     "Box",
     "CapsuleObject",
     "Carrier",
+    "Cone",
     "ContactLaw",
     "ConvexMesh",
     "CylinderObject",
     "Drive",
     "EllipsoidObject",
+    "Fidelity",
     "HeightField",
+    "Integrator",
     "Mount",
     "MujocoBackend",
     "ObjectBody",

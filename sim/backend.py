@@ -84,7 +84,7 @@ class MujocoBackend:
         self.scene = scene
         self._period = period
         self._pacer = pacer or SimulatedTime()
-        self._steps = whole_steps("period", period, scene.time_step)
+        self._steps = whole_steps("period", period, scene.fidelity.time_step)
         given = sensor or SeededSensor()
         self._seed = given.seed
         self._sensor = simulated_sensor(given.model, period, given.seed)
@@ -119,7 +119,10 @@ class MujocoBackend:
         if self._trace is not None:
             self._trace.place()
         self._friction.reset()
-        return self._sample(self._data.time)
+        # every sample belongs to the state before the last time step, the first one too: time goes on from here
+        self._drive.advance()
+        self._friction.advance()
+        return self._sample(0.0)
 
     def step(self, command: Command) -> Sample:
         """Simulate one period with the commanded velocity.
@@ -128,13 +131,13 @@ class MujocoBackend:
             SimulationDivergedError: The simulation diverged.
         """
         data, drive, friction = self._data, self._drive, self._friction
-        drive.begin(command.velocity_base_tip)
+        drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
             if self._trace is not None:
                 self._trace.place()
             friction.advance()
-        sample = self._sample(data.time - self.scene.time_step)
+        sample = self._sample(data.time - self.scene.fidelity.time_step)
         check_converged(self._readings_now, data.time)
         self._pacer.wait()
         return sample

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import mujoco
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.carriers.stage import Stage
 from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim.fidelity import Fidelity
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.texture import Texture
@@ -17,8 +18,6 @@ from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
 from palpate.spatial import Vector
 
 OBJECT_GEOM = "object"
-GRAVITY = 9.80665
-"""Standard gravity [m/s^2] (ISO 80000-3)."""
 
 _CONTACT_FIELDS = (
     mujoco.mjtConDataField.mjCONDATA_FOUND,
@@ -41,7 +40,7 @@ class Scene:
         target: The object, fixed at the origin.
         law: The wanted contact.
         pair: As realised.
-        time_step: Of the simulation [s].
+        fidelity: How it is computed.
         rubbing: Whom a friction plant serves; all else rubs by MuJoCo's law.
     """
 
@@ -51,7 +50,7 @@ class Scene:
     target: SceneObject
     law: ContactLaw
     pair: PairParameters
-    time_step: float
+    fidelity: Fidelity
     rubbing: tuple[FrictionPair, ...] = ()
 
 
@@ -61,7 +60,7 @@ def build_scene(
     law: ContactLaw,
     start: Vector,
     carrier: Carrier | None = None,
-    time_step: float = 0.5e-3,
+    fidelity: Fidelity | None = None,
     friction: FrictionLaw | None = None,
     texture: Texture | None = None,
 ) -> Scene:
@@ -73,7 +72,7 @@ def build_scene(
         law: Contact between the two.
         start: Where the sensor frame's origin starts, base frame [m].
         carrier: What carries the tip; a `Stage` if not given.
-        time_step: Of the simulation [s].
+        fidelity: How it is computed.
         friction: How the two rub, by the friction plant; MuJoCo's own friction with `law` if not given.
         texture: How that friction varies over the object.
 
@@ -85,15 +84,8 @@ def build_scene(
         raise InvalidValueError(
             f"texture on a {type(target).__name__}: its simulated surface moves with the tip; take a primitive"
         )
-    positive("time_step", time_step, "s")
-    spec = mujoco.MjSpec()
-    spec.option.timestep = time_step
-    spec.option.gravity = [0.0, 0.0, -GRAVITY]
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    # RK4 would break the agreement of the sensors with the state they belong to
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # a diverged simulation shall be seen, not silently put back to its start
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    fidelity = fidelity or Fidelity()
+    spec, time_step = fidelity.new_spec(), fidelity.time_step
 
     tip.add_assets(spec)
     target.add_assets(spec, OBJECT_GEOM)
@@ -121,7 +113,7 @@ def build_scene(
     if abs(found - inverse_mass) > 1e-9 * inverse_mass:
         raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {inverse_mass}")
     rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
-    return Scene(model, tip, carrier, target, law, pair, time_step, rubbing)
+    return Scene(model, tip, carrier, target, law, pair, fidelity, rubbing)
 
 
 def _add_sensors(spec: mujoco.MjSpec) -> None:

@@ -10,7 +10,7 @@ from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.ur5e import JOINTS, Ur5e
 from palpate.sim.tip import SENSOR_SITE, Tip
-from palpate.spatial import ZERO, Vector
+from palpate.spatial import Vector
 
 ELBOW_UP = tuple(np.radians((0.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
 """[rad] Upper arm raised, forearm forward, flange down: the way to a start that is nearest to this is taken."""
@@ -54,10 +54,13 @@ class ArmCarrier:
         tip.add_to(self.arm.add_to(spec, self.joint_start(start))).gravcomp = 1.0
 
     def add_sensors(self, spec: mujoco.MjSpec) -> None:
-        """Add the axes of the tip frame and the joints' angles, as `ArmCarrierDrive` reads them."""
+        """Add the tip frame's axes, its turning and the joints' angles, as `ArmCarrierDrive` reads them."""
         axes = (mujoco.mjtSensor.mjSENS_FRAMEXAXIS, mujoco.mjtSensor.mjSENS_FRAMEYAXIS)
         for kind in (*axes, mujoco.mjtSensor.mjSENS_FRAMEZAXIS):
             spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=SENSOR_SITE)
+        spec.add_sensor(
+            type=mujoco.mjtSensor.mjSENS_FRAMEANGVEL, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=SENSOR_SITE
+        )
         for name in JOINTS:
             spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
 
@@ -72,7 +75,7 @@ class ArmCarrier:
 
 
 class ArmCarrierDrive:
-    """Keeps the tip's orientation while it moves. A `Drive`."""
+    """Moves and turns the tip. A `Drive`."""
 
     def __init__(self, drive: ArmDrive) -> None:
         """Take the arm's own drive."""
@@ -82,9 +85,9 @@ class ArmCarrierDrive:
         """See `Drive`."""
         self._drive.start()
 
-    def begin(self, velocity: Vector) -> None:
+    def begin(self, velocity: Vector, angular_velocity: Vector) -> None:
         """See `Drive`."""
-        self._drive.begin(velocity, ZERO)
+        self._drive.begin(velocity, angular_velocity)
 
     def advance(self) -> None:
         """See `Drive`."""
@@ -93,9 +96,9 @@ class ArmCarrierDrive:
     def sample(self, time: float, readings: list[float]) -> ArmSample:
         """See `Drive`."""
         s = readings
-        ax, ay, az, bx, by, bz, cx, cy, cz, *joints = s[-15:]
+        ax, ay, az, bx, by, bz, cx, cy, cz, u, v, w, *joints = s[-18:]
         rotation = ((ax, bx, cx), (ay, by, cy), (az, bz, cz))
-        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), tuple(joints))
+        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), tuple(joints), (u, v, w))
 
     def snapshot(self) -> tuple[float, ...]:
         """See `Drive`."""

@@ -16,8 +16,16 @@ class Drive(Protocol):
         """Hold it where it is."""
         ...
 
-    def begin(self, velocity: Vector) -> None:
-        """Begin a control period in which the tip is to move with a velocity, base frame [m/s]."""
+    def begin(self, velocity: Vector, angular_velocity: Vector) -> None:
+        """Begin a control period.
+
+        Args:
+            velocity: With which the tip frame's origin is to move, base frame [m/s].
+            angular_velocity: With which the tip frame is to turn, base frame [rad/s].
+
+        Raises:
+            InvalidValueError: It cannot turn.
+        """
         ...
 
     def advance(self) -> None:

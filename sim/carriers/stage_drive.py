@@ -2,6 +2,7 @@
 
 import mujoco
 
+from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample
 from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled, norm, subtract
 
@@ -28,8 +29,13 @@ class StageDrive:
         x, y, z = self._position[:3].tolist()
         self._reference, self._step = (x, y, z), ZERO
 
-    def begin(self, velocity: Vector) -> None:
+    def begin(self, velocity: Vector, angular_velocity: Vector) -> None:
         """See `Drive`: the servos get a ramp, not stairs, whose ripple would break friction."""
+        if angular_velocity is not ZERO and any(angular_velocity):
+            raise InvalidValueError(
+                f"angular_velocity_base_tip = {angular_velocity} rad/s: this stage cannot turn its tip; leave it "
+                "out, or take a robot that can"
+            )
         dt = self._dt
         self._reference = self._leashed()
         self._step = (dt * velocity[0], dt * velocity[1], dt * velocity[2])

@@ -101,7 +101,7 @@ class HandBackend:
         """
         self.scene = scene
         self._period = period
-        self._steps = whole_steps("period", period, scene.time_step)
+        self._steps = whole_steps("period", period, scene.fidelity.time_step)
         self._pacer = pacer or SimulatedTime()
         given = sensor or SeededSensor()
         self._seed = given.seed
@@ -109,7 +109,7 @@ class HandBackend:
         self._data = data = mujoco.MjData(model)
         self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
         self._grip = Grip(
-            scene.hand, model, data, whole_steps("bus_period", scene.hand.bus_period, scene.time_step)
+            scene.hand, model, data, whole_steps("bus_period", scene.hand.bus_period, scene.fidelity.time_step)
         )
         self._lift = scene.mount if isinstance(scene.mount, Lift) else None
         if self._lift is not None:
@@ -158,7 +158,10 @@ class HandBackend:
             grip.command(command.grip_force)
         if self._lift is not None:
             actual, leash = float(self._lift_position[0]), self._lift.leash
-            height, rise = max(actual - leash, min(actual + leash, self._height)), self.scene.time_step * z
+            height, rise = (
+                max(actual - leash, min(actual + leash, self._height)),
+                self.scene.fidelity.time_step * z,
+            )
             for _ in range(self._steps):
                 self._height = height = height + rise
                 self._lift_control[0] = height
@@ -168,7 +171,7 @@ class HandBackend:
             for _ in range(self._steps):
                 grip.advance()
                 mujoco.mj_step(model, data)
-        sample = self._sample(data.time - self.scene.time_step)
+        sample = self._sample(data.time - self.scene.fidelity.time_step)
         check_converged(self._values, data.time)
         self._pacer.wait()
         return sample

@@ -8,13 +8,17 @@ import numpy as np
 from palpate.errors import InvalidValueError, positive
 from palpate.kinematics.pose import Pose, checked_pose
 from palpate.sim.contact_law import PairParameters
+from palpate.sim.fidelity import Fidelity
 from palpate.sim.hand.contact import GraspContact, grasp_pair_parameters
 from palpate.sim.hand.hand import Hand, finger_name
 from palpate.sim.hand.mount import PALM, FixedMount, Mount
 from palpate.sim.objects.primitives import SceneObject
-from palpate.sim.scene import GRAVITY, OBJECT_GEOM
+from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 from palpate.spatial import Vector, add
+
+GRASP = Fidelity(time_step=1e-3)
+"""How a grasp is computed if nothing else is said."""
 
 TABLE_GEOM = "table"
 OBJECT = "object"
@@ -75,7 +79,7 @@ class GraspScene:
         target: What is to be grasped.
         law: The wanted contact between fingertips and object.
         pair: As realised.
-        time_step: Of the simulation [s].
+        fidelity: How it is computed.
         palm: Where the hand frame starts, base frame [m]; its axes are the base frame's.
     """
 
@@ -85,7 +89,7 @@ class GraspScene:
     target: HeldObject
     law: GraspContact
     pair: PairParameters
-    time_step: float
+    fidelity: Fidelity
     palm: Vector
 
 
@@ -96,7 +100,7 @@ def build_grasp_scene(
     mount: Mount | None = None,
     table: Table | None = None,
     palm: Vector | None = None,
-    time_step: float = 1e-3,
+    fidelity: Fidelity | None = None,
 ) -> GraspScene:
     """Compile a scene of a hand over an object.
 
@@ -108,26 +112,19 @@ def build_grasp_scene(
         table: None if not given.
         palm: Where the hand frame starts, base frame [m]; if not given, so that the tips' centres are level with
             the object's frame, around it.
-        time_step: Of the simulation [s].
+        fidelity: How it is computed; in steps of 1 ms if not given.
 
     Raises:
         InvalidValueError: The contact law cannot be kept with these masses and this time step, or a fingertip
             would start inside the object.
     """
     law, mount = law or GraspContact(), mount or FixedMount()
-    positive("time_step", time_step, "s")
+    fidelity = fidelity or GRASP
     if palm is None:
         x, y, z = target.pose_base_object.position
         palm = (x, y, z + hand.depth + hand.tip_along)
     _check_clear(hand, target, palm)
-    spec = mujoco.MjSpec()
-    spec.option.timestep = time_step
-    spec.option.gravity = [0.0, 0.0, -GRAVITY]
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    # RK4 would break the agreement of the sensors with the state they belong to
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # a diverged simulation shall be seen, not silently put back to its start
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    spec, time_step = fidelity.new_spec(), fidelity.time_step
 
     hand.add_to(spec, mount.add_to(spec, palm, hand.mass))
     quat_wxyz = np.zeros(4)
@@ -150,7 +147,7 @@ def build_grasp_scene(
     if table is not None:
         _add_table(spec, table, law, of_object, time_step)
     _add_sensors(spec, hand.fingers)
-    return GraspScene(spec.compile(), hand, mount, target, law, pair, time_step, palm)
+    return GraspScene(spec.compile(), hand, mount, target, law, pair, fidelity, palm)
 
 
 def _check_clear(hand: Hand, target: HeldObject, palm: Vector) -> None:

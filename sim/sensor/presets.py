@@ -10,10 +10,9 @@ before the run. Replace what you know better:
     dataclasses.replace(sensor_preset(PresetSensor.NANO17), bandwidth=SecondOrderLag(326.0))
 """
 
-from enum import StrEnum
-
 import numpy as np
 
+from palpate.runtime.robot_sensor import PresetSensor
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.stages import (
     CrossTalk,
@@ -28,15 +27,7 @@ from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
 from palpate.spatial import Wrench
 
 
-class PresetSensor(StrEnum):
-    """Names of the presets, as files write them."""
-
-    PERFECT = "perfect"
-    NANO17 = "nano17"
-    AXIA80 = "axia80"
-    FT300S = "ft300s"
-    UR5E = "ur5e"
-
+__all__ = ["PresetSensor", "axia80", "ft300s", "nano17", "sensor_preset", "ur5e_sensor"]
 
 OVERLOAD = 1.05
 """Of the rated load, where ATI's Axia reports that its range is exceeded: manual 9610-05-Ethernet Axia-09, section

@@ -32,6 +32,8 @@ DEFAULTS = {
     "limits.grip_force_N": 20.0,
     "limits.speed_m_per_s": 0.25,
     "limits.acceleration_m_per_s2": 25.0,
+    "limits.angular_speed_rad_per_s": 2.5,
+    "limits.angular_acceleration_rad_per_s2": 250.0,
     "limits.sample_age_s": 0.02,
     "limits.workspace_lower_m": [-1.0, -1.0, -1.0],
     "limits.workspace_upper_m": [1.0, 1.0, 1.0],

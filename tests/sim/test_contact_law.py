@@ -5,7 +5,7 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command
-from palpate.sim import Box, ContactLaw, MujocoBackend, Stage, Tip, build_scene
+from palpate.sim import Box, ContactLaw, Fidelity, MujocoBackend, Stage, Tip, build_scene
 from palpate.sim.contact_law import LARGEST_CONTACT_STEP, LARGEST_FRICTION_STEP, pair_parameters
 from palpate.surfaces import Sphere
 
@@ -15,7 +15,7 @@ PLATE = Box((0.3, 0.3, 0.04))
 def pressed(law, force, stage=None, time_step=0.5e-3):
     """A sphere tip at rest on a plate, pushed by its servo with `force` [N]."""
     stage, tip = stage or Stage(), Tip(Sphere(0.008))
-    backend = MujocoBackend(build_scene(tip, PLATE, law, (0.0, 0.0, 0.028), stage, time_step))
+    backend = MujocoBackend(build_scene(tip, PLATE, law, (0.0, 0.0, 0.028), stage, Fidelity(time_step)))
     backend.start()
     depth = force / stage.stiffness(tip.mass) + force / law.stiffness
     for _ in range(100):
@@ -127,7 +127,7 @@ def test_a_creep_speed_that_needs_an_impratio_below_one_is_refused_with_one_that
 def test_a_scene_that_cannot_keep_its_contact_law_is_not_built():
     with pytest.raises(InvalidValueError, match="contact stiffness"):
         build_scene(Tip(Sphere(0.008)), PLATE, ContactLaw(stiffness=1e6), (0.0, 0.0, 0.03))
-    build_scene(Tip(Sphere(0.008)), PLATE, ContactLaw(stiffness=1e6), (0.0, 0.0, 0.03), time_step=1e-4)
+    build_scene(Tip(Sphere(0.008)), PLATE, ContactLaw(stiffness=1e6), (0.0, 0.0, 0.03), fidelity=Fidelity(1e-4))
 
 
 @pytest.mark.parametrize("impedance", [0.0, 1.0, -0.5, float("nan")])

@@ -11,12 +11,13 @@ from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, ContactLaw, Stage, Tip
 from palpate.sim.contact_law import pair_parameters
+from palpate.sim.fidelity import GRAVITY
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.plant import FrictionPlant
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.friction.texture import FrictionMap, Grating
-from palpate.sim.scene import GRAVITY, OBJECT_GEOM, _add_sensors
+from palpate.sim.scene import OBJECT_GEOM, _add_sensors
 from palpate.sim.tip import TIP_GEOM
 from palpate.surfaces import Ellipsoid, Sphere
 

@@ -13,13 +13,13 @@ from palpate.runtime.data import Command
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, CylinderObject, SphereObject
+from palpate.sim.fidelity import GRAVITY, Fidelity
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import FRICTION_STEP, LARGEST_CONTACT_STEP, GraspContact, grasp_pair_parameters
 from palpate.sim.hand.finger import HingeFinger
 from palpate.sim.hand.hand import Hand, finger_name, three_finger_hand, two_finger_hand
 from palpate.sim.hand.mount import FixedMount, Lift
 from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
-from palpate.sim.scene import GRAVITY
 from palpate.surfaces import Ellipsoid, Sphere
 
 BOX = Box((0.06, 0.05, 0.06))
@@ -323,7 +323,7 @@ def test_the_preset_is_that_of_the_facts(time_step):
     assert pair.solimp[:2] == (0.5, 0.5)
     assert pair.impratio == 1e5
     assert pair.friction_damping * time_step == pytest.approx(FRICTION_STEP)
-    model = build_grasp_scene(two_finger_hand(), HeldObject(BOX), time_step=time_step).model
+    model = build_grasp_scene(two_finger_hand(), HeldObject(BOX), fidelity=Fidelity(time_step)).model
     assert model.opt.noslip_iterations == 0
     assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
     assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST

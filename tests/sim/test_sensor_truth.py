@@ -8,7 +8,7 @@ from palpate.runtime.data import Command
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, ContactLaw, EllipsoidObject, MujocoBackend, SphereObject, Tip, build_scene
-from palpate.sim.scene import GRAVITY
+from palpate.sim.fidelity import GRAVITY
 from palpate.surfaces import Ellipsoid, Sphere
 
 OFF_CENTER = (0.001, -0.002, 0.01)

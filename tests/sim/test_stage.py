@@ -47,10 +47,10 @@ def test_a_ramp_is_followed_with_the_lag_of_a_critically_damped_servo(bandwidth,
     for _ in range(600):
         sample = backend.step(Command((speed, 0.0, -speed)))
     # the sample belongs to the state before its last time step; the reference starts at the first step
-    reference = speed * (sample.time + backend.scene.time_step)
+    reference = speed * (sample.time + backend.scene.fidelity.time_step)
     behind = reference - sample.arm.position_base_tip[0]
     assert stage.lag == 2.0 / bandwidth
-    assert behind / speed == pytest.approx(stage.lag, abs=1.5 * backend.scene.time_step)
+    assert behind / speed == pytest.approx(stage.lag, abs=1.5 * backend.scene.fidelity.time_step)
     assert sample.arm.velocity_base_tip == pytest.approx((speed, 0.0, -speed), abs=1e-9)
 
 

@@ -8,7 +8,8 @@ from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.solver import contacts_from_wrenches
 from palpate.sim import Box, ContactLaw, Stage, Tip
 from palpate.sim.contact_law import pair_parameters
-from palpate.sim.scene import GRAVITY, OBJECT_GEOM, _add_sensors
+from palpate.sim.fidelity import GRAVITY
+from palpate.sim.scene import OBJECT_GEOM, _add_sensors
 from palpate.sim.tip import TIP_GEOM
 from palpate.surfaces import Ellipsoid, Sphere
 

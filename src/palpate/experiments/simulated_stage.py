@@ -16,6 +16,7 @@ from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
 from palpate.sim import (
     Carrier,
     ContactLaw,
+    Fidelity,
     MujocoBackend,
     SceneObject,
     SeededSensor,
@@ -132,7 +133,7 @@ def on_a_carrier(
         InvalidValueError: The simulation cannot be what the file says, or not do the task.
     """
     finger, sensor = only_finger(robot), robot.sensors[0]
-    scene = build_scene(tip, task.target, task.law, task.start, carrier, time_step)
+    scene = build_scene(tip, task.target, task.law, task.start, carrier, Fidelity(time_step))
     sensed = _surface(finger, tuple(length - task.compression for length in task.tip))
     described: FingerDescription
     if sensor is None:

@@ -22,6 +22,7 @@ class ArmSample:
         rotation_base_tip: Maps tip to base coordinates.
         velocity_base_tip: Velocity of the tip frame's origin in base coordinates [m/s].
         joint_position: Of each joint [rad, or m if it slides]; empty if the arm does not tell.
+        angular_velocity_base_tip: Of the tip frame, in base coordinates [rad/s].
     """
 
     time: float
@@ -29,6 +30,7 @@ class ArmSample:
     rotation_base_tip: Matrix
     velocity_base_tip: Vector
     joint_position: tuple[float, ...] = ()
+    angular_velocity_base_tip: Vector = ZERO
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,8 +147,11 @@ class Command:
         phase: What the controller is doing.
         grip_force: Normal force with which each finger of the hand is to press [N]; None: as before. So no
             command that says nothing of the hand, a stop above all, makes it let go.
+        angular_velocity_base_tip: Of the tip frame, in base coordinates [rad/s]; a robot that cannot turn its tip
+            refuses any but zero.
     """
 
     velocity_base_tip: Vector = ZERO
     phase: Phase = Phase.HOLD
     grip_force: tuple[float, ...] | None = None
+    angular_velocity_base_tip: Vector = ZERO

@@ -45,7 +45,7 @@ class StageEntry(
 class SimulatedUr5eEntry(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="simulated_ur5e"
 ):
-    """A simulated Universal Robots UR5e that holds its tip upright: see `palpate.sim.carriers.arm_carrier.ArmCarrier`.
+    """A simulated Universal Robots UR5e that starts with its tip upright: see `palpate.sim.ArmCarrier`.
 
     Attributes:
         foot_distance: From its foot, behind the origin of the base frame, to the origin [m].

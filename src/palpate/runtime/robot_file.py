@@ -8,11 +8,12 @@ from typing import Annotated
 
 import msgspec
 
-from palpate.errors import InvalidValueError, not_negative
+from palpate.errors import InvalidValueError
 from palpate.runtime.robot_backend import BackendEntry
 from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.robot_pace import PaceEntry, SimulatedPaceEntry
-from palpate.runtime.robot_ranges import at_most, within
+from palpate.runtime.robot_ranges import within
+from palpate.runtime.robot_sensor import NoiseEntry, SimulatedSensorEntry
 from palpate.runtime.robot_surface import AnySurfaceEntry
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.strict_decode import decode_file
@@ -24,28 +25,8 @@ VERSION = 1
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-5, 1.0
 """[s] of a control loop: beyond, it is a number in another unit."""
 
-LARGEST_NOISE = 1e3
-"""[N, N m] of a simulated sensor: more than any sensor's range."""
-
 MOST_FINGERS = 16
 """Three hands with a finger to spare; more is a list gone wrong."""
-
-
-class NoiseEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """White noise of a simulated sensor.
-
-    Attributes:
-        force: Standard deviation of a reading, each axis [N].
-        moment: Likewise [N m].
-    """
-
-    force: float = msgspec.field(name="force_N", default=0.0)
-    moment: float = msgspec.field(name="moment_Nm", default=0.0)
-
-    def __post_init__(self) -> None:
-        for key, value, unit in (("force_N", self.force, "N"), ("moment_Nm", self.moment, "N m")):
-            not_negative(key, value, unit)
-            at_most(key, value, LARGEST_NOISE, unit)
 
 
 class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -53,22 +34,25 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
     Attributes:
         surface: The fingertip, in the sensor frame.
-        payload: What a sensor without flaws carries; None if a sensor file says it.
-        sensor: Path of a sensor file, relative to the robot file; None for a sensor without flaws.
-        noise: Of a simulated sensor.
+        payload: What the sensor carries; None if a sensor file says it.
+        sensor: Path of a sensor file, relative to the robot file; None: what is known is what goes without saying
+            of the simulated sensor.
+        noise: Of a simulated sensor, each axis; None: as `simulated_sensor` has it.
+        simulated_sensor: How a simulated sensor misbehaves otherwise; None: not at all.
     """
 
     surface: AnySurfaceEntry
     payload: PayloadEntry | None = None
     sensor: str | None = None
-    noise: NoiseEntry = NoiseEntry()
+    noise: NoiseEntry | None = None
+    simulated_sensor: SimulatedSensorEntry | None = None
 
     def __post_init__(self) -> None:
         if (self.payload is None) == (self.sensor is None):
             found = "neither" if self.payload is None else "both"
             raise InvalidValueError(
-                f"{found} given of payload (what a sensor without flaws carries) and sensor (a sensor file, which "
-                "says it too): give one"
+                f"{found} given of payload (what the sensor carries) and sensor (a sensor file, which says it too): "
+                "give one"
             )
         if self.sensor is not None and (not self.sensor.strip() or not self.sensor.isprintable()):
             raise InvalidValueError(f"sensor = {self.sensor!r}: must be the path of a sensor file")
@@ -120,8 +104,12 @@ def read_robot_file(text: str) -> RobotFile:
 def robot_file_text(robot: RobotFile) -> str:
     """Return the text of a robot file, every value written out; it reads back to the same."""
     written: dict[str, object] = msgspec.to_builtins(robot)
-    written["fingers"] = [
-        {key: value for key, value in finger.items() if value is not None}
-        for finger in msgspec.to_builtins(robot.fingers)
-    ]
+    written["fingers"] = [_without_none(finger) for finger in msgspec.to_builtins(robot.fingers)]
     return yaml_text(written)
+
+
+def _without_none(value: object) -> object:
+    """The same without keys that say nothing."""
+    if not isinstance(value, dict):
+        return value
+    return {key: _without_none(item) for key, item in value.items() if item is not None}

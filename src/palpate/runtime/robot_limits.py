@@ -16,6 +16,8 @@ _LARGEST = {
     "grip_force_N": (1e4, "N"),
     "speed_m_per_s": (10.0, "m/s"),
     "acceleration_m_per_s2": (1e3, "m/s^2"),
+    "angular_speed_rad_per_s": (100.0, "rad/s"),
+    "angular_acceleration_rad_per_s2": (1e4, "rad/s^2"),
     "sample_age_s": (1.0, "s"),
 }
 """Beyond any robot that works by touch: a larger number is in another unit (mN, mm/s, ms)."""
@@ -36,6 +38,10 @@ class LimitsEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     grip_force: float = msgspec.field(name="grip_force_N", default=_SAFE.grip_force)
     speed: float = msgspec.field(name="speed_m_per_s", default=_SAFE.speed)
     acceleration: float = msgspec.field(name="acceleration_m_per_s2", default=_SAFE.acceleration)
+    angular_speed: float = msgspec.field(name="angular_speed_rad_per_s", default=_SAFE.angular_speed)
+    angular_acceleration: float = msgspec.field(
+        name="angular_acceleration_rad_per_s2", default=_SAFE.angular_acceleration
+    )
     sample_age: float = msgspec.field(name="sample_age_s", default=_SAFE.sample_age)
     workspace_lower: Vector = msgspec.field(name="workspace_lower_m", default=_SAFE.workspace_lower)
     workspace_upper: Vector = msgspec.field(name="workspace_upper_m", default=_SAFE.workspace_upper)

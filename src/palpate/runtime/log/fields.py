@@ -128,6 +128,7 @@ def _arm(joints: int) -> Group:
         _vector("position", "m", "origin of the tip frame in base coordinates"),
         _array("rotation", tuple(f"{i}{j}" for i in range(3) for j in range(3)), "", "tip to base, row by row"),
         _vector("velocity", "m/s", "of the tip frame's origin in base coordinates"),
+        _vector("angular_velocity", "rad/s", "of the tip frame in base coordinates"),
         *_joints(joints),
     )
 
@@ -166,6 +167,7 @@ def _command(grips: int, codes: Codes) -> Group:
         "command",
         "palpate/Command",
         _vector("velocity", "m/s", "of the tip frame's origin in base coordinates"),
+        _vector("angular_velocity", "rad/s", "of the tip frame in base coordinates"),
         _array("grip_force", _indices(grips), "N", "of each finger of the hand; NaN beyond grip_count"),
         Field("grip_count", "int8", "i1", ("",), ("",), "how many grip forces are given; -1: as before"),
         _code("phase", codes.phases, "what the controller is doing"),

@@ -10,7 +10,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.log.fields import Codes
 from palpate.runtime.log.layout import Layout
 
-FORMAT = 1
+FORMAT = 2
 """Goes up with every change that an older palpate would misread."""
 
 LAST_NANOSECOND = (2**31 - 1) * 10**9
@@ -85,13 +85,14 @@ def decode_heading(data: bytes) -> tuple[Heading, int]:
     """Return the heading and the check sum that `encode_heading` was given.
 
     Raises:
-        InvalidValueError: It is something else, or of a newer format.
+        InvalidValueError: It is something else, or of another format.
     """
     try:
         version = msgspec.json.decode(data, type=_Version).format
         if version != FORMAT:
+            writer = "a newer palpate" if version > FORMAT else "the palpate that wrote it"
             raise InvalidValueError(
-                f"its format is {version}, and this palpate reads format {FORMAT}: read it with a newer palpate"
+                f"its format is {version}, and this palpate reads format {FORMAT}: read it with {writer}"
             )
         sealed = msgspec.json.decode(data, type=_Sealed)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

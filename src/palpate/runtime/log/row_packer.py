@@ -73,6 +73,7 @@ def one_finger_packer(layout: Layout) -> Pack:
             *y,
             *z,
             *arm.velocity_base_tip,
+            *arm.angular_velocity_base_tip,
             *arm.joint_position,
             given.time,
             *given.wrench,
@@ -90,6 +91,7 @@ def one_finger_packer(layout: Layout) -> Pack:
             compute_time,
             lateness,
             *command.velocity_base_tip,
+            *command.angular_velocity_base_tip,
             *(no_grip if command.grip_force is None else grips_of(command.grip_force)),
             phases[command.phase],
         )
@@ -136,6 +138,7 @@ def any_packer(layout: Layout) -> Pack:
             *y,
             *z,
             *state.velocity_base_tip,
+            *state.angular_velocity_base_tip,
             *state.joint_position,
         )
         place += arm_size
@@ -167,6 +170,7 @@ def any_packer(layout: Layout) -> Pack:
             compute_time,
             lateness,
             *command.velocity_base_tip,
+            *command.angular_velocity_base_tip,
             *(no_grip if command.grip_force is None else grips_of(command.grip_force)),
             phases[command.phase],
         )

@@ -18,6 +18,7 @@ def samples_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Sample]:
     at, layout = codec.columns, codec.heading.layout
     time, arm_time = at["time"].start, at["arm.time"].start
     position, velocity, rotation = at["arm.position"], at["arm.velocity"], at["arm.rotation"]
+    turning = at["arm.angular_velocity"]
     joints, hand_joints = at.get("arm.joint_position", _NOTHING), at.get("hand.joint_position", _NOTHING)
     hand_time = at["hand.time"].start if layout.hand_joints is not None else None
     fingers = [
@@ -34,6 +35,7 @@ def samples_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Sample]:
                 ((a, b, c), (d, e, f), (g, h, i)),
                 _vector(row[velocity]),
                 tuple(row[joints]),
+                _vector(row[turning]),
             ),
             tuple(
                 WrenchSample(row[when], tuple(row[reading]), _vector(row[acceleration]))
@@ -46,13 +48,14 @@ def samples_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Sample]:
 def commands_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Command]:
     """Yield the command of each row."""
     at = codec.columns
-    velocity, grips = at["command.velocity"], at["command.grip_force"].start
+    velocity, turning = at["command.velocity"], at["command.angular_velocity"]
+    grips = at["command.grip_force"].start
     count, phase = at["command.grip_count"].start, at["command.phase"].start
     phases = [Phase[name] for name in codec.heading.codes.phases]
     for row in _numbers(rows):
         given = int(row[count])
         grip_force = None if given < 0 else tuple(row[grips : grips + given])
-        yield Command(_vector(row[velocity]), phases[int(row[phase])], grip_force)
+        yield Command(_vector(row[velocity]), phases[int(row[phase])], grip_force, _vector(row[turning]))
 
 
 def _numbers(rows: FloatArray) -> Iterator[list[float]]:

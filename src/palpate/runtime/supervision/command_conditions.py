@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from palpate.errors import shown
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.supervision.finding import Finding
+from palpate.spatial import ZERO
 
 ROUNDING = 1.0 + 1e-9
 """A controller that goes to the very limit is not over it."""
@@ -35,12 +36,26 @@ class WellFormed:
             return Finding("commanded velocity", shown(command.velocity_base_tip), "three finite numbers [m/s]")
         if not finite:
             return Finding("commanded velocity", f"({x}, {y}, {z}) m/s", "three finite numbers")
+        if command.angular_velocity_base_tip is not ZERO:
+            finding = self._turn(command.angular_velocity_base_tip)
+            if finding is not None:
+                return finding
         phase: object = command.phase  # nothing is certain yet
         if not isinstance(phase, Phase):
             return Finding("phase of the command", shown(phase), "a Phase")
         if phase is Phase.STOP:
             return Finding("phase of the command", "stop", "another one: this is the supervisor's")
         return None if command.grip_force is None else self._grip(command.grip_force, before.grip_force)
+
+    @staticmethod
+    def _turn(given: Any) -> Finding | None:
+        try:
+            x, y, z = given
+            finite = math.isfinite(x + y + z)
+        except (TypeError, ValueError, OverflowError):
+            finite = False
+        wanted = "three finite numbers [rad/s]"
+        return None if finite else Finding("commanded angular velocity", shown(given), wanted)
 
     @staticmethod
     def _grip(grip: object, last: tuple[float, ...] | None) -> Finding | None:
@@ -84,6 +99,38 @@ class CommandedAcceleration:
         if acceleration <= self.limit * ROUNDING:
             return None
         return Finding("commanded acceleration", f"{acceleration:.4g} m/s^2", f"{self.limit:g} m/s^2")
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedTurn:
+    """The tip is not told to turn faster than `speed` [rad/s], nor to change that faster than `acceleration`.
+
+    Attributes:
+        speed: [rad/s].
+        acceleration: [rad/s^2], period after `period`.
+        period: Control period [s].
+    """
+
+    speed: float
+    acceleration: float
+    period: float
+
+    def broken(self, command: Command, before: Command) -> Finding | None:
+        """See `CommandCondition`."""
+        turn, last = command.angular_velocity_base_tip, before.angular_velocity_base_tip
+        if turn is last:
+            return None  # most robots never turn, and what was passed before is within the limits
+        x, y, z = turn
+        u, v, w = last
+        speed = math.hypot(x, y, z)
+        if not speed <= self.speed * ROUNDING:
+            return Finding("commanded angular speed", f"{speed:.4g} rad/s", f"{self.speed:g} rad/s")
+        acceleration = math.hypot(x - u, y - v, z - w) / self.period
+        if acceleration <= self.acceleration * ROUNDING:
+            return None
+        return Finding(
+            "commanded angular acceleration", f"{acceleration:.4g} rad/s^2", f"{self.acceleration:g} rad/s^2"
+        )
 
 
 @dataclass(frozen=True, slots=True)

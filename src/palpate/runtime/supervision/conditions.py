@@ -62,6 +62,7 @@ class FiniteState:
         row0, row1, row2 = arm.rotation_base_tip
         # a sum is finite unless one of its terms is not, or they overflow, which is no better
         total = sum(arm.position_base_tip) + sum(arm.velocity_base_tip) + sum(row0) + sum(row1) + sum(row2)
+        total += sum(arm.angular_velocity_base_tip)
         if not math.isfinite(total):
             return Finding("arm state", "not finite", "finite numbers")
         if arm.joint_position and not math.isfinite(sum(arm.joint_position)):

@@ -14,7 +14,14 @@ from palpate.runtime.supervision.conditions import (
     SensorsInRange,
 )
 from palpate.runtime.supervision.limits import Limits
-from palpate.runtime.supervision.measures import CONTACT_FORCE, CONTACT_MOMENT, GRIP_FORCE, SPIN_TORQUE, TIP_SPEED
+from palpate.runtime.supervision.measures import (
+    CONTACT_FORCE,
+    CONTACT_MOMENT,
+    GRIP_FORCE,
+    SPIN_TORQUE,
+    TIP_SPEED,
+    TIP_TURN,
+)
 from palpate.runtime.supervision.reactions import Reaction, Retract, Stop
 
 OVERSHOOT = 1.1
@@ -57,6 +64,7 @@ def guards_of(limits: Limits) -> tuple[Guard, ...]:
         Guard(AtMost(SPIN_TORQUE, limits.spin_torque), reaction=out_of_it),
         Guard(AtMost(GRIP_FORCE, limits.grip_force)),
         Guard(AtMost(TIP_SPEED, OVERSHOOT * limits.speed)),
+        Guard(AtMost(TIP_TURN, OVERSHOOT * limits.angular_speed)),
         Guard(InsideWorkspace(limits.workspace_lower, limits.workspace_upper)),
         *joints,
     )

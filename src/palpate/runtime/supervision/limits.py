@@ -12,6 +12,12 @@ REDUCED_SPEED = 0.25
 GRAVEST_STEP = 25.0
 """[m/s^2]: a step of the commanded velocity by 25 mm/s within a millisecond is a bug or a wrong gain."""
 
+REDUCED_TURN = 2.5
+"""[rad/s]: what is 0.1 m away from the fingertip then moves with the reduced speed."""
+
+GRAVEST_TWIST = 250.0
+"""[rad/s^2]: likewise, with `GRAVEST_STEP`."""
+
 OLDEST_SAMPLE = 0.02
 """[s]: two and a half periods of the slowest arm in use (UR CB3, 125 Hz)."""
 
@@ -27,6 +33,8 @@ class Limits:
         grip_force: Normal force of any finger of a hand, commanded and felt [N].
         speed: Of the tip, commanded and measured [m/s].
         acceleration: Change of the commanded velocity per time [m/s^2].
+        angular_speed: Of the tip frame, commanded and measured [rad/s].
+        angular_acceleration: Change of the commanded angular velocity per time [rad/s^2].
         sample_age: From when any device's sample was taken to the period that uses it [s].
         workspace_lower: Smallest position of the tip frame, base frame [m].
         workspace_upper: Largest position of the tip frame, base frame [m].
@@ -40,6 +48,8 @@ class Limits:
     grip_force: float = 20.0
     speed: float = REDUCED_SPEED
     acceleration: float = GRAVEST_STEP
+    angular_speed: float = REDUCED_TURN
+    angular_acceleration: float = GRAVEST_TWIST
     sample_age: float = OLDEST_SAMPLE
     workspace_lower: Vector = (-1.0, -1.0, -1.0)
     workspace_upper: Vector = (1.0, 1.0, 1.0)
@@ -53,6 +63,8 @@ class Limits:
         positive("grip force limit", self.grip_force, "N")
         positive("speed limit", self.speed, "m/s")
         positive("acceleration limit", self.acceleration, "m/s^2")
+        positive("angular speed limit", self.angular_speed, "rad/s")
+        positive("angular acceleration limit", self.angular_acceleration, "rad/s^2")
         positive("sample age limit", self.sample_age, "s")
         for axis, lower, upper in zip("xyz", self.workspace_lower, self.workspace_upper, strict=True):
             if not lower < upper:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from palpate.runtime.data import Observation
 from palpate.sensing.contact import ContactStatus
-from palpate.spatial import norm
+from palpate.spatial import ZERO, norm
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +62,11 @@ def _tip_speed(now: Observation) -> float:
     return norm(now.arm.velocity_base_tip)
 
 
+def _tip_turn(now: Observation) -> float:
+    turn = now.arm.angular_velocity_base_tip
+    return 0.0 if turn is ZERO else norm(turn)  # most robots never turn
+
+
 CONTACT_FORCE = Measure("contact force", "N", _contact_force)
 """Of the finger that feels most."""
 
@@ -75,4 +80,7 @@ GRIP_FORCE = Measure("grip force", "N", _grip_force)
 """Normal force of the finger of a hand that presses most; 0 without a hand."""
 
 TIP_SPEED = Measure("measured speed of the tip", "m/s", _tip_speed)
+"""As the arm tells."""
+
+TIP_TURN = Measure("measured angular speed of the tip", "rad/s", _tip_turn)
 """As the arm tells."""

@@ -9,6 +9,7 @@ from palpate.runtime.supervision.command_conditions import (
     CommandedAcceleration,
     CommandedGrip,
     CommandedSpeed,
+    CommandedTurn,
     WellFormed,
 )
 from palpate.runtime.supervision.finding import Finding, Trip
@@ -61,6 +62,7 @@ class Supervisor:
             WellFormed(),
             CommandedSpeed(limits.speed),
             CommandedAcceleration(limits.acceleration, positive("period", period, "s")),
+            CommandedTurn(limits.angular_speed, limits.angular_acceleration, period),
             CommandedGrip(limits.grip_force),
         )
         self._forget()
@@ -107,11 +109,17 @@ class Supervisor:
             if type(velocity) is not tuple:  # an array that its owner may fill again
                 x, y, z = velocity
                 command = replace(command, velocity_base_tip=(float(x), float(y), float(z)))
+            turn = command.angular_velocity_base_tip
+            if type(turn) is not tuple:
+                x, y, z = turn
+                command = replace(command, angular_velocity_base_tip=(float(x), float(y), float(z)))
             if command.grip_force is not None:
                 self._grip = command.grip_force
                 self._last = command
             else:
-                self._last = Command(command.velocity_base_tip, command.phase, self._grip)
+                self._last = Command(
+                    command.velocity_base_tip, command.phase, self._grip, command.angular_velocity_base_tip
+                )
             return command
         return self.react(now)
 
@@ -134,11 +142,13 @@ class Supervisor:
         """A reaction's command, slowed down to the speed limit; None if it is none, or lets go."""
         if command is None or self._command_conditions[0].broken(command, self._last) is not None:
             return None
-        speed = norm(command.velocity_base_tip)
-        if speed <= self.limits.speed and command.grip_force == self._grip:
+        velocity, turn = command.velocity_base_tip, command.angular_velocity_base_tip
+        fastest, widest = self.limits.speed, self.limits.angular_speed
+        excess = max(norm(velocity) / fastest, norm(turn) / widest)
+        if excess <= 1.0 and command.grip_force == self._grip:
             return command
-        slower = scale(min(1.0, self.limits.speed / max(speed, self.limits.speed)), command.velocity_base_tip)
-        return Command(slower, command.phase, self._grip)
+        share = 1.0 / max(excess, 1.0)  # of both: the way stays the same
+        return Command(scale(share, velocity), command.phase, self._grip, scale(share, turn))
 
     def standstill(self) -> Command:
         """Return the command to stand still without dropping anything: safe when nothing is known."""
