@@ -56,6 +56,8 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/exploration.py
 	$(BIN)/python benchmarks/loop.py
 	$(BIN)/python benchmarks/recording.py
+	$(BIN)/python benchmarks/sensors.py
+	$(BIN)/python benchmarks/batch.py
 
 pictures: $(VENV)/.run $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py

@@ -1,9 +1,13 @@
 """MuJoCo scenes made of pieces that name physical quantities, and the back end that runs them."""
 
+from palpate.sim import headless as headless
 from palpate.sim.backend import MujocoBackend, Truth
 from palpate.sim.carriers.arm_carrier import ArmCarrier
-from palpate.sim.carriers.carrier import Carrier, Drive
+from palpate.sim.carriers.carrier import Carrier, Drive, Load
+from palpate.sim.carriers.fixed import Fixed
+from palpate.sim.carriers.lift import Lift
 from palpate.sim.carriers.stage import Stage
+from palpate.sim.carriers.turning_stage import TurningStage
 from palpate.sim.carriers.ur5e import Ur5e
 from palpate.sim.contact_law import ContactLaw, PairParameters
 from palpate.sim.fidelity import Cone, Fidelity, Integrator
@@ -11,6 +15,7 @@ from palpate.sim.objects.body import Mount, ObjectBody
 from palpate.sim.objects.heights import HeightField, bumps, height_field
 from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
 from palpate.sim.objects.mesh_file import Triangles, read_triangles
+from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine
 from palpate.sim.objects.primitives import (
     Box,
     CapsuleObject,
@@ -19,6 +24,8 @@ from palpate.sim.objects.primitives import (
     SceneObject,
     SphereObject,
 )
+from palpate.sim.objects.table import Table
+from palpate.sim.objects.target import StillObject, Target
 from palpate.sim.objects.torus import Torus
 from palpate.sim.scene import Scene, build_scene
 from palpate.sim.sensor.model import SeededSensor, SensorModel, white_noise
@@ -35,26 +42,38 @@ __all__ = [
     "ConvexMesh",
     "CylinderObject",
     "Drive",
+    "DrivenJoint",
     "EllipsoidObject",
     "Fidelity",
+    "Fixed",
     "HeightField",
     "Integrator",
+    "JointKind",
+    "Lift",
+    "Load",
     "Mount",
+    "MovingTarget",
     "MujocoBackend",
     "ObjectBody",
     "PairParameters",
     "PresetSensor",
+    "Ramp",
     "Scene",
     "SceneObject",
     "SeededSensor",
     "SensorModel",
+    "Sine",
     "SphereObject",
     "Stage",
+    "StillObject",
+    "Table",
+    "Target",
     "Tip",
     "Torus",
     "TracedMesh",
     "Triangles",
     "Truth",
+    "TurningStage",
     "Ur5e",
     "build_scene",
     "bumps",

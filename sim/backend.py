@@ -5,19 +5,22 @@ from types import TracebackType
 from typing import Self
 
 import mujoco
+import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState
+from palpate.sim.friction.plant import FrictionPlant, FrictionState
+from palpate.sim.friction.resultant import resultant
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
-from palpate.sim.objects.traced import Trace, TracedObject
+from palpate.sim.objects.target import Mount
 from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
-from palpate.spatial import ZERO, Vector, add, add_scaled, cross, subtract
+from palpate.spatial import ZERO, Vector, rotate_back, subtract
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +32,20 @@ class Truth:
         position: Force-weighted centroid of the contacts, base frame [m].
         force: What the object exerts on the tip, base frame [N].
         torque: Likewise, about `position` [N m].
+        pose_base_object: Where the object is.
     """
 
     touching: bool
     position: Vector
     force: Vector
     torque: Vector
+    pose_base_object: Pose
+
+    @property
+    def position_object(self) -> Vector:
+        """Where on the object the contact is: `position` in the object's frame [m]."""
+        pose = self.pose_base_object
+        return rotate_back(pose.rotation, subtract(self.position, pose.position))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,12 +103,10 @@ class MujocoBackend:
         self._readings = self._data.sensordata  # a view that lives as long as the data
         self._drive = scene.carrier.drive(scene.model, self._data, period)
         self._plant = FrictionPlant(scene.model, self._data, scene.rubbing) if scene.rubbing else None
-        target = scene.target
-        self._trace = (
-            Trace(target, scene.model, self._data, TIP_GEOM, OBJECT_GEOM)
-            if isinstance(target, TracedObject)
-            else None
-        )
+        self._target = scene.target.placer(scene.model, self._data, OBJECT_GEOM, TIP_GEOM)
+        # of an object that moves, sensors tell
+        self._still = Pose(scene.target.position) if scene.target.mount is Mount.FIXED else None
+        self._matrix = np.zeros(9)
         self._friction: FrictionStep = self._plant or MujocoFriction(scene.model, self._data)
         self._readings_now: list[float] = []
 
@@ -116,8 +125,7 @@ class MujocoBackend:
         mujoco.mj_resetData(self.scene.model, self._data)
         self._sensor.restart(self._seed)  # the same run again
         self._drive.start()
-        if self._trace is not None:
-            self._trace.place()
+        self._target.place()
         self._friction.reset()
         # every sample belongs to the state before the last time step, the first one too: time goes on from here
         self._drive.advance()
@@ -130,12 +138,11 @@ class MujocoBackend:
         Raises:
             SimulationDivergedError: The simulation diverged.
         """
-        data, drive, friction = self._data, self._drive, self._friction
+        data, drive, target, friction = self._data, self._drive, self._target, self._friction
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
-            if self._trace is not None:
-                self._trace.place()
+            target.place()
             friction.advance()
         sample = self._sample(data.time - self.scene.fidelity.time_step)
         check_converged(self._readings_now, data.time)
@@ -187,31 +194,24 @@ class MujocoBackend:
 
     def truth(self) -> Truth:
         """Return what really happened at the time of the last sample."""
+        pose = self._pose_base_object()
         if self._plant is not None:
-            return _truth_of(self._plant.contacts)
+            contacts = self._plant.contacts
+            return Truth(True, *resultant(contacts), pose) if contacts else Truth(False, ZERO, ZERO, ZERO, pose)
         found, fx, fy, fz, tx, ty, tz, x, y, z = self._readings_now[15:25]
         # the contact sensor gives what its first geom, the tip, exerts on the object
-        return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz))
+        return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), pose)
+
+    def _pose_base_object(self) -> Pose:
+        if self._still is not None:
+            return self._still
+        x, y, z, *quat_wxyz = self._readings_now[25:32]
+        mujoco.mju_quat2Mat(self._matrix, quat_wxyz)
+        a, b, c, d, e, f, g, h, i = self._matrix.tolist()
+        return Pose((x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
 
     def _sample(self, time: float) -> Sample:
         self._readings_now = s = self._readings.tolist()
         # the site sensors give what the tip exerts on what carries it, inertia included: the load is the opposite
         load = (-s[6], -s[7], -s[8], -s[9], -s[10], -s[11])
         return Sample(time, self._drive.sample(time, s), (self._sensor.step(time, load, (s[12], s[13], s[14])),))
-
-
-def _truth_of(contacts: tuple[FrictionContact, ...]) -> Truth:
-    """What a friction plant's contacts come to, on the tip."""
-    if not contacts:
-        return Truth(False, ZERO, ZERO, ZERO)
-    pressed = sum(contact.normal_force for contact in contacts)
-    share = [contact.normal_force / pressed if pressed > 0.0 else 1.0 / len(contacts) for contact in contacts]
-    position, force, torque = ZERO, ZERO, ZERO
-    for part, contact in zip(share, contacts, strict=True):
-        position = add_scaled(position, part, contact.position)
-    for contact in contacts:
-        load = add_scaled(contact.tangential_force, -contact.normal_force, contact.normal)
-        force = add(force, load)
-        torque = add(torque, cross(subtract(contact.position, position), load))
-        torque = add_scaled(torque, contact.spin_torque, contact.normal)
-    return Truth(True, position, force, torque)

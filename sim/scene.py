@@ -1,6 +1,6 @@
-"""A scene: what carries the tip, the tip and an object, and nothing else."""
+"""A scene: what carries the tip, the tip, an object, a table if wanted, and nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 
@@ -13,11 +13,16 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.texture import Texture
 from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.table import Table
+from palpate.sim.objects.target import Mount, Target, as_target
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
 from palpate.spatial import Vector
 
 OBJECT_GEOM = "object"
+"""Of the object's body, too."""
+
+TABLE_GEOM = "table"
 
 _CONTACT_FIELDS = (
     mujoco.mjtConDataField.mjCONDATA_FOUND,
@@ -37,83 +42,115 @@ class Scene:
         model: The compiled model.
         tip: The fingertip.
         carrier: What carries it.
-        target: The object, fixed at the origin.
-        law: The wanted contact.
+        target: The object.
+        law: The wanted contact of tip and object.
         pair: As realised.
         fidelity: How it is computed.
         rubbing: Whom a friction plant serves; all else rubs by MuJoCo's law.
+        table: Under the object, if there is one.
     """
 
     model: mujoco.MjModel
     tip: Tip
     carrier: Carrier
-    target: SceneObject
+    target: Target
     law: ContactLaw
     pair: PairParameters
     fidelity: Fidelity
     rubbing: tuple[FrictionPair, ...] = ()
+    table: Table | None = None
 
 
 def build_scene(
     tip: Tip,
-    target: SceneObject,
+    target: SceneObject | Target,
     law: ContactLaw,
     start: Vector,
     carrier: Carrier | None = None,
     fidelity: Fidelity | None = None,
     friction: FrictionLaw | None = None,
     texture: Texture | None = None,
+    table: Table | None = None,
 ) -> Scene:
     """Compile a scene of one tip and one object.
 
     Args:
         tip: The fingertip on its sensor.
-        target: The object, fixed at the origin of the base frame.
+        target: The object. A surface alone is fixed at the origin of the base frame; an `ObjectBody` rubs by its
+            own friction, and may be pushed if it is free; a `MovingTarget` moves as told.
         law: Contact between the two.
         start: Where the sensor frame's origin starts, base frame [m].
         carrier: What carries the tip; a `Stage` if not given.
         fidelity: How it is computed.
         friction: How the two rub, by the friction plant; MuJoCo's own friction with `law` if not given.
         texture: How that friction varies over the object.
+        table: What a free object stands on, pressing and spinning by `law`, rubbing by the table's own friction;
+            nothing else touches it. None if not given.
 
     Raises:
         InvalidValueError: The contact law cannot be kept with these masses and this time step.
     """
-    carrier = Stage() if carrier is None else carrier
-    if texture is not None and isinstance(target, TracedObject):
+    carrier, target = carrier or Stage(), as_target(target)
+    if texture is not None and isinstance(target.shape, TracedObject):
         raise InvalidValueError(
-            f"texture on a {type(target).__name__}: its simulated surface moves with the tip; take a primitive"
+            f"texture on a {type(target.shape).__name__}: its simulated surface moves with the tip; take a "
+            "primitive"
         )
     fidelity = fidelity or Fidelity()
     spec, time_step = fidelity.new_spec(), fidelity.time_step
 
     tip.add_assets(spec)
-    target.add_assets(spec, OBJECT_GEOM)
-    carrier.mount(spec, tip, start)
-    body = spec.worldbody.add_body(name="object")
-    target.add_geom(body, OBJECT_GEOM)
+    tip.add_to(carrier.mount(spec, tip, start))  # first: drives find their joints ahead of all others
+    target.add_to(spec, OBJECT_GEOM)
+    if table is not None:
+        table.add_to(spec, TABLE_GEOM)
 
-    inverse_mass = carrier.inverse_mass(spec, tip)  # what MuJoCo's body_invweight0 will say; checked below
+    compiled = spec.compile()  # what MuJoCo takes for the bodies' inverse masses, before there are pairs
+    of_tip, of_target = (
+        float(compiled.body_invweight0[compiled.body(name).id, 0]) for name in ("tip", OBJECT_GEOM)
+    )
+    law = target.law(law)
     parameters = pair_parameters if friction is None else frictionless_parameters
-    pair = parameters(law, inverse_mass, time_step)
-    spec.option.impratio = pair.impratio
+    pair = parameters(law, of_tip + of_target, time_step)
+    impratio = pair.impratio
+    if table is not None and target.mount is Mount.FREE:
+        standing = pair_parameters(table.law(law), of_target, time_step)
+        _add_pair(spec, OBJECT_GEOM, TABLE_GEOM, standing)
+        # one for the whole model: the larger one lets the other contact creep even less
+        impratio = max(impratio, standing.impratio)
+    if pair.condim > 1 and impratio > pair.impratio:
+        pair = replace(pair, impratio=impratio, creep_speed=pair.creep_speed * pair.impratio / impratio)
+    spec.option.impratio = impratio
+    _add_pair(spec, TIP_GEOM, OBJECT_GEOM, pair)
+    _add_sensors(spec)
+    if target.mount is not Mount.FIXED:
+        _add_pose_sensors(spec)
+    carrier.add_sensors(spec)
+    model = spec.compile()
+    found = float(model.body_invweight0[model.body("tip").id, 0])
+    if abs(found - of_tip) > 1e-9 * of_tip:
+        raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {of_tip}")
+    rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
+    return Scene(model, tip, carrier, target, law, pair, fidelity, rubbing, table)
+
+
+def _add_pair(spec: mujoco.MjSpec, first: str, second: str, pair: PairParameters) -> None:
     spec.add_pair(
-        geomname1=TIP_GEOM,
-        geomname2=OBJECT_GEOM,
+        geomname1=first,
+        geomname2=second,
         condim=pair.condim,
         friction=pair.friction,
         solref=pair.solref,
         solreffriction=pair.solreffriction,
         solimp=pair.solimp,
     )
-    _add_sensors(spec)
-    carrier.add_sensors(spec)
-    model = spec.compile()
-    found = float(model.body_invweight0[model.body("tip").id, 0])
-    if abs(found - inverse_mass) > 1e-9 * inverse_mass:
-        raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {inverse_mass}")
-    rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
-    return Scene(model, tip, carrier, target, law, pair, fidelity, rubbing)
+
+
+def _add_pose_sensors(spec: mujoco.MjSpec) -> None:
+    """Add what tells where an object is that moves, ahead of the carrier's own sensors."""
+    for kind in (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FRAMEQUAT):
+        # xbody: the frame as it was given; body would be the centre of mass
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=OBJECT_GEOM)
 
 
 def _add_sensors(spec: mujoco.MjSpec) -> None:

@@ -158,7 +158,9 @@ def test_it_starts_from_the_folder():
     assert "180 digits" in said
 
 
-@pytest.mark.parametrize("script", ["every_tip.py", "exploration.py", "loop.py", "recording.py"])
+@pytest.mark.parametrize(
+    "script", ["every_tip.py", "exploration.py", "loop.py", "recording.py", "batch.py", "sensors.py", "simulation"]
+)
 def test_every_benchmark_says_what_it_measures(script):
     started = [sys.executable, str(BENCHMARKS / script), "--help"]
     said = subprocess.run(started, check=True, capture_output=True, text=True).stdout
@@ -166,7 +168,7 @@ def test_every_benchmark_says_what_it_measures(script):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("script", ["loop.py", "recording.py"])
+@pytest.mark.parametrize("script", ["loop.py", "recording.py", "batch.py", "sensors.py"])
 def test_what_the_loop_costs_is_measured_to_the_end(script):
     """Whether the figures are kept depends on what else the machine does: they are shown, not judged."""
     started = [sys.executable, str(BENCHMARKS / script), "--quick"]

@@ -1,4 +1,4 @@
-"""A UR5e that carries a fingertip."""
+"""A UR5e that carries a fingertip or a hand."""
 
 from dataclasses import dataclass, field
 
@@ -8,8 +8,9 @@ import numpy as np
 from palpate.kinematics import Pose, nearest_joint_position
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.arm_drive import ArmDrive
-from palpate.sim.carriers.ur5e import JOINTS, Ur5e
-from palpate.sim.tip import SENSOR_SITE, Tip
+from palpate.sim.carriers.carriage import TURNING_SENSORS, add_turning_sensors, lift_load, read_turning
+from palpate.sim.carriers.carrier import Load
+from palpate.sim.carriers.ur5e import FLANGE, JOINTS, Ur5e
 from palpate.spatial import Vector
 
 ELBOW_UP = tuple(np.radians((0.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
@@ -17,6 +18,9 @@ ELBOW_UP = tuple(np.radians((0.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
 
 LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Rotation of the tip frame on the flange: upright while the flange looks down."""
+
+OWN = TURNING_SENSORS + len(JOINTS)
+"""How many readings are the carrier's own."""
 
 
 def arm_above_the_origin(distance: float = 0.45, tool: float = 0.1) -> Ur5e:
@@ -31,7 +35,7 @@ def arm_above_the_origin(distance: float = 0.45, tool: float = 0.1) -> Ur5e:
 
 @dataclass(frozen=True, slots=True)
 class ArmCarrier:
-    """A UR5e that carries a fingertip. A `Carrier`.
+    """A UR5e that carries a fingertip or a hand. A `Carrier`.
 
     Attributes:
         arm: Where it stands, and what is on its flange.
@@ -49,25 +53,17 @@ class ArmCarrier:
         """
         return nearest_joint_position(self.arm.kinematics, Pose(start), self.seed)
 
-    def mount(self, spec: mujoco.MjSpec, tip: Tip, start: Vector) -> None:
+    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`; the robot knows its load: gravity is taken off the joints, not off the sensor."""
-        tip.add_to(self.arm.add_to(spec, self.joint_start(start))).gravcomp = 1.0
+        flange = self.arm.add_to(spec, self.joint_start(start))
+        lift_load(flange, load)
+        return flange
 
     def add_sensors(self, spec: mujoco.MjSpec) -> None:
         """Add the tip frame's axes, its turning and the joints' angles, as `ArmCarrierDrive` reads them."""
-        axes = (mujoco.mjtSensor.mjSENS_FRAMEXAXIS, mujoco.mjtSensor.mjSENS_FRAMEYAXIS)
-        for kind in (*axes, mujoco.mjtSensor.mjSENS_FRAMEZAXIS):
-            spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=SENSOR_SITE)
-        spec.add_sensor(
-            type=mujoco.mjtSensor.mjSENS_FRAMEANGVEL, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=SENSOR_SITE
-        )
+        add_turning_sensors(spec, FLANGE)
         for name in JOINTS:
             spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
-
-    def inverse_mass(self, spec: mujoco.MjSpec, tip: Tip) -> float:
-        """See `Carrier`; only the compiled model knows."""
-        model = spec.compile()
-        return float(model.body_invweight0[model.body("tip").id, 0])
 
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> "ArmCarrierDrive":
         """See `Carrier`."""
@@ -96,9 +92,9 @@ class ArmCarrierDrive:
     def sample(self, time: float, readings: list[float]) -> ArmSample:
         """See `Drive`."""
         s = readings
-        ax, ay, az, bx, by, bz, cx, cy, cz, u, v, w, *joints = s[-18:]
-        rotation = ((ax, bx, cx), (ay, by, cy), (az, bz, cz))
-        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), tuple(joints), (u, v, w))
+        rotation, angular_velocity = read_turning(s[-OWN : -len(JOINTS)])
+        joints = tuple(s[-len(JOINTS) :])
+        return ArmSample(time, (s[0], s[1], s[2]), rotation, (s[3], s[4], s[5]), joints, angular_velocity)
 
     def snapshot(self) -> tuple[float, ...]:
         """See `Drive`."""

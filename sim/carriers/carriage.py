@@ -1,8 +1,12 @@
-"""Machines of slides: a body that carries something and never turns, and the servo of a joint."""
+"""Parts that carriers share: a body that slides, a joint's servo, a load that is known, a frame that is told."""
 
 import mujoco
 
-from palpate.spatial import Vector
+from palpate.sim.carriers.carrier import Load
+from palpate.spatial import Matrix, Vector
+
+_SPECK = 1e-6
+"""Mass of a body that stands for a load's centre of mass [kg]: too light to be felt by any machine."""
 
 
 def add_carriage(spec: mujoco.MjSpec, name: str, position: Vector, mass: float, carried: float) -> mujoco.MjsBody:
@@ -42,3 +46,38 @@ def add_position_servo(spec: mujoco.MjSpec, joint: str, stiffness: float, dampin
         biastype=mujoco.mjtBias.mjBIAS_AFFINE,
         biasprm=[0.0, -stiffness, -damping] + [0.0] * 7,
     )
+
+
+def lift_load(flange: mujoco.MjsBody, load: Load) -> None:
+    """Take the weight of a load off the joints that carry a body, whichever way it turns.
+
+    As a robot does that knows mass and centre of mass of its payload: what the load's own joints and sensors feel
+    stays. MuJoCo lifts at the centre of mass of a body; this one has no mass of its own, so it gets the load's
+    centre of mass, and a speck of mass there.
+
+    Args:
+        flange: A body without mass, whose frame is the load's.
+        load: What is put on it.
+    """
+    flange.explicitinertial = True
+    flange.mass = _SPECK
+    flange.ipos = load.center_of_mass
+    flange.inertia = [_SPECK * 1e-6] * 3  # of a millimetre
+    flange.gravcomp = (_SPECK + load.mass) / _SPECK
+
+
+TURNING_SENSORS = 12
+"""How many numbers `add_turning_sensors` adds to a scene's readings."""
+
+
+def add_turning_sensors(spec: mujoco.MjSpec, body: str) -> None:
+    """Add sensors of a body's axes and of its angular velocity, as `read_turning` reads them."""
+    axes = (mujoco.mjtSensor.mjSENS_FRAMEXAXIS, mujoco.mjtSensor.mjSENS_FRAMEYAXIS)
+    for kind in (*axes, mujoco.mjtSensor.mjSENS_FRAMEZAXIS, mujoco.mjtSensor.mjSENS_FRAMEANGVEL):
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=body)
+
+
+def read_turning(readings: list[float]) -> tuple[Matrix, Vector]:
+    """Return rotation and angular velocity [rad/s] of a body, base frame, from its `TURNING_SENSORS` readings."""
+    ax, ay, az, bx, by, bz, cx, cy, cz, u, v, w = readings
+    return ((ax, bx, cx), (ay, by, cy), (az, bz, cz)), (u, v, w)

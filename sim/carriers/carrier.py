@@ -1,12 +1,26 @@
-"""What carries a fingertip in a scene: a stage, an arm."""
+"""What carries a fingertip or a hand in a scene: a stage, an arm, a lift, or a stand that never moves."""
 
 from typing import Protocol
 
 import mujoco
 
+from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample
-from palpate.sim.tip import Tip
-from palpate.spatial import Vector
+from palpate.spatial import ZERO, Vector
+
+
+class Load(Protocol):
+    """What is carried, as far as its carrier knows it: a robot is told the same two of its payload."""
+
+    @property
+    def mass(self) -> float:
+        """Of all of it [kg]."""
+        ...
+
+    @property
+    def center_of_mass(self) -> Vector:
+        """In its own frame, by which it is carried; that of a hand with all joints at 0 [m]."""
+        ...
 
 
 class Drive(Protocol):
@@ -24,7 +38,7 @@ class Drive(Protocol):
             angular_velocity: With which the tip frame is to turn, base frame [rad/s].
 
         Raises:
-            InvalidValueError: It cannot turn.
+            InvalidValueError: It cannot move so.
         """
         ...
 
@@ -37,7 +51,7 @@ class Drive(Protocol):
 
         Args:
             time: Of the readings [s].
-            readings: All sensors of the scene; those of the carrier's tip come first: position, velocity; its own
+            readings: All sensors of the scene; those of the carried frame come first: position, velocity; its own
                 come last, as many as `Carrier.add_sensors` has added.
         """
         ...
@@ -52,20 +66,38 @@ class Drive(Protocol):
 
 
 class Carrier(Protocol):
-    """A machine that can be put into a scene."""
+    """A machine that can be put into a scene. It carries one frame, `tip` for short: a fingertip's or a hand's."""
 
-    def mount(self, spec: mujoco.MjSpec, tip: Tip, start: Vector) -> None:
-        """Add itself, and the tip on it, to a scene: the tip frame upright, its origin at `start` [m]."""
+    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
+        """Add itself to a scene; comes before anything else that moves.
+
+        Args:
+            spec: The scene.
+            load: What it is to carry: it lifts that weight, too.
+            start: Where the load's frame starts, upright, base frame [m].
+
+        Returns:
+            The body whose frame is the load's, for the load to be put on.
+        """
         ...
 
     def add_sensors(self, spec: mujoco.MjSpec) -> None:
-        """Add the sensors that its drive reads."""
-        ...
-
-    def inverse_mass(self, spec: mujoco.MjSpec, tip: Tip) -> float:
-        """Return the tip body's translational `body_invweight0` at the start [1/kg]."""
+        """Add the sensors that its drive reads; comes last of all sensors."""
         ...
 
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> Drive:
         """Return what moves it, for a control period [s]."""
         ...
+
+
+def refuse_to_turn(angular_velocity: Vector, carrier: str) -> None:
+    """Refuse any angular velocity [rad/s] but zero, in the name of a carrier that cannot turn.
+
+    Raises:
+        InvalidValueError: It is another.
+    """
+    if angular_velocity is not ZERO and any(angular_velocity):
+        raise InvalidValueError(
+            f"angular_velocity_base_tip = {angular_velocity} rad/s: this {carrier} cannot turn its tip; leave it "
+            "out, or take a robot that can"
+        )

@@ -6,8 +6,8 @@ import mujoco
 
 from palpate.errors import positive
 from palpate.sim.carriers.carriage import add_carriage, add_position_servo
+from palpate.sim.carriers.carrier import Load
 from palpate.sim.carriers.stage_drive import StageDrive
-from palpate.sim.tip import Tip
 from palpate.spatial import Vector
 
 AXES: tuple[tuple[str, Vector], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
@@ -44,16 +44,12 @@ class Stage:
         """Stiffness of the servos [N/m]."""
         return (self.mass + tip_mass) * self.bandwidth**2
 
-    def mount(self, spec: mujoco.MjSpec, tip: Tip, start: Vector) -> None:
+    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
         """See `palpate.sim.carriers.carrier.Carrier`."""
-        tip.add_to(self.add_to(spec, start, tip.mass))
+        return self.add_to(spec, start, load.mass)
 
     def add_sensors(self, spec: mujoco.MjSpec) -> None:
         """It needs none: it does not turn."""
-
-    def inverse_mass(self, spec: mujoco.MjSpec, tip: Tip) -> float:
-        """Three slides move stage and tip as one [1/kg]."""
-        return 1.0 / (self.mass + tip.mass)
 
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> StageDrive:
         """See `palpate.sim.carriers.carrier.Carrier`."""

@@ -2,9 +2,12 @@
 
 import mujoco
 
-from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample
+from palpate.sim.carriers.carrier import refuse_to_turn
 from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled, norm, subtract
+
+FIRST_SLIDE = "x"
+"""Joint and servo of the first of three slides, which come one after the other."""
 
 
 class StageDrive:
@@ -20,22 +23,19 @@ class StageDrive:
         """
         self._leash, self._dt = leash, float(model.opt.timestep)
         # views that live as long as the data: fetching them anew costs a microsecond a period
-        self._position, self._control = data.qpos, data.ctrl
+        at, of = int(model.joint(FIRST_SLIDE).qposadr[0]), int(model.actuator(FIRST_SLIDE).id)
+        self._position, self._control = data.qpos[at : at + 3], data.ctrl[of : of + 3]
         self._reference: Vector = ZERO
         self._step: Vector = ZERO
 
     def start(self) -> None:
         """See `Drive`."""
-        x, y, z = self._position[:3].tolist()
+        x, y, z = self._position.tolist()
         self._reference, self._step = (x, y, z), ZERO
 
     def begin(self, velocity: Vector, angular_velocity: Vector) -> None:
         """See `Drive`: the servos get a ramp, not stairs, whose ripple would break friction."""
-        if angular_velocity is not ZERO and any(angular_velocity):
-            raise InvalidValueError(
-                f"angular_velocity_base_tip = {angular_velocity} rad/s: this stage cannot turn its tip; leave it "
-                "out, or take a robot that can"
-            )
+        refuse_to_turn(angular_velocity, "stage")
         dt = self._dt
         self._reference = self._leashed()
         self._step = (dt * velocity[0], dt * velocity[1], dt * velocity[2])
@@ -63,7 +63,7 @@ class StageDrive:
 
     def _leashed(self) -> Vector:
         """The servos' reference, drawn back to within the leash of the actual position."""
-        x, y, z = self._position[:3].tolist()
+        x, y, z = self._position.tolist()
         ahead = subtract(self._reference, (x, y, z))
         distance, leash = norm(ahead), self._leash
         return self._reference if distance <= leash else add_scaled((x, y, z), leash / distance, ahead)

@@ -132,8 +132,7 @@ class Ur5e:
         The model's own reference state (`qpos0`, to which a reset leads) is `joint_start`, and with it what MuJoCo
         derives from that: the tip's `body_invweight0` is the one at the start.
 
-        A tip put on the returned body gets `gravcomp = 1`: the robot knows its load. That lifts the arm, not the
-        sensor, which measures the weight of what hangs on it all the same.
+        What is put on the returned body is not lifted yet: see `palpate.sim.carriers.carriage.lift_load`.
 
         Args:
             spec: The scene.

@@ -8,57 +8,16 @@ import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.runtime.data import ArmSample, Command, Sample
+from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
+from palpate.sim.friction.plant import FrictionPlant, FrictionState
+from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.grip import Grip, GripState
-from palpate.sim.hand.mount import LIFT, Lift
 from palpate.sim.hand.scene import SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
+from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
-from palpate.spatial import IDENTITY, Vector
-
-
-@dataclass(frozen=True, slots=True)
-class FingerTruth:
-    """What really happens at one fingertip; base frame.
-
-    Attributes:
-        touching: Whether it touches the object.
-        position: Force-weighted centroid of the contacts [m].
-        force: What the object exerts on the tip [N].
-        torque: Likewise, about `position` [N m].
-        current: Of its servo [A].
-        joint_position: Without rounding [rad or m].
-    """
-
-    touching: bool
-    position: Vector
-    force: Vector
-    torque: Vector
-    current: float
-    joint_position: float
-
-
-@dataclass(frozen=True, slots=True)
-class HandTruth:
-    """What really happens in a grasp, for checks; no controller sees it. Base frame.
-
-    Attributes:
-        time: To which it belongs, that of the last sample [s].
-        fingers: One per finger.
-        position: Of the object's frame [m].
-        quat_wxyz: Its orientation, object to base.
-        velocity: Of its frame [m/s].
-        angular_velocity: Of the object [rad/s].
-    """
-
-    time: float
-    fingers: tuple[FingerTruth, ...]
-    position: Vector
-    quat_wxyz: tuple[float, float, float, float]
-    velocity: Vector
-    angular_velocity: Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,17 +27,19 @@ class HandState:
     physics: FloatArray
     readings: FloatArray
     last_time: float
-    height: float
+    drive: tuple[float, ...]
     grip: GripState
     sensors: tuple[SensorState, ...]
+    friction: FrictionState | None
 
 
 class HandBackend:
     """Runs a grasp scene: one call of `step` is one control period of simulated time.
 
-    The arm in its samples is the mount: its tip frame is the hand frame. Where each sensor frame is in that,
-    `Hand.pose_hand_sensor` tells from the joint positions. Sensor values belong to the state before the last time
-    step, as MuJoCo computes them; the sample's time says so. Joint positions are as old as the bus made them.
+    The arm in its samples is what carries the hand: its tip frame is the hand frame. Where each sensor frame is in
+    that, `Hand.pose_hand_sensor` tells from the joint positions. Sensor values belong to the state before the
+    last time step, as MuJoCo computes them; the sample's time says so. Joint positions are as old as the bus made
+    them.
     """
 
     def __init__(
@@ -111,14 +72,12 @@ class HandBackend:
         self._grip = Grip(
             scene.hand, model, data, whole_steps("bus_period", scene.hand.bus_period, scene.fidelity.time_step)
         )
-        self._lift = scene.mount if isinstance(scene.mount, Lift) else None
-        if self._lift is not None:
-            at, of = int(model.joint(LIFT).qposadr[0]), int(model.actuator(LIFT).id)
-            # views that live as long as the data
-            self._lift_position, self._lift_control = data.qpos[at : at + 1], data.ctrl[of : of + 1]
-        self._readings = data.sensordata
+        self._drive = scene.carrier.drive(model, data, period)
+        self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
+        self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
+        self._readings = data.sensordata  # a view that lives as long as the data
         self._values: list[float] = []
-        self._time = self._height = 0.0
+        self._time = 0.0
 
     @property
     def period(self) -> float:
@@ -134,53 +93,39 @@ class HandBackend:
         """Open the hand, put the object at its start, and return the first sample."""
         mujoco.mj_resetData(self.scene.model, self._data)
         self._grip.start()
-        self._height = 0.0
+        self._drive.start()
         for i, sensor in enumerate(self._sensors):
             sensor.restart(self._seed + i)
+        self._friction.reset()
         # every sample belongs to the state before the last time step, the first one too: time goes on from here
         self._grip.advance()
-        mujoco.mj_step(self.scene.model, self._data)
+        self._drive.advance()
+        self._friction.advance()
         return self._sample(0.0)
 
     def step(self, command: Command) -> Sample:
         """Simulate one period; grip forces reach the servos with the next exchange on the bus.
 
         Raises:
-            InvalidValueError: A motion that the mount cannot do, or see `Grip.command`.
+            InvalidValueError: A motion that the carrier cannot do, or see `Grip.command`.
             SimulationDivergedError: The simulation diverged.
         """
-        model, data, grip = self.scene.model, self._data, self._grip
-        x, y, z = command.velocity_base_tip
-        if x or y or (z and self._lift is None):
-            can = "nothing" if self._lift is None else "z only"
-            raise InvalidValueError(f"velocity_base_tip = {(x, y, z)} m/s: this hand's mount moves along {can}")
+        data, drive, grip, friction = self._data, self._drive, self._grip, self._friction
+        drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         if command.grip_force is not None:
             grip.command(command.grip_force)
-        if self._lift is not None:
-            actual, leash = float(self._lift_position[0]), self._lift.leash
-            height, rise = (
-                max(actual - leash, min(actual + leash, self._height)),
-                self.scene.fidelity.time_step * z,
-            )
-            for _ in range(self._steps):
-                self._height = height = height + rise
-                self._lift_control[0] = height
-                grip.advance()
-                mujoco.mj_step(model, data)
-        else:
-            for _ in range(self._steps):
-                grip.advance()
-                mujoco.mj_step(model, data)
+        for _ in range(self._steps):
+            drive.advance()
+            grip.advance()
+            friction.advance()
         sample = self._sample(data.time - self.scene.fidelity.time_step)
         check_converged(self._values, data.time)
         self._pacer.wait()
         return sample
 
     def close(self) -> None:
-        """Stop the mount where it is. The grip stays as it is: nothing is dropped."""
-        if self._lift is not None:
-            self._height = float(self._lift_position[0])
-            self._lift_control[0] = self._height
+        """Stop the carrier where it is. The grip stays as it is: nothing is dropped."""
+        self._drive.start()
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -196,20 +141,29 @@ class HandBackend:
         """Return what really happened at the time of the last sample."""
         s = self._values
         x, y, z, u, v, w, qw, qx, qy, qz, a, b, c = s[6:SENSORS_AT_ALL]
+        contacts = None if self._plant is None else self._plant.contacts
         fingers = []
         for i, (current, q) in enumerate(self._grip.last()):
-            at = SENSORS_AT_ALL + SENSORS_PER_FINGER * i
-            found, fx, fy, fz, tx, ty, tz, px, py, pz = s[at + 9 : at + SENSORS_PER_FINGER]
-            # the contact sensor gives what its first geom, the tip, exerts on the object
-            force, torque = (-fx, -fy, -fz), (-tx, -ty, -tz)
-            fingers.append(FingerTruth(found > 0.0, (px, py, pz), force, torque, current, q))
+            if contacts is None:
+                at = SENSORS_AT_ALL + SENSORS_PER_FINGER * i
+                fingers.append(truth_of_readings(s[at + 9 : at + SENSORS_PER_FINGER], current, q))
+            else:
+                its = tuple(contact for contact in contacts if contact.pair is self.scene.rubbing[i])
+                fingers.append(truth_of_contacts(its, current, q))
         return HandTruth(self._time, tuple(fingers), (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
 
     def snapshot(self) -> HandState:
         """Return a copy of all that decides about what comes."""
         physics = state_of(self.scene.model, self._data)
-        sensors = tuple(sensor.state() for sensor in self._sensors)
-        return HandState(physics, self._readings.copy(), self._time, self._height, self._grip.state(), sensors)
+        return HandState(
+            physics,
+            self._readings.copy(),
+            self._time,
+            self._drive.snapshot(),
+            self._grip.state(),
+            tuple(sensor.state() for sensor in self._sensors),
+            None if self._plant is None else self._plant.snapshot(),
+        )
 
     def restore(self, state: HandState) -> None:
         """Go on from a snapshot, bit for bit as from there before, in this back end or another of the same scene.
@@ -226,8 +180,11 @@ class HandBackend:
         set_state(self.scene.model, self._data, state.physics)
         np.copyto(self._readings, state.readings)
         self._values = self._readings.tolist()
-        self._time, self._height = state.last_time, state.height
+        self._time = state.last_time
+        self._drive.restore(state.drive)
         self._grip.set_state(state.grip)
+        if self._plant is not None and state.friction is not None:
+            self._plant.restore(state.friction)
         for sensor, its in zip(self._sensors, state.sensors, strict=True):
             sensor.set_state(its)
 
@@ -241,5 +198,4 @@ class HandBackend:
             # the site sensors give what the tip exerts on the finger, inertia included: the load is the opposite
             wrenches.append(sensor.step(time, (-a, -b, -c, -d, -e, -f), (x, y, z)))
             at += SENSORS_PER_FINGER
-        arm = ArmSample(time, (s[0], s[1], s[2]), IDENTITY, (s[3], s[4], s[5]))
-        return Sample(time, arm, tuple(wrenches), self._grip.sample)
+        return Sample(time, self._drive.sample(time, s), tuple(wrenches), self._grip.sample)

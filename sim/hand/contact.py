@@ -49,6 +49,32 @@ class GraspContact:
         positive("damping_ratio", self.damping_ratio, "")
 
 
+def frictionless_grasp_parameters(law: GraspContact, inverse_mass: float, time_step: float) -> PairParameters:
+    """Return MuJoCo's parameters for what a contact law says of pressing, where a friction plant sees to rubbing.
+
+    Args:
+        law: The wanted behaviour; what it says of friction is left out.
+        inverse_mass: A: sum of the two bodies' translational `body_invweight0` [1/kg].
+        time_step: Of the simulation [s].
+
+    Raises:
+        InvalidValueError: The contact is too stiff for mass and time step; the message says what would do.
+    """
+    A, d = positive("inverse_mass", inverse_mass, "1/kg"), IMPEDANCE
+    _check_contact_step(law, A, time_step)
+    return PairParameters(
+        solref=solref(law.stiffness, law.damping_ratio, d, A),
+        solimp=solimp(d),
+        solreffriction=(0.0, 0.0),
+        friction=(1.0, 1.0, 0.0, 0.0, 0.0),
+        impratio=IMPRATIO,
+        friction_damping=0.0,
+        creep_speed=0.0,
+        lift_speed=math.inf,
+        condim=1,
+    )
+
+
 def grasp_pair_parameters(
     law: GraspContact, inverse_mass: float, time_step: float, force: float = 1.0
 ) -> PairParameters:
@@ -64,15 +90,7 @@ def grasp_pair_parameters(
         InvalidValueError: The contact is too stiff for mass and time step; the message says what would do.
     """
     A, d, mu = positive("inverse_mass", inverse_mass, "1/kg"), IMPEDANCE, law.friction
-    contact_step = math.sqrt(law.stiffness * A) * time_step
-    if contact_step > LARGEST_CONTACT_STEP:
-        shorter = 0.99 * time_step * LARGEST_CONTACT_STEP / contact_step
-        stiffness = 0.99 * law.stiffness * (LARGEST_CONTACT_STEP / contact_step) ** 2
-        raise InvalidValueError(
-            f"contact stiffness = {law.stiffness:g} N/m with a time step of {time_step:g} s: sqrt(K A) dt = "
-            f"{contact_step:.3f}, the limit is {LARGEST_CONTACT_STEP}; take a stiffness of at most "
-            f"{stiffness:.3g} N/m, a time step of at most {shorter:.2g} s, or a heavier object"
-        )
+    _check_contact_step(law, A, time_step)
     Dn, damping_rate = d / ((1.0 - d) * A), FRICTION_STEP / time_step
     return PairParameters(
         solref=solref(law.stiffness, law.damping_ratio, d, A),
@@ -85,3 +103,15 @@ def grasp_pair_parameters(
         creep_speed=mu * force / (Dn * IMPRATIO * damping_rate),
         lift_speed=force * (1.0 + mu**2 / IMPRATIO) / (Dn * mu * damping_rate),
     )
+
+
+def _check_contact_step(law: GraspContact, A: float, time_step: float) -> None:
+    contact_step = math.sqrt(law.stiffness * A) * time_step
+    if contact_step > LARGEST_CONTACT_STEP:
+        shorter = 0.99 * time_step * LARGEST_CONTACT_STEP / contact_step
+        stiffness = 0.99 * law.stiffness * (LARGEST_CONTACT_STEP / contact_step) ** 2
+        raise InvalidValueError(
+            f"contact stiffness = {law.stiffness:g} N/m with a time step of {time_step:g} s: sqrt(K A) dt = "
+            f"{contact_step:.3f}, the limit is {LARGEST_CONTACT_STEP}; take a stiffness of at most "
+            f"{stiffness:.3g} N/m, a time step of at most {shorter:.2g} s, or a heavier object"
+        )

@@ -15,7 +15,7 @@ from palpate.errors import InvalidValueError, positive
 from palpate.kinematics.pose import Pose
 from palpate.sim.hand.finger import Finger, HingeFinger, SlideFinger
 from palpate.sim.tip import Tip
-from palpate.spatial import Matrix
+from palpate.spatial import Matrix, Vector
 from palpate.surfaces import Sphere
 
 FINGER_RADIUS = 0.004
@@ -44,6 +44,7 @@ class Hand:
         depth: From the palm to the sensors with all joints at 0 [m].
         closing_speed: With which tips move while nothing is in the way [m/s]. Fingers hit with it, and the inertia
             of a geared motor is large: by v sqrt(K m), 0.9 N for 5 mm/s, 1.5 kg and 20 kN/m.
+        housing_mass: Of the palm without the servos, which sit in it [kg].
         bus_period: At which the bus exchanges goals and positions with all servos [s]. At 1 Mbit/s a sync read of
             two or three servos takes 0.6 to 0.8 ms, a write a fifth of that, the adapter 1 ms.
     """
@@ -54,6 +55,7 @@ class Hand:
     opening: float = 0.04
     depth: float = 0.08
     closing_speed: float = 0.005
+    housing_mass: float = 0.05
     bus_period: float = 2e-3
 
     def __post_init__(self) -> None:
@@ -62,6 +64,7 @@ class Hand:
         positive("opening", self.opening, "m")
         positive("depth", self.depth, "m")
         positive("closing_speed", self.closing_speed, "m/s")
+        positive("housing_mass", self.housing_mass, "kg")
         positive("bus_period", self.bus_period, "s")
         x, y, _ = self.tip.center_of_mass
         if x or y:
@@ -76,9 +79,22 @@ class Hand:
         return self.tip.center_of_mass[2]
 
     @property
+    def palm_mass(self) -> float:
+        """Of housing and servos [kg], at the origin of the hand frame."""
+        return self.housing_mass + self.fingers * self.finger.servo.mass
+
+    @property
     def mass(self) -> float:
-        """Of all that moves against the palm [kg]."""
-        return self.fingers * (self.finger.mass + self.tip.mass)
+        """Of all of it [kg]."""
+        return self.palm_mass + self.fingers * (self.finger.mass + self.tip.mass)
+
+    @property
+    def center_of_mass(self) -> Vector:
+        """In the hand frame, joints at 0 [m]: on its axis, as fingers are alike."""
+        sensor, finger = self.pose_hand_sensor(0, 0.0), self.finger
+        middle = (sensor @ Pose((0.0, 0.0, -0.5 * self._finger_length))).position[2]
+        tip = (sensor @ Pose(self.tip.center_of_mass)).position[2]
+        return (0.0, 0.0, self.fingers * (finger.mass * middle + self.tip.mass * tip) / self.mass)
 
     @property
     def largest_grip(self) -> float:
@@ -132,6 +148,11 @@ class Hand:
         rotation: Matrix = ((-c * cq, -s, -c * sq), (-s * cq, c, -s * sq), (sq, 0.0, -cq))
         return Pose((radius * c, radius * s, -self.depth - along), rotation)
 
+    @property
+    def _finger_length(self) -> float:
+        """From where a finger begins to its sensor [m]: its servo's horn, or the palm."""
+        return -self.finger.pivot[2] or self.depth
+
     def add_to(self, spec: mujoco.MjSpec, palm: mujoco.MjsBody) -> None:
         """Add fingers and their motors to a scene, joints at 0; the palm's frame becomes the hand frame."""
         finger, ratio = self.finger, self.finger.ratio
@@ -140,7 +161,7 @@ class Hand:
             quat_wxyz = np.zeros(4)
             mujoco.mju_mat2Quat(quat_wxyz, np.array(pose.rotation).ravel())
             body = palm.add_body(name=name, pos=pose.position, quat=quat_wxyz)
-            length = -finger.pivot[2] or self.depth
+            length = self._finger_length
             body.explicitinertial = True
             body.mass = finger.mass
             body.ipos = [0.0, 0.0, -0.5 * length]

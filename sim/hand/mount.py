@@ -1,59 +1,28 @@
-"""What holds the palm: a wall, or a vertical slide that lifts."""
-
-from dataclasses import dataclass
-from typing import Protocol
+"""A hand on a carrier: the palm."""
 
 import mujoco
 
-from palpate.errors import positive
-from palpate.sim.carriers.carriage import add_carriage, add_position_servo
+from palpate.sim.carriers.carrier import Carrier
+from palpate.sim.hand.hand import Hand
 from palpate.spatial import Vector
 
 PALM = "palm"
-LIFT = "lift"
+"""Name of the body whose frame is the hand frame."""
 
 
-class Mount(Protocol):
-    """Puts a palm into a scene."""
+def mount_hand(spec: mujoco.MjSpec, hand: Hand, carrier: Carrier, start: Vector) -> None:
+    """Add a carrier and a hand on it to a scene, joints at 0.
 
-    def add_to(self, spec: mujoco.MjSpec, position: Vector, carried: float) -> mujoco.MjsBody:
-        """Add the palm at a position [m], axes as the base frame's, to carry a mass [kg]; return its body."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class FixedMount:
-    """The palm is fixed in the base frame."""
-
-    def add_to(self, spec: mujoco.MjSpec, position: Vector, carried: float) -> mujoco.MjsBody:
-        """See `Mount`."""
-        return spec.worldbody.add_body(name=PALM, pos=position)
-
-
-@dataclass(frozen=True, slots=True)
-class Lift:
-    """A vertical slide with a critically damped position servo, the hand's own weight balanced.
-
-    Attributes:
-        mass: Of palm and slide [kg].
-        bandwidth: Natural frequency of the servo [rad/s].
-        leash: Largest distance of the reference from the actual position [m].
+    Args:
+        spec: The scene.
+        hand: The hand.
+        carrier: What carries it, made for its weight.
+        start: Where the hand frame starts, upright, base frame [m].
     """
-
-    mass: float = 5.0
-    bandwidth: float = 100.0
-    leash: float = 0.0025
-
-    def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("bandwidth", self.bandwidth, "rad/s")
-        positive("leash", self.leash, "m")
-
-    def add_to(self, spec: mujoco.MjSpec, position: Vector, carried: float) -> mujoco.MjsBody:
-        """See `Mount`."""
-        body = add_carriage(spec, PALM, position, self.mass, carried)
-        body.add_joint(name=LIFT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, 0.0, 1.0))
-        stiffness = (self.mass + carried) * self.bandwidth**2
-        damping = 2.0 * (self.mass + carried) * self.bandwidth
-        add_position_servo(spec, LIFT, stiffness, damping)
-        return body
+    palm = carrier.mount(spec, hand, start).add_body(name=PALM)
+    palm.explicitinertial = True
+    palm.mass = hand.palm_mass
+    # a disc as wide as the fingers stand
+    across = hand.palm_mass * hand.opening**2 / 4.0
+    palm.inertia = [across, across, 2.0 * across]
+    hand.add_to(spec, palm)

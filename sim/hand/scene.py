@@ -7,12 +7,18 @@ import numpy as np
 
 from palpate.errors import InvalidValueError, positive
 from palpate.kinematics.pose import Pose, checked_pose
+from palpate.sim.carriers.carrier import Carrier
+from palpate.sim.carriers.fixed import Fixed
 from palpate.sim.contact_law import PairParameters
 from palpate.sim.fidelity import Fidelity
-from palpate.sim.hand.contact import GraspContact, grasp_pair_parameters
+from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.friction.pairs import FrictionPair
+from palpate.sim.friction.texture import Texture
+from palpate.sim.hand.contact import GraspContact, frictionless_grasp_parameters, grasp_pair_parameters
 from palpate.sim.hand.hand import Hand, finger_name
-from palpate.sim.hand.mount import PALM, FixedMount, Mount
+from palpate.sim.hand.mount import PALM, mount_hand
 from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.traced import TracedObject
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 from palpate.spatial import Vector, add
@@ -50,6 +56,11 @@ class HeldObject:
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
         checked_pose("pose_base_object", self.pose_base_object)
+        if isinstance(self.shape, TracedObject):
+            raise InvalidValueError(
+                f"shape is a {type(self.shape).__name__}: its simulated surface follows one tip and stands still; "
+                "take a convex object"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,32 +86,36 @@ class GraspScene:
     Attributes:
         model: The compiled model.
         hand: The hand.
-        mount: What holds it.
+        carrier: What carries it.
         target: What is to be grasped.
         law: The wanted contact between fingertips and object.
         pair: As realised.
         fidelity: How it is computed.
         palm: Where the hand frame starts, base frame [m]; its axes are the base frame's.
+        rubbing: Whom a friction plant serves; all else rubs by MuJoCo's law.
     """
 
     model: mujoco.MjModel
     hand: Hand
-    mount: Mount
+    carrier: Carrier
     target: HeldObject
     law: GraspContact
     pair: PairParameters
     fidelity: Fidelity
     palm: Vector
+    rubbing: tuple[FrictionPair, ...] = ()
 
 
 def build_grasp_scene(
     hand: Hand,
     target: HeldObject,
     law: GraspContact | None = None,
-    mount: Mount | None = None,
+    carrier: Carrier | None = None,
     table: Table | None = None,
     palm: Vector | None = None,
     fidelity: Fidelity | None = None,
+    friction: FrictionLaw | None = None,
+    texture: Texture | None = None,
 ) -> GraspScene:
     """Compile a scene of a hand over an object.
 
@@ -108,17 +123,23 @@ def build_grasp_scene(
         hand: The hand, reaching down.
         target: What is to be grasped. It falls, unless it stands on a table.
         law: Contact between each fingertip and the object.
-        mount: What holds the hand; fixed if not given.
+        carrier: What carries the hand, whose frame it moves; fixed if not given.
         table: None if not given.
         palm: Where the hand frame starts, base frame [m]; if not given, so that the tips' centres are level with
             the object's frame, around it.
         fidelity: How it is computed; in steps of 1 ms if not given.
+        friction: How fingertips and object rub, by the friction plant; MuJoCo's own friction with `law` if not
+            given. Table and object rub by MuJoCo's law either way. A light object needs a softer bristle than the
+            law has by itself: at the first contact the plant refuses one too stiff, and says what would do.
+        texture: How the plant's friction varies over the object.
 
     Raises:
         InvalidValueError: The contact law cannot be kept with these masses and this time step, or a fingertip
-            would start inside the object.
+            would start inside the object; a texture without a friction law.
     """
-    law, mount = law or GraspContact(), mount or FixedMount()
+    law, carrier = law or GraspContact(), carrier or Fixed()
+    if texture is not None and friction is None:
+        raise InvalidValueError("texture without friction: MuJoCo's own friction has none; give a FrictionLaw")
     fidelity = fidelity or GRASP
     if palm is None:
         x, y, z = target.pose_base_object.position
@@ -126,7 +147,8 @@ def build_grasp_scene(
     _check_clear(hand, target, palm)
     spec, time_step = fidelity.new_spec(), fidelity.time_step
 
-    hand.add_to(spec, mount.add_to(spec, palm, hand.mass))
+    mount_hand(spec, hand, carrier, palm)  # first: drives find their joints ahead of all others
+    target.shape.add_assets(spec, OBJECT_GEOM)
     quat_wxyz = np.zeros(4)
     mujoco.mju_mat2Quat(quat_wxyz, np.array(target.pose_base_object.rotation).ravel())
     body = spec.worldbody.add_body(name=OBJECT, pos=target.pose_base_object.position, quat=quat_wxyz)
@@ -138,16 +160,19 @@ def build_grasp_scene(
     inverse_mass = model.body_invweight0[:, 0]
     of_object = float(inverse_mass[model.body(OBJECT).id])
     tip_bodies = [model.body(f"{finger_name(i)}_tip").id for i in range(hand.fingers)]
-    # fingers are alike, but for rounding
+    # fingers are alike, but for rounding, and for how an arm yields at each of them
     A = of_object + float(np.mean(inverse_mass[tip_bodies]))
-    pair = grasp_pair_parameters(law, A, time_step)
+    pair = (grasp_pair_parameters if friction is None else frictionless_grasp_parameters)(law, A, time_step)
     spec.option.impratio = pair.impratio
-    for i in range(hand.fingers):
-        _add_pair(spec, f"{finger_name(i)}_{TIP_GEOM}", OBJECT_GEOM, pair, 4)
+    tips = [f"{finger_name(i)}_{TIP_GEOM}" for i in range(hand.fingers)]
+    for tip in tips:
+        _add_pair(spec, tip, OBJECT_GEOM, pair, pair.condim)
     if table is not None:
         _add_table(spec, table, law, of_object, time_step)
     _add_sensors(spec, hand.fingers)
-    return GraspScene(spec.compile(), hand, mount, target, law, pair, fidelity, palm)
+    carrier.add_sensors(spec)
+    rubbing = () if friction is None else tuple(FrictionPair(tip, OBJECT_GEOM, friction, texture) for tip in tips)
+    return GraspScene(spec.compile(), hand, carrier, target, law, pair, fidelity, palm, rubbing)
 
 
 def _check_clear(hand: Hand, target: HeldObject, palm: Vector) -> None:

@@ -1,7 +1,6 @@
 """An object with weight, friction and a colour, fixed or free to move."""
 
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import mujoco
 import numpy as np
@@ -9,27 +8,23 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError, not_negative, positive, vector
 from palpate.sim.contact_law import ContactLaw
 from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.target import Mount, Placer, placer_of
 from palpate.sim.objects.traced import TracedObject
 from palpate.spatial import ZERO, Vector
 
-
-class Mount(Enum):
-    """How an object stands in the scene."""
-
-    FIXED = "fixed"
-    FREE = "free"
+__all__ = ["Mount", "ObjectBody"]
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectBody:
-    """An object as a body of a scene.
+    """An object as a body of a scene. A `Target`.
 
     Attributes:
         shape: Its surface.
         mass: [kg], spread evenly over its volume.
-        friction: Coulomb coefficient mu against whatever touches it.
-        spin_length: e [m], of the same contacts.
-        mount: Fixed, or free to move.
+        friction: Coulomb coefficient mu against a tip that touches it; a table has its own.
+        spin_length: e [m], against both.
+        mount: Fixed, or free to move: then it falls, unless it stands on a table.
         position: Of the shape's origin, base frame [m].
         colour: Red, green, blue, opacity, each 0 to 1.
     """
@@ -50,6 +45,10 @@ class ObjectBody:
         for i, part in enumerate(vector("colour", self.colour, 4, "").tolist()):
             if not_negative(f"colour[{i}]", part, "") > 1.0:
                 raise InvalidValueError(f"colour[{i}] = {part:g}: must lie between 0 and 1")
+        if self.mount not in (Mount.FIXED, Mount.FREE):
+            raise InvalidValueError(
+                f"mount = {self.mount}: must be FIXED or FREE; take a MovingTarget to drive it"
+            )
         if isinstance(self.shape, TracedObject) and (self.mount is Mount.FREE or any(self.position)):
             raise InvalidValueError(
                 f"shape is a {type(self.shape).__name__}: must be fixed at the origin, where its tangent plane is "
@@ -71,6 +70,10 @@ class ObjectBody:
         if self.mount is Mount.FREE:
             body.add_freejoint(name=name)
         return body
+
+    def placer(self, model: mujoco.MjModel, data: mujoco.MjData, name: str, tip_geom: str) -> Placer:
+        """See `Target`."""
+        return placer_of(self.shape, model, data, name, tip_geom)
 
     def inertia(self) -> FloatArray:
         """Return its inertia about its centre of mass, axes along the base frame's, shape (3, 3) [kg m^2].

@@ -75,6 +75,11 @@ class HeightField(TracedObject):
         return float(self.heights.max())
 
     @property
+    def bottom(self) -> float:
+        """Least sample [m], likewise."""
+        return float(self.heights.min())
+
+    @property
     def nearest(self) -> Nearest:
         """See `TracedObject`."""
         kernel: Nearest = nearest_on_heights
@@ -148,9 +153,11 @@ class HeightField(TracedObject):
     def _hollowness(self, x: float, y: float) -> float:
         """Largest curvature there [1/m], positive where the surface bends upwards."""
         _, zx, zy, zxx, zxy, zyy = spline_height(self._packed, x, y)
-        first = np.array([[1.0 + zx * zx, zx * zy], [zx * zy, 1.0 + zy * zy]])
-        second = np.array([[zxx, zxy], [zxy, zyy]]) / math.sqrt(1.0 + zx * zx + zy * zy)
-        return float(np.linalg.eigvals(np.linalg.solve(first, second)).real.max())
+        steep = 1.0 + zx * zx + zy * zy
+        # mean and Gaussian curvature of a graph (do Carmo 1976, 3.3, example 5)
+        mean = ((1.0 + zx * zx) * zyy - 2.0 * zx * zy * zxy + (1.0 + zy * zy) * zxx) / (2.0 * steep**1.5)
+        gaussian = (zxx * zyy - zxy * zxy) / (steep * steep)
+        return float(mean + math.sqrt(max(mean * mean - gaussian, 0.0)))
 
 
 def height_field(

@@ -8,9 +8,10 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim.objects.mesh_file import Triangles
-from palpate.sim.objects.nearest import each, nearest_on_mesh, turns_around
+from palpate.sim.objects.nearest import each, nearest_on_mesh
 from palpate.sim.objects.primitives import STEEPEST
 from palpate.sim.objects.traced import PICTURE_COLOUR, Nearest, TracedObject, add_mesh_picture, picture_name
+from palpate.sim.objects.vertical import heights_of_mesh, upper_surface, windings
 from palpate.sim.one_contact import one_contact
 
 CONVEX_TOLERANCE = 1e-5
@@ -24,9 +25,19 @@ TIGHTEST_FIT = 0.02
 and an inner edge of less than 2 acos(1 - 0.02) = 23 degrees."""
 
 
+ASIDE = 1e-7
+"""How far off a facet's middle its two sides are looked at, relative to the mesh's size: far above rounding."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _MeshBase:
-    """What both kinds know of their exact surface, the triangles themselves."""
+    """What both kinds know of their exact surface, the triangles themselves.
+
+    Pieces may overlap: from outside, where a tip is, the nearest point of all triangles is one of their union.
+
+    Raises:
+        InvalidValueError: The mesh, or a part of it, is inside out.
+    """
 
     triangles: Triangles
     _packed: FloatArray = field(init=False, repr=False)
@@ -35,47 +46,35 @@ class _MeshBase:
         packed = packed_tree(self.triangles.corners)
         packed.setflags(write=False)
         object.__setattr__(self, "_packed", packed)
+        _refuse_inside_out(self.triangles, packed)
 
     @property
     def top(self) -> float:
         """Height of the highest vertex [m]."""
         return float(self.triangles.vertices[:, 2].max())
 
+    @property
+    def bottom(self) -> float:
+        """Height of the lowest vertex [m]."""
+        return float(self.triangles.vertices[:, 2].min())
+
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`."""
         points = np.ascontiguousarray(points, dtype=np.float64)
         found, _ = each(nearest_on_mesh, self._packed, points)
-        inside = turns_around(self.triangles.corners, points) > 0.5
+        inside = windings(self._packed, points) > 0
         distance = np.linalg.norm(points - found, axis=1)
         return np.asarray(np.where(inside, -distance, distance))
 
     def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """See `SceneObject`."""
         x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
-        z = [self._above(u, v)[0] for u, v in zip(x.ravel().tolist(), y.ravel().tolist(), strict=True)]
-        return np.array(z).reshape(x.shape)
+        return np.asarray(heights_of_mesh(self._packed, x.ravel(), y.ravel())).reshape(x.shape)
 
     def reachable(self, x: float, y: float, tip_radius: float) -> bool:
         """See `SceneObject`; the slope counts where the tip is above, which errs on the safe side."""
-        height, upright = self._above(x, y)
+        height, upright = upper_surface(self._packed, x, y)
         return not math.isnan(height) and upright >= math.cos(STEEPEST)
-
-    def _above(self, x: float, y: float) -> tuple[float, float]:
-        """Highest point over (x, y) [m], and z of the unit normal there; NaN beside the object."""
-        corners = self.triangles.corners
-        a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-        upwards = area > 0.0
-        a, u, v, area = a[upwards], u[upwards], v[upwards], area[upwards]
-        s = ((x - a[:, 0]) * v[:, 1] - (y - a[:, 1]) * v[:, 0]) / area
-        t = (u[:, 0] * (y - a[:, 1]) - u[:, 1] * (x - a[:, 0])) / area
-        hit = np.flatnonzero((s >= -1e-12) & (t >= -1e-12) & (s + t <= 1.0 + 1e-12))
-        if not len(hit):
-            return math.nan, math.nan
-        z = a[hit, 2] + s[hit] * u[hit, 2] + t[hit] * v[hit, 2]
-        k = hit[int(np.argmax(z))]
-        normal = np.cross(u[k], v[k])
-        return float(z.max()), float(normal[2] / np.linalg.norm(normal))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -152,6 +151,23 @@ class TracedMesh(_MeshBase, TracedObject):
     def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
         """See `TracedObject`."""
         add_mesh_picture(spec, picture_name(name), self.triangles.vertices, self.triangles.faces)
+
+
+def _refuse_inside_out(triangles: Triangles, packed: FloatArray) -> None:
+    """Outside of every facet there must be nothing, or another piece: never less than nothing."""
+    corners = triangles.corners
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    flat = length > 1e-12 * length.max()  # slivers have no sides
+    aside = ASIDE * float(np.ptp(triangles.vertices, axis=0).max())
+    middles = corners[flat].mean(axis=1)
+    wrong = windings(packed, middles + aside * normals[flat] / length[flat, None]) < 0
+    if wrong.any():
+        raise InvalidValueError(
+            f"{triangles.name}: {int(wrong.sum())} of its triangles face inwards, one at "
+            f"{middles[wrong][0].round(4).tolist()} m: a part of the mesh is inside out, or it crosses itself; "
+            "turn that part round, or repair the mesh where it was made"
+        )
 
 
 def deepest_dent(triangles: Triangles) -> float:

@@ -83,10 +83,20 @@ def read_triangles(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -
     Raises:
         InvalidValueError: The file cannot be read, or is no closed mesh of an object's size.
     """
+    positive("metres_per_unit", metres_per_unit, "m")
+    vertices, faces = read_facets(path)
+    return Triangles(vertices * metres_per_unit, faces, os.fspath(path))
+
+
+def read_facets(path: str | os.PathLike[str]) -> tuple[FloatArray, IndexArray]:
+    """Read vertices (n, 3), in the file's unit, and triangles (m, 3) of a mesh file, whatever they are.
+
+    Raises:
+        InvalidValueError: The file cannot be read.
+    """
     import trimesh  # imported here: a second that others need not wait for
 
     name = os.fspath(path)
-    positive("metres_per_unit", metres_per_unit, "m")
     try:
         # no processing: it would drop what is not finite without a word
         mesh = trimesh.load_mesh(name, process=False)
@@ -97,7 +107,7 @@ def read_triangles(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -
         # STL files repeat each vertex in every triangle: the same numbers are the same vertex
         vertices, same = np.unique(vertices, axis=0, return_inverse=True)
         faces = same.reshape(-1)[faces]
-    return Triangles(vertices * metres_per_unit, faces, name)
+    return vertices, faces
 
 
 def _refuse_open(name: str, faces: IndexArray) -> None:

@@ -14,7 +14,9 @@ import mujoco
 import numpy as np
 
 from palpate.errors import InvalidValueError, positive, vector
+from palpate.sim.contact_law import ContactLaw
 from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.target import Mount
 from palpate.sim.objects.traced import TracedObject
 from palpate.spatial import ZERO, Vector
 
@@ -112,7 +114,7 @@ class DrivenJoint:
 
 @dataclass(frozen=True, slots=True)
 class MovingTarget:
-    """An object on driven joints.
+    """An object on driven joints. A `Target`.
 
     Attributes:
         shape: Its surface, where it is when all joints are at 0.
@@ -136,6 +138,19 @@ class MovingTarget:
                 "take a convex object"
             )
 
+    @property
+    def mount(self) -> Mount:
+        """Driven."""
+        return Mount.DRIVEN
+
+    def law(self, press: ContactLaw) -> ContactLaw:
+        """See `Target`: it has no friction of its own."""
+        return press
+
+    def placer(self, model: mujoco.MjModel, data: mujoco.MjData, name: str, tip_geom: str) -> "TargetDrive":
+        """See `Target`."""
+        return TargetDrive(self, model, data, name)
+
     def add_to(self, spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
         """Add body and geom, both of that name, to a scene's world, and joints name_0, name_1, ..."""
         self.shape.add_assets(spec, name)
@@ -151,7 +166,7 @@ class MovingTarget:
 
 
 class TargetDrive:
-    """Moves one target in one simulation. Holds no state: all follows from the time, snapshots need not know."""
+    """Moves one target in one simulation. A `Placer`: all follows from the time, snapshots need not know."""
 
     def __init__(self, target: MovingTarget, model: mujoco.MjModel, data: mujoco.MjData, name: str) -> None:
         """Take a scene, and put the target where it belongs at the data's time.

@@ -159,7 +159,7 @@ def distances_to_heights(p: Any, points: Any) -> Any:
 
 @njit(error_model="numpy", cache=True)
 def nearest_on_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
-    """Nearest point of a triangle mesh; p = (branches), tree of boxes, triangles: see `object_mesh`.
+    """Nearest point of a triangle mesh; p as `palpate.sim.objects.mesh.packed_tree` makes it.
 
     The normal points from the nearest point to the given one; inside, by the nearest facet, the other way.
     """
@@ -271,28 +271,6 @@ def lay_on_heights(p: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
 def lay_on_mesh(p: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
     """Lay the plane on a mesh under a tip's centre (3,)."""
     lay(nearest_on_mesh(p, tip[0], tip[1], tip[2]), position, quat_wxyz)
-
-
-@njit(error_model="numpy", cache=True)
-def turns_around(triangles: Any, points: Any) -> Any:
-    """How often a closed mesh winds around each point: 1 inside, 0 outside (Van Oosterom and Strackee 1983)."""
-    turns = np.zeros(len(points))
-    for i in range(len(points)):
-        angle = 0.0
-        for k in range(len(triangles)):
-            ax, ay, az = triangles[k, 0, 0] - points[i, 0], triangles[k, 0, 1] - points[i, 1], 0.0
-            az = triangles[k, 0, 2] - points[i, 2]
-            bx, by = triangles[k, 1, 0] - points[i, 0], triangles[k, 1, 1] - points[i, 1]
-            bz = triangles[k, 1, 2] - points[i, 2]
-            cx, cy = triangles[k, 2, 0] - points[i, 0], triangles[k, 2, 1] - points[i, 1]
-            cz = triangles[k, 2, 2] - points[i, 2]
-            a, b = math.sqrt(ax * ax + ay * ay + az * az), math.sqrt(bx * bx + by * by + bz * bz)
-            c = math.sqrt(cx * cx + cy * cy + cz * cz)
-            volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-            ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
-            angle += 2.0 * math.atan2(volume, a * b * c + ab * c + bc * a + ca * b)
-        turns[i] = angle / (4.0 * math.pi)
-    return turns
 
 
 def each(nearest: Any, parameters: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:

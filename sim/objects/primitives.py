@@ -21,6 +21,11 @@ class SceneObject(Protocol):
         """Largest z of its surface [m]."""
         ...
 
+    @property
+    def bottom(self) -> float:
+        """Least z of its surface [m]."""
+        ...
+
     def add_assets(self, spec: mujoco.MjSpec, name: str) -> None:
         """Add what its geom of that name refers to (a mesh), or what is only seen; before `add_geom`."""
         ...
@@ -65,6 +70,11 @@ class SphereObject(Primitive):
         """The radius [m]."""
         return self.radius
 
+    @property
+    def bottom(self) -> float:
+        """See `SceneObject`."""
+        return -self.top
+
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add a sphere geom."""
         body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[self.radius, 0.0, 0.0], **_PAIRS_ONLY)
@@ -96,6 +106,11 @@ class EllipsoidObject(Primitive):
     def top(self) -> float:
         """The vertical semi-axis [m]."""
         return self.semi_axes[2]
+
+    @property
+    def bottom(self) -> float:
+        """See `SceneObject`."""
+        return -self.top
 
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add an ellipsoid geom."""
@@ -155,6 +170,11 @@ class Box(Primitive):
         """Half the height [m]."""
         return self.size[2] / 2
 
+    @property
+    def bottom(self) -> float:
+        """See `SceneObject`."""
+        return -self.top
+
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add a box geom."""
         half = [length / 2 for length in self.size]
@@ -190,6 +210,11 @@ class CylinderObject(Primitive):
         """The radius [m]."""
         return self.radius
 
+    @property
+    def bottom(self) -> float:
+        """See `SceneObject`."""
+        return -self.top
+
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add a cylinder geom, turned to lie along x."""
         _add_lying(body, name, mujoco.mjtGeom.mjGEOM_CYLINDER, self.radius, self.length)
@@ -223,6 +248,11 @@ class CapsuleObject(Primitive):
     def top(self) -> float:
         """The radius [m]."""
         return self.radius
+
+    @property
+    def bottom(self) -> float:
+        """See `SceneObject`."""
+        return -self.top
 
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add a capsule geom, turned to lie along x."""

@@ -36,6 +36,11 @@ class Torus(TracedObject):
         return self.tube
 
     @property
+    def bottom(self) -> float:
+        """See `SceneObject`."""
+        return -self.tube
+
+    @property
     def nearest(self) -> Nearest:
         """See `TracedObject`."""
         kernel: Nearest = nearest_on_torus

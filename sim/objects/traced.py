@@ -103,7 +103,7 @@ class TracedObject(ABC):
 
 
 class Trace:
-    """Keeps the plane of one traced object tangent under one tip of one simulation.
+    """Keeps the plane of one traced object tangent under one tip of one simulation. A `Placer`.
 
     Holds no state: where the plane lies follows from where the tip is, so snapshots need not know of it.
     """

@@ -1,60 +1,151 @@
 """A scene put where a recorded sample says that it was: geometry alone, nothing is simulated."""
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 
 from palpate.errors import InvalidValueError
+from palpate.kinematics import Pose
+from palpate.kinematics.posture import Posture
+from palpate.sim.hand.mount import PALM
+from palpate.sim.objects.motion import Motion
+from palpate.sim.render.parts import ancestors, body_names, carried_body, descendants, palm_of
 from palpate.sim.tip import SENSOR_SITE
-from palpate.spatial import Vector
+from palpate.spatial import Matrix, Vector
 
-_SLIDES, _HINGES = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
+_Joint = mujoco.mjtJoint
 
 
 class ScenePlacement:
-    """Moves what carries the tip: the joints of an arm, or the slides of a stage.
+    """Moves all that can move: what carries tip or hand, the fingers, free bodies, targets that move as told.
+
+    What there is, it finds in the model: tip or palm by name, what carries it from there down to the base, a
+    hand's joints from there on, free bodies by their joints.
 
     Attributes:
-        fixed_bodies: Numbers of the bodies that never move.
+        start: Where everything starts.
+        free_bodies: Names of the bodies that move freely, in order.
     """
 
-    def __init__(self, model: mujoco.MjModel) -> None:
-        """Take a scene; joints are those between the base and the tip, in order."""
-        self._model, self._data = model, mujoco.MjData(model)
-        body, chain = int(model.site(SENSOR_SITE).bodyid[0]), []
-        while body:
-            chain.append(body)
-            body = int(model.body_parentid[body])
-        joints = [j for body in reversed(chain) for j in range(model.njnt) if model.jnt_bodyid[j] == body]
-        self._slides = [j for j in joints if mujoco.mjtJoint(int(model.jnt_type[j])) == _SLIDES]
-        self._hinges = [j for j in joints if mujoco.mjtJoint(int(model.jnt_type[j])) == _HINGES]
-        self.fixed_bodies = frozenset(body for body in range(model.nbody) if not model.body_weldid[body])
-        mujoco.mj_kinematics(model, self._data)
-        self._start = self._data.site(SENSOR_SITE).xpos.copy()
-
-    def place(self, position: Vector, joint_position: tuple[float, ...] = ()) -> mujoco.MjData:
-        """Return the scene with its tip there; the same data every time.
+    def __init__(self, model: mujoco.MjModel, motions: Mapping[str, Motion] | None = None) -> None:
+        """Take a scene.
 
         Args:
-            position: Origin of the tip frame, base frame [m]; an arm is where its joints say.
-            joint_position: Of the arm [rad]; empty for a stage.
+            model: The scene; stays as it is.
+            motions: Of joints that move as told, by name.
 
         Raises:
-            InvalidValueError: The scene has other joints.
+            InvalidValueError: There is neither tip nor palm.
+        """
+        self._model, self._data = model, mujoco.MjData(model)
+        self._motions = dict(motions or {})
+        bodies, self._palm, carried = body_names(model), palm_of(model), carried_body(model)
+        if carried is None:
+            raise InvalidValueError(
+                f"the scene has neither a body {PALM!r} nor a site {SENSOR_SITE!r}: nothing to place"
+            )
+        self._tip = carried
+        chain = set(ancestors(model, self._tip))
+        kinds = [_Joint(int(kind)) for kind in model.jnt_type]
+        on = model.jnt_bodyid.tolist()
+        arm = [j for j in range(model.njnt) if on[j] in chain]
+        self._slides = [j for j in arm if kinds[j] == _Joint.mjJNT_SLIDE]
+        self._hinges = [j for j in arm if kinds[j] == _Joint.mjJNT_HINGE]
+        self._balls = [j for j in arm if kinds[j] == _Joint.mjJNT_BALL]
+        below = set() if self._palm is None else set(descendants(model, self._palm))
+        self._hand = [j for j in range(model.njnt) if on[j] in below]
+        self._free = [j for j in range(model.njnt) if kinds[j] == _Joint.mjJNT_FREE]
+        self._driven = [(int(model.jnt_qposadr[model.joint(name).id]), its) for name, its in self._motions.items()]
+        self._names = {i: name for i, name in enumerate(bodies) if model.body_weldid[i]}
+        self.free_bodies = tuple(bodies[on[j]] for j in self._free)
+        mujoco.mj_kinematics(model, self._data)
+        self._start = self._data.xpos[self._tip].copy()
+        self._start_rotation = self._data.xmat[self._tip].reshape(3, 3).copy()
+        self.start = Posture(
+            self._pose(self._tip), self._angles(self._hinges), self._angles(self._hand), self._free_poses()
+        )
+
+    def __reduce__(self) -> tuple[type, tuple[mujoco.MjModel, dict[str, Motion]]]:
+        """Pass to another process what it is made of."""
+        return ScenePlacement, (self._model, self._motions)
+
+    def place(self, posture: Posture) -> mujoco.MjData:
+        """Return the scene like that; the same data every time.
+
+        Args:
+            posture: An arm is where its joints say; a stage is where the tip is, and turned like it.
+
+        Raises:
+            InvalidValueError: The scene has other joints or bodies.
         """
         data, model = self._data, self._model
-        if len(joint_position) != len(self._hinges):
-            raise InvalidValueError(
-                f"joint_position has {len(joint_position)} entries: this scene's tip hangs on {len(self._hinges)} "
-                "turning joints"
-            )
-        for joint, angle in zip(self._hinges, joint_position, strict=True):
-            data.qpos[model.jnt_qposadr[joint]] = angle
+        self._set("arm", self._hinges, posture.arm)
+        self._set("hand", self._hand, posture.hand)
         if self._slides:
             axes = np.array([model.jnt_axis[j] for j in self._slides])
-            along = axes @ (np.array(position) - self._start)
+            along = axes @ (np.array(posture.pose_base_tip.position) - self._start)
             for joint, distance in zip(self._slides, along, strict=True):
                 data.qpos[model.jnt_qposadr[joint]] = distance
+        for joint in self._balls:  # a head that starts as the base frame stands
+            turn = np.array(posture.pose_base_tip.rotation) @ self._start_rotation.T
+            at = int(model.jnt_qposadr[joint])
+            mujoco.mju_mat2Quat(data.qpos[at : at + 4], np.ascontiguousarray(turn).ravel())
+        free = posture.free or self.start.free
+        if len(free) != len(self._free):
+            raise InvalidValueError(f"free has {len(free)} poses: this scene has {len(self._free)} free bodies")
+        for joint, pose in zip(self._free, free, strict=True):
+            at = int(model.jnt_qposadr[joint])
+            data.qpos[at : at + 3] = pose.position
+            mujoco.mju_mat2Quat(data.qpos[at + 3 : at + 7], np.array(pose.rotation).ravel())
+        for at, motion in self._driven:
+            data.qpos[at] = motion.at(posture.time)[0]
         mujoco.mj_kinematics(model, data)
         # where lights and cameras are: mjv_updateScene needs them
         mujoco.mj_camlight(model, data)
         return data
+
+    def poses(self, posture: Posture) -> dict[str, Pose]:
+        """Return pose_base_body of every body that can move, and of the tip or palm, by name.
+
+        Raises:
+            InvalidValueError: As in `place`.
+        """
+        self.place(posture)
+        found = {name: self._pose(body) for body, name in self._names.items()}
+        tip = self._model.body(self._tip).name
+        # where the sensed contact is drawn: an arm's own word goes before that of its joints
+        found[tip] = posture.pose_base_tip if self._palm is None else self._pose(self._tip)
+        return found
+
+    def pose_of(self, body: str) -> Pose:
+        """Return where a body was in the last placed scene, a fixed one too."""
+        return self._pose(int(self._model.body(body).id))
+
+    def _set(self, name: str, joints: list[int], given: tuple[float, ...]) -> None:
+        if len(given) != len(joints):
+            raise InvalidValueError(
+                f"{name} has {len(given)} joint positions: this scene's {name} has {len(joints)} joints"
+                + (" that turn" if name == "arm" else "")
+            )
+        for joint, angle in zip(joints, given, strict=True):
+            self._data.qpos[self._model.jnt_qposadr[joint]] = angle
+
+    def _angles(self, joints: list[int]) -> tuple[float, ...]:
+        return tuple(float(self._data.qpos[self._model.jnt_qposadr[joint]]) for joint in joints)
+
+    def _free_poses(self) -> tuple[Pose, ...]:
+        return tuple(self._pose(int(self._model.jnt_bodyid[joint])) for joint in self._free)
+
+    def _pose(self, body: int) -> Pose:
+        return Pose(_vector(self._data.xpos[body]), _matrix(self._data.xmat[body]))
+
+
+def _vector(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
+    x, y, z = row.tolist()
+    return (x, y, z)
+
+
+def _matrix(flat: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Matrix:
+    a, b, c, d, e, f, g, h, i = flat.tolist()
+    return ((a, b, c), (d, e, f), (g, h, i))

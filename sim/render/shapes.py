@@ -8,9 +8,15 @@ import numpy.typing as npt
 import trimesh
 
 from palpate.errors import FloatArray
+from palpate.sim.hand.mount import PALM
+from palpate.sim.render.palm import THICKNESS, palm_disc
+from palpate.sim.render.parts import Role, roles_of
 
 ROUND = 48
 """Corners of a circle: an 8 mm tip is round to 17 um."""
+
+DEFAULT_COLOUR = (0.5, 0.5, 0.5, 1.0)
+"""Of geoms that were given none (MuJoCo XML reference, geom/rgba)."""
 
 _Geom = mujoco.mjtGeom
 
@@ -20,12 +26,13 @@ class Shape:
     """One geom.
 
     Attributes:
-        name: Of the geom; empty if it has none.
+        name: Of the geom; empty if it has none. `PALM` for a palm that has none.
         body: Name of the body that it is fixed to.
         moves: Whether that body can move.
         vertices: In the body's frame, shape (n, 3) [m].
         triangles: Corners, counter-clockwise from outside, shape (m, 3).
-        colour: RGBA, 0 to 1.
+        colour: RGBA, 0 to 1; `DEFAULT_COLOUR` if it was given none.
+        role: What it belongs to.
     """
 
     name: str
@@ -34,11 +41,13 @@ class Shape:
     vertices: FloatArray
     triangles: npt.NDArray[np.int64]
     colour: tuple[float, float, float, float]
+    role: Role
 
 
 def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:
-    """Return every geom of a scene that has a finite surface; planes without end are left out."""
-    found = []
+    """Return every geom of a scene that has a finite surface, and a hand's palm; endless planes are left out."""
+    found = [] if (palm := _palm(model)) is None else [palm]
+    roles = roles_of(model)
     for i in range(model.ngeom):
         surface = _surface(model, i)
         if surface is None:
@@ -56,9 +65,22 @@ def shapes_of(model: mujoco.MjModel) -> tuple[Shape, ...]:
                 vertices @ rotation.reshape(3, 3).T + model.geom_pos[i],
                 triangles,
                 (red, green, blue, alpha),
+                roles[i],
             )
         )
     return tuple(found)
+
+
+def _palm(model: mujoco.MjModel) -> Shape | None:
+    disc = palm_disc(model)
+    if disc is None:
+        return None
+    made = trimesh.creation.cylinder(disc.radius, THICKNESS, sections=ROUND)
+    made.apply_translation((0.0, 0.0, disc.middle))
+    moves = bool(model.body_weldid[model.body(PALM).id])
+    return Shape(
+        PALM, PALM, moves, np.asarray(made.vertices), np.asarray(made.faces), DEFAULT_COLOUR, Role.MACHINE
+    )
 
 
 def _surface(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, npt.NDArray[np.int64]] | None:

@@ -5,7 +5,7 @@ import datetime
 from palpate.errors import InvalidValueError, positive
 from palpate.sensing.ft.filter_specs import FilterSpec
 from palpate.sensing.ft.filters import WrenchFilter
-from palpate.sensing.ft.sensor_file import ContactEntry, PayloadEntry, SensorFile
+from palpate.sensing.ft.sensor_file import ContactEntry, PayloadEntry, SensorFile, repeats
 from palpate.sim.sensor.model import SensorModel
 
 TOUCH_SIGMAS = 6.0
@@ -14,9 +14,6 @@ samples (chi law)."""
 
 TOUCH_SAMPLES = 3
 """Of the device, in a row, for a touch and for its end."""
-
-_SAME_RATE = 1.05
-"""Periods between two samples of a device that counts as fast as its reader."""
 
 
 def sensor_file(
@@ -54,6 +51,8 @@ def sensor_file(
         raise InvalidValueError(
             f"{model.name} has no rated load: a sensor file needs one; give `rated`, or take `Finger` without"
         )
+    # one that is about as fast as its reader has nothing to repeat
+    slower = model.clock.rate if model.clock is not None and repeats(rate, model.clock.rate) > 1 else None
     noise = model.noise_sd
     if not min(noise) > 0.0:
         raise InvalidValueError(
@@ -61,11 +60,9 @@ def sensor_file(
             "sensor; give it noise or quantisation"
         )
     if contact is None:
-        between = period if model.clock is None else max(period, 1.0 / model.clock.rate)
-        # what a slow device repeats, a filter made for the reader's rate hardly averages
-        gain = WrenchFilter(filters, rate).noise_gain if between < _SAME_RATE * period else 1.0
+        gain = WrenchFilter(filters, rate).held_noise_gain(repeats(rate, slower))
         touch = TOUCH_SIGMAS * max(noise[:3]) * gain
-        wait = (TOUCH_SAMPLES - 1) * between
+        wait = (TOUCH_SAMPLES - 1) / (slower or rate)
         contact = ContactEntry(touch_force=touch, release_force=0.5 * touch, touch_time=wait, release_time=wait)
     return SensorFile(
         model=model.name,
@@ -73,6 +70,7 @@ def sensor_file(
         date=date or datetime.date.today().isoformat(),
         provenance=model.source,
         sample_rate=rate,
+        device_rate=slower,
         device_delay=model.delay,
         force_range=model.rated[:3],
         moment_range=model.rated[3:],

@@ -26,7 +26,6 @@ from palpate.sim.sensor.stages import (
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
 from palpate.spatial import Wrench
 
-
 __all__ = ["PresetSensor", "axia80", "ft300s", "nano17", "sensor_preset", "ur5e_sensor"]
 
 OVERLOAD = 1.05

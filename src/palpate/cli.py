@@ -13,6 +13,7 @@ import tyro
 from palpate import __version__
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.experiments.calibrate_config import CalibrateConfig
+from palpate.experiments.compare_config import CompareConfig
 from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import ExploreOptions
@@ -70,6 +71,11 @@ COMMANDS: Mapping[str, Command | Group] = {
         ContactConfig,
         "palpate.experiments.contact_tool:run_contact",
         "Turn wrenches, from a file or standard input, into contacts.",
+    ),
+    "compare": Command(
+        CompareConfig,
+        "palpate.experiments.compare_command:run_compare",
+        "Compare a map with a reference mesh: errors, coverage, normals.",
     ),
     "calibrate": Command(
         CalibrateConfig,

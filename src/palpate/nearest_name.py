@@ -10,6 +10,7 @@ UNITS = (
     "rad_per_s",
     "m_per_s2",
     "m_per_s",
+    "kg_m2",
     "Nm",
     "N",
     "kg",

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
 from palpate.experiments.explore import carry_out, explore
-from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_config import FROM_FILE, OBJECT_SIZES, ExploreConfig
 from palpate.experiments.explore_options import default_options
 from palpate.experiments.explore_plan import plan, plan_from_texts
 from palpate.experiments.robot_in_scene import check
@@ -125,7 +125,10 @@ OVERLAY_MISTAKES = [
     ("seed: 1.5", ["seed: Expected `int`, got `float`"]),
     ("tip: 0.008", ["tip: Expected `array`, got `float`"]),
     ("tip: [0.008, x]", ["tip[1]: Expected `float`, got `str` ('x')", "line 1"]),
-    ("object: cube", ["object = 'cube'", "known: sphere, ellipsoid, box, cylinder"]),
+    (
+        "object: cube",
+        ["object = 'cube'", f"known: {', '.join(OBJECT_SIZES)}"],
+    ),
     ("object: elipsoid", ["object = 'elipsoid'", "did you mean ellipsoid?"]),
     ("object: 3", ["object: Expected `str`, got `int`"]),
     ("out: ''", ["out: Expected a path"]),
@@ -171,12 +174,19 @@ words = st.text(min_size=1, max_size=20).filter(lambda s: s.isprintable() and s.
 @given(
     force=st.floats(0.3, 15.0), speed=st.floats(1e-6, 0.1), width=positive, noise=st.floats(0.0, 0.01),
     tip=st.one_of(st.tuples(positive), st.tuples(positive, positive, positive)),
-    seed=st.integers(0, 2**63 - 1), name=st.sampled_from(["sphere", "box", "ellipsoid", "cylinder"]), text=words,
+    seed=st.integers(0, 2**63 - 1), name=st.sampled_from(list(OBJECT_SIZES)),
+    text=words, center=st.one_of(st.just(()), st.tuples(st.floats(-1, 1), st.floats(-1, 1))), scale=positive,
 )  # fmt: skip
-def test_a_configuration_reads_back_to_the_same_bits(force, speed, width, noise, tip, seed, name, text):
+def test_a_configuration_reads_back_to_the_same_bits(
+    force, speed, width, noise, tip, seed, name, text, center, scale
+):
+    if name in FROM_FILE:
+        described = {"file": Path(text), "scale": scale, "size": () if name == "mesh" else (scale, width)}
+    else:
+        described = {}
     config = ExploreConfig(
         object=name, force=force, speed=speed, width=width, force_noise=noise, tip=tip, seed=seed, robot=text,
-        out=Path(text),
+        out=Path(text), center=center, **described,
     )  # fmt: skip
     again = read_config(config_text(config))
     assert again == config
@@ -365,7 +375,9 @@ def try_overlays(count, seed):
             continue
         read += 1
         assert set(values) <= names
-        said = dict(line.split(": ", 1) for line in text.splitlines() if ": " in line and not line.startswith("#"))
+        # a key without a value says null, which a file that need not be given may be
+        parted = (line.partition(":") for line in text.splitlines() if ":" in line and not line.startswith("#"))
+        said = {key: value.strip() for key, _, value in parted}
         assert set(values) == set(said) - {"experiment"}, text
         for key, value in values.items():
             if type(value) is float:

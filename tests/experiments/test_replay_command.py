@@ -397,7 +397,7 @@ MISTAKES = {
     "no YAML": (["LOG", "--set", "force=[3"], ["--set force=[3", "YAML"]),
     "impossible": (["LOG", "--set", "force=100"], ["force = 100 N", "15 N"]),
     "in millimetres": (["LOG", "--set", "speed=20"], ["speed = 20 m/s", "for 20 mm/s give 0.02"]),
-    "changes out of bounds": (["LOG", "--set", "stiffness=2000"], ["recorded at t = 1.5", "force_gain"]),
+    "changes out of bounds": (["LOG", "--set", "stiffness=1900"], ["recorded at t = 1.5", "force_gain"]),
     "no robot": (["LOG", "--set", "robot=stag"], ["stag"]),
     "no colon": (["LOG", "--controller", "mine"], ["MODULE:FUNCTION", "mine:make"]),
     "a path": (["LOG", "--controller", "./mine.py:make"], ["MODULE:FUNCTION"]),

@@ -21,7 +21,6 @@ from palpate.experiments.view_plan import view_scene, watched_plan
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.sim.render import gl as render_gl
-from palpate.viewing import Place
 
 SMALL = ("width=0.01", "depth=0.004", "speed=0.05")
 
@@ -164,6 +163,4 @@ def test_values_go_before_the_file_and_that_before_the_robot(tmp_path):
 
 def test_the_scene_has_the_tip_and_the_object():
     planned = watched_plan((*SMALL, "object=box"), None, 1.0)
-    places = [part.place for part in view_scene(planned).parts]
-    assert sorted(place.value for place in places) == ["base", "tip"]
-    assert Place.LINK not in places
+    assert sorted(part.body for part in view_scene(planned).parts) == ["", "tip"]

@@ -50,7 +50,8 @@ def test_what_people_write_is_read_as_they_mean_it():
     assert surface.semi_axes == (0.008, 0.008, 0.012)
     assert surface.center.tolist() == [0.0, 0.0, 0.02]
     assert robot.fingers[0].payload == PayloadEntry(mass=0.03, center_of_mass=(0.0, 0.0, 0.02))
-    assert robot.fingers[0].noise.force == 0.0
+    assert robot.fingers[0].noise is None
+    assert robot.fingers[0].simulated_sensor is None
     assert robot.limits.limits() == Limits()
 
 

@@ -24,6 +24,26 @@ DEFAULTS = {
     "fingers[0].payload.center_of_mass_m": [0.0, 0.0, 0.0],
     "fingers[0].payload": None,
     "fingers[0].sensor": None,
+    "fingers[0].noise": None,
+    "fingers[0].simulated_sensor": None,
+    "fingers[0].simulated_sensor.preset": "perfect",
+    "fingers[0].simulated_sensor.specimen": 0,
+    "fingers[0].simulated_sensor.tare_s": 0.0,
+    **dict.fromkeys(
+        f"fingers[0].simulated_sensor.{key}"
+        for key in (
+            "range",
+            "cross_talk",
+            "bandwidth",
+            "bias",
+            "drift",
+            "quantisation",
+            "saturation",
+            "sample_rate_Hz",
+            "latency_s",
+            "lost_share",
+        )
+    ),
     "fingers[0].noise.force_N": 0.0,
     "fingers[0].noise.moment_Nm": 0.0,
     "limits.force_N": 20.0,

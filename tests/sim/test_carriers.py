@@ -13,15 +13,16 @@ from palpate.sim import (
     SphereObject,
     Stage,
     Tip,
+    TurningStage,
     build_scene,
     white_noise,
 )
 from palpate.sim.friction.law import FrictionLaw
-from palpate.spatial import IDENTITY
+from palpate.spatial import IDENTITY, ZERO
 from palpate.surfaces import Sphere
 
 TIP = Tip(Sphere(0.008))
-CARRIERS = {"stage": Stage(), "arm": ArmCarrier()}
+CARRIERS = {"stage": Stage(), "turning stage": TurningStage(), "arm": ArmCarrier()}
 NOISE = white_noise(0.05, 1e-3, seed=3)
 
 RUBBER = FrictionLaw(0.4, 0.3, spin_length=0.003, load_exponent=0.3, norm_exponent=1.4)
@@ -37,9 +38,14 @@ def backend_of(carrier, height=0.0485, target=None, noise=NOISE, friction=None):
 
 
 def wander(backend, first, count):
-    """Press, and move about."""
-    commands = [Command((0.02 * np.sin(0.03 * i), 0.01, -0.005)) for i in range(first, first + count)]
-    return [backend.step(command) for command in commands]
+    """Press, and move about; turn what can turn."""
+    turns = not isinstance(backend.scene.carrier, Stage)
+    samples = []
+    for i in range(first, first + count):
+        turn = (0.3 * np.sin(0.02 * i), -0.2, 0.4) if turns else ZERO
+        velocity = (0.02 * np.sin(0.03 * i), 0.01, -0.005)
+        samples.append(backend.step(Command(velocity, angular_velocity_base_tip=turn)))
+    return samples
 
 
 @carriers
@@ -121,7 +127,7 @@ def test_a_snapshot_is_not_changed_by_going_on(carrier):
 
 
 def test_a_moment_of_another_scene_is_refused():
-    stage, arm = (backend_of(carrier) for carrier in CARRIERS.values())
+    stage, arm = (backend_of(CARRIERS[name]) for name in ("stage", "arm"))
     stage.start()
     arm.start()
     with pytest.raises(InvalidValueError, match="take one of this scene"):

@@ -13,17 +13,16 @@ from palpate.runtime.data import Command
 from palpate.runtime.protocols import Backend
 from palpate.runtime.touch import Finger, Touch
 from palpate.sensing.compensation import Payload
-from palpate.sim import Box, SphereObject
+from palpate.sim import Box, Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
-from palpate.sim.hand.mount import Lift
 from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
 from palpate.sim.hand.servo import PULSE
 from palpate.sim.sensor.model import SeededSensor, white_noise
 
 LIFT = Lift()
-TWO = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), mount=LIFT, table=Table(-0.03))
-THREE = build_grasp_scene(three_finger_hand(), HeldObject(SphereObject(0.03)), mount=LIFT, table=Table(-0.03))
+TWO = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), carrier=LIFT, table=Table(-0.03))
+THREE = build_grasp_scene(three_finger_hand(), HeldObject(SphereObject(0.03)), carrier=LIFT, table=Table(-0.03))
 FIXED = build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06))), table=Table(-0.03))
 SCENES = pytest.mark.parametrize("scene", [TWO, THREE], ids=["two fingers", "three fingers"])
 NOISY = white_noise(0.01, 1e-4)
@@ -191,7 +190,7 @@ def test_the_lift_follows_a_ramp_with_the_lag_of_its_servo():
     ("scene", "velocity", "can"),
     [(TWO, (0.01, 0.0, 0.0), "z only"), (TWO, (0.0, -0.01, 0.0), "z only"), (FIXED, (0.0, 0.0, 0.01), "nothing")],
 )
-def test_a_motion_that_the_mount_cannot_do_is_refused(scene, velocity, can):
+def test_a_motion_that_the_carrier_cannot_do_is_refused(scene, velocity, can):
     backend = HandBackend(scene)
     backend.start()
     with pytest.raises(InvalidValueError, match=can):

@@ -12,13 +12,12 @@ from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
-from palpate.sim import Box, CylinderObject, SphereObject
+from palpate.sim import Box, CylinderObject, Fixed, Lift, SphereObject
 from palpate.sim.fidelity import GRAVITY, Fidelity
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import FRICTION_STEP, LARGEST_CONTACT_STEP, GraspContact, grasp_pair_parameters
 from palpate.sim.hand.finger import HingeFinger
 from palpate.sim.hand.hand import Hand, finger_name, three_finger_hand, two_finger_hand
-from palpate.sim.hand.mount import FixedMount, Lift
 from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
 from palpate.surfaces import Ellipsoid, Sphere
 
@@ -30,8 +29,8 @@ HANDS = pytest.mark.parametrize(
 )
 
 
-def standing(hand, shape, mass=0.1, law=None, mount=None):
-    scene = build_grasp_scene(hand, HeldObject(shape, mass), law, mount or Lift(), Table(-0.03))
+def standing(hand, shape, mass=0.1, law=None, carrier=None):
+    scene = build_grasp_scene(hand, HeldObject(shape, mass), law, carrier or Lift(), Table(-0.03))
     backend = HandBackend(scene)
     backend.start()
     return backend
@@ -284,7 +283,7 @@ def test_a_cylinder_is_held_across_its_axis():
     """It lies along x; turned by 90 degrees it lies across the closing direction."""
     across = Pose(rotation=((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
     target = HeldObject(CylinderObject(0.025, 0.06), 0.1, across)
-    backend = HandBackend(build_grasp_scene(two_finger_hand(), target, mount=Lift(), table=Table(-0.025)))
+    backend = HandBackend(build_grasp_scene(two_finger_hand(), target, carrier=Lift(), table=Table(-0.025)))
     backend.start()
     press(backend, 3.0, 2.0)
     for _ in range(1000):
@@ -335,7 +334,7 @@ def test_a_scene_holds_only_what_it_names():
     assert not model.geom_contype.any()
     assert not model.geom_conaffinity.any()
     target = HeldObject(SphereObject(0.03))
-    model = build_grasp_scene(three_finger_hand(), target, mount=Lift(), table=Table(-0.03)).model
+    model = build_grasp_scene(three_finger_hand(), target, carrier=Lift(), table=Table(-0.03)).model
     assert (model.npair, model.nv, model.nu) == (4, 10, 4)
 
 
@@ -357,4 +356,4 @@ def test_a_hand_that_cannot_be_is_refused(bad, match):
 
 def test_a_fingertip_that_starts_inside_the_object_is_refused():
     with pytest.raises(InvalidValueError, match="start clear"):
-        build_grasp_scene(two_finger_hand(), HeldObject(Box((0.09, 0.05, 0.06))), mount=FixedMount())
+        build_grasp_scene(two_finger_hand(), HeldObject(Box((0.09, 0.05, 0.06))), carrier=Fixed())

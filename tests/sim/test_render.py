@@ -11,8 +11,24 @@ from hypothesis import strategies as st
 from PIL import Image, ImageSequence
 
 from palpate.errors import InvalidValueError
-from palpate.sim import Box, ContactLaw, CylinderObject, EllipsoidObject, SphereObject, Tip
+from palpate.experiments.view_scenes import scene_view
+from palpate.kinematics import Pose
+from palpate.kinematics.posture import Posture
+from palpate.runtime.data import Command
+from palpate.sim import (
+    Box,
+    ContactLaw,
+    CylinderObject,
+    EllipsoidObject,
+    MujocoBackend,
+    SphereObject,
+    Tip,
+    TurningStage,
+)
 from palpate.sim.carriers.arm_carrier import ArmCarrier
+from palpate.sim.carriers.ur5e import LINKS
+from palpate.sim.objects.body import ObjectBody
+from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Sine
 from palpate.sim.render.files import write_gif, write_png
 from palpate.sim.render.gl import NoRendererError, offscreen_context
 from palpate.sim.render.place import ScenePlacement
@@ -27,6 +43,10 @@ SIDE = Camera((0.0, 0.0, 0.04), 0.3, azimuth_deg=90.0, elevation_deg=0.0)
 
 PIXELS_PER_METRE = 480 / (2.0 * 0.3 * np.tan(np.radians(22.5)))
 """In the plane that `SIDE` looks at: MuJoCo's field of view is 45 degrees."""
+
+
+def at(position):
+    return Posture(Pose(position))
 
 
 def stage(target=None, tip=None):
@@ -50,32 +70,32 @@ def difference(a, b):
 
 
 def test_the_tip_is_drawn_where_it_is(renderer):
-    empty = renderer.picture((0.0, 0.0, 9.0))
+    empty = renderer.picture(at((0.0, 0.0, 9.0)))
     for x, z in ((0.0, 0.06), (0.03, 0.06), (-0.05, 0.09)):
-        left, right, top, bottom = difference(empty, renderer.picture((x, 0.0, z)))
+        left, right, top, bottom = difference(empty, renderer.picture(at((x, 0.0, z))))
         assert (left + right) / 2 - 320 == pytest.approx(PIXELS_PER_METRE * x, abs=2.0)
         assert 240 - (top + bottom) / 2 == pytest.approx(PIXELS_PER_METRE * (z - 0.04), abs=2.0)
         assert right - left == pytest.approx(PIXELS_PER_METRE * 0.016, rel=0.1)
 
 
 def test_the_arrow_is_as_long_as_the_force_and_points_its_way(renderer):
-    away = (0.0, 0.0, 9.0)
-    empty, at = renderer.picture(away), (0.0, 0.0, 0.04)
+    away = at((0.0, 0.0, 9.0))
+    empty, point = renderer.picture(away), (0.0, 0.0, 0.04)
     for force in (1.0, 2.0, 4.0):
         length = PIXELS_PER_METRE * ARROW_LENGTH * force
         left, right, top, bottom = difference(
-            empty, renderer.picture(away, (), ContactForce(at, (force, 0.0, 0.0)))
+            empty, renderer.picture(away, [ContactForce(point, (force, 0.0, 0.0))])
         )
         assert right - 320 == pytest.approx(length, abs=4.0), force
-        upward = difference(empty, renderer.picture(away, (), ContactForce((0.0, -0.04, 0.04), (0.0, 0.0, force))))
+        upward = difference(empty, renderer.picture(away, [ContactForce((0.0, -0.04, 0.04), (0.0, 0.0, force))]))
         assert upward[2] < 240 - length + 4.0, "the arrow is in front of the object, nearer, so longer"
         assert top > 220, (top, bottom)
         assert left >= 300, "an arrow begins where the force acts"
 
 
 def test_a_force_too_small_to_see_is_not_drawn(renderer):
-    plain = renderer.picture(START)
-    assert (renderer.picture(START, (), ContactForce(START, (0.0, 0.0, 0.0))) == plain).all()
+    plain = renderer.picture(at(START))
+    assert (renderer.picture(at(START), [ContactForce(START, (0.0, 0.0, 0.0))]) == plain).all()
     assert (plain[0, 0] == GROUND).all()
 
 
@@ -83,18 +103,18 @@ def test_the_model_stays_as_it_is(renderer):
     model = stage().model
     before = [np.array(model.geom_rgba), np.array(model.vis.headlight.ambient), model.vis.global_.offwidth]
     with SceneRenderer(model, 1000, 700) as other:
-        assert other.picture(START).shape == (700, 1000, 3)
+        assert other.picture(at(START)).shape == (700, 1000, 3)
     after = [np.array(model.geom_rgba), np.array(model.vis.headlight.ambient), model.vis.global_.offwidth]
     assert all((a == b).all() if isinstance(a, np.ndarray) else a == b for a, b in zip(before, after, strict=True))
 
 
 def test_two_renderers_do_not_disturb_one_another(renderer):
-    plain = renderer.picture(START)
+    plain = renderer.picture(at(START))
     with SceneRenderer(stage(Box()).model, 320, 200) as other:
-        box = other.picture(START)
-        assert (renderer.picture(START) == plain).all()
-        assert (other.picture(START) == box).all()
-    assert (renderer.picture(START) == plain).all()
+        box = other.picture(at(START))
+        assert (renderer.picture(at(START)) == plain).all()
+        assert (other.picture(at(START)) == box).all()
+    assert (renderer.picture(at(START)) == plain).all()
 
 
 def test_a_closed_renderer_says_so():
@@ -105,7 +125,7 @@ def test_a_closed_renderer_says_so():
     made.close()
     made.close()
     with pytest.raises(InvalidValueError, match="closed"):
-        made.picture(START)
+        made.picture(at(START))
 
 
 @pytest.mark.parametrize("size", [(0, 480), (640, -1), (10_000, 480)])
@@ -134,7 +154,7 @@ def test_mujoco_gl_chooses(monkeypatch):
 @given(st.tuples(*[st.floats(-0.5, 0.5)] * 3))
 @settings(deadline=None)
 def test_a_stage_is_placed_where_the_sample_says(position):
-    data = STAGE_PLACEMENT.place(position)
+    data = STAGE_PLACEMENT.place(at(position))
     assert data.site("sensor").xpos == pytest.approx(position, abs=1e-12)
 
 
@@ -147,10 +167,61 @@ def test_an_arm_is_placed_as_its_joints_say():
     placement, random = ScenePlacement(scene.model), np.random.default_rng(1)
     for _ in range(20):
         joints = tuple(random.uniform(-2.0, 2.0, 6).tolist())
-        place = placement.place((9.0, 9.0, 9.0), joints).site("sensor").xpos
+        place = placement.place(Posture(Pose((9.0, 9.0, 9.0)), joints)).site("sensor").xpos
         assert place == pytest.approx(carrier.arm.kinematics.pose(joints).position, abs=1e-12)
-    with pytest.raises(InvalidValueError, match="6 turning joints"):
-        placement.place(START)
+    with pytest.raises(InvalidValueError, match="has 6 joints that turn"):
+        placement.place(at(START))
+
+
+def test_links_are_where_the_simulation_has_them():
+    carrier = ArmCarrier()
+    scene = build_scene(Tip(Sphere(0.008)), SphereObject(0.03), ContactLaw(), START, carrier)
+    placement, random = ScenePlacement(scene.model), np.random.default_rng(2)
+    assert placement.start.arm == pytest.approx(carrier.joint_start(START), abs=1e-12)
+    for _ in range(10):
+        joints = tuple(random.uniform(-3.0, 3.0, 6).tolist())
+        tip = carrier.arm.kinematics.pose(joints)
+        poses = placement.poses(Posture(tip, joints))
+        assert poses["tip"] == tip
+        data = mujoco.MjData(scene.model)
+        data.qpos[:6] = joints
+        mujoco.mj_kinematics(scene.model, data)
+        assert set(LINKS) < set(poses)
+        for name, pose in poses.items():
+            assert data.body(name).xpos == pytest.approx(pose.position, abs=1e-9)
+            assert data.body(name).xmat == pytest.approx(np.ravel(pose.rotation), abs=1e-9)
+
+
+def test_a_target_that_moves_as_told_is_where_it_belongs_at_that_time():
+    slide, turn = Sine(0.05, 1.0), Sine(0.5, 2.0)
+    joints = [
+        DrivenJoint(JointKind.SLIDE, (1.0, 0.0, 0.0), slide),
+        DrivenJoint(JointKind.HINGE, (0, 0, 1.0), turn),
+    ]
+    spec = mujoco.MjSpec()
+    Tip(Sphere(0.008)).add_to(spec.worldbody.add_body(name="wall", pos=START))
+    MovingTarget(Box(), joints, (0.0, 0.1, 0.0)).add_to(spec, "plate")
+    placement = ScenePlacement(spec.compile(), {"plate_0": slide, "plate_1": turn})
+    for time in (0.0, 0.1, 0.37):
+        pose = placement.poses(Posture(Pose(START), time=time))["plate"]
+        angle = turn.at(time)[0]
+        assert pose.position == pytest.approx((slide.at(time)[0], 0.1, 0.0), abs=1e-12)
+        assert pose.rotation[0] == pytest.approx((np.cos(angle), -np.sin(angle), 0.0), abs=1e-12)
+
+
+def test_what_is_fixed_elsewhere_is_drawn_there_and_keeps_its_colour():
+    spec = mujoco.MjSpec()
+    Tip(Sphere(0.008)).add_to(spec.worldbody.add_body(name="wall", pos=START))
+    ObjectBody(SphereObject(0.02), position=(0.3, 0.0, 0.0), colour=(1.0, 0.0, 0.0, 1.0)).add_to(spec, "ball")
+    scene = scene_view("t", spec.compile())
+    ball = next(part for part in scene.parts if part.body == "" and part.colour != (230, 159, 0))
+    assert ball.vertices.mean(axis=0) == pytest.approx((0.3, 0.0, 0.0), abs=1e-9)
+    assert ball.colour == (255, 0, 0)
+
+
+def test_a_scene_without_tip_or_hand_is_refused():
+    with pytest.raises(InvalidValueError, match="nothing to place"):
+        ScenePlacement(mujoco.MjSpec().compile())
 
 
 @pytest.mark.parametrize(
@@ -236,3 +307,21 @@ def test_a_video_that_fails_half_way_leaves_nothing(tmp_path):
     with pytest.raises(OSError, match="gone"):
         write_gif(pictures(), tmp_path / "a.gif", 0.05)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_turned_tip_is_drawn_turned():
+    """Geometry alone puts every body where the simulation has it, on a stage that turns too."""
+    scene = build_scene(
+        Tip(Ellipsoid((0.006, 0.008, 0.012))), Box((0.08, 0.08, 0.04)), ContactLaw(), START, TurningStage()
+    )
+    backend = MujocoBackend(scene)
+    backend.start()
+    for _ in range(300):
+        sample = backend.step(Command((0.01, -0.005, 0.002), angular_velocity_base_tip=(0.6, -0.4, 0.5)))
+    posture = Posture(Pose(sample.arm.position_base_tip, sample.arm.rotation_base_tip))
+    data = ScenePlacement(scene.model).place(posture)
+    tip = scene.model.body("tip").id
+    # the sample belongs to the state before the last step, so does what is placed
+    assert data.xpos[tip] == pytest.approx(sample.arm.position_base_tip, abs=1e-6)
+    assert data.xmat[tip].reshape(3, 3) == pytest.approx(np.array(sample.arm.rotation_base_tip), abs=1e-9)
+    assert abs(data.xmat[tip].reshape(3, 3) - np.eye(3)).max() > 0.1

@@ -9,19 +9,23 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.viewing.frame_ring import FrameRing, RingReader, RingWriter
-from palpate.viewing.frames import width_of
+from palpate.viewing.frames import FrameLayout
 
 CONTEXT = multiprocessing.get_context("spawn")
+PLAIN = FrameLayout()
+LAYOUTS = st.builds(
+    FrameLayout, st.integers(1, 3), st.integers(0, 7), st.integers(0, 3), st.integers(0, 2), st.integers(0, 3)
+)
 
 
-@given(st.integers(0, 7), st.integers(2, 40), st.lists(st.integers(0, 60), max_size=8))
-def test_rows_come_out_whole_and_in_order_and_the_rest_is_counted(joints, capacity, bursts):
-    ring = FrameRing(CONTEXT, joints, capacity)
+@given(LAYOUTS, st.integers(2, 40), st.lists(st.integers(0, 60), max_size=8))
+def test_rows_come_out_whole_and_in_order_and_the_rest_is_counted(layout, capacity, bursts):
+    ring = FrameRing(CONTEXT, layout, capacity)
     writer, reader = RingWriter(ring), RingReader(ring)
     written, read = 0, []
     for burst in bursts:
         for _ in range(burst):
-            writer.write(*[written + 0.5] * (width_of(joints) - 2))
+            writer.write([written + 0.5] * (layout.width - 2))
             written += 1
         rows = reader.read().rows
         # a full ring's oldest row may be the next one that is written over
@@ -34,14 +38,14 @@ def test_rows_come_out_whole_and_in_order_and_the_rest_is_counted(joints, capaci
 
 
 def write_many(ring, count):
-    writer, width = RingWriter(ring), width_of(ring.joints)
+    writer, width = RingWriter(ring), ring.layout.width
     for i in range(count):
-        writer.write(*[float(i)] * (width - 2))
+        writer.write([float(i)] * (width - 2))
 
 
 def test_rows_are_never_torn_between_processes():
     """A ring so small that the writer laps the reader all the time."""
-    ring, count = FrameRing(CONTEXT, 0, 16), 50_000
+    ring, count = FrameRing(CONTEXT, PLAIN, 16), 50_000
     reader, process = RingReader(ring), CONTEXT.Process(target=write_many, args=(ring, count))
     process.start()
     read, last = 0, -1.0
@@ -60,22 +64,22 @@ def test_rows_are_never_torn_between_processes():
 
 def test_a_ring_of_one_row_is_refused():
     with pytest.raises(InvalidValueError, match="at least 2"):
-        FrameRing(CONTEXT, 0, 1)
+        FrameRing(CONTEXT, PLAIN, 1)
 
 
 def test_nothing_written_is_nothing_read():
-    reader = RingReader(FrameRing(CONTEXT, 0))
+    reader = RingReader(FrameRing(CONTEXT, PLAIN))
     assert len(reader.read()) == 0
-    assert reader.read().rows.shape == (0, width_of(0))
+    assert reader.read().rows.shape == (0, PLAIN.width)
     assert np.isfinite(reader.lost)
 
 
 def filled_ring(capacity):
     """A ring that has just been filled: the next row goes over the oldest one."""
-    ring = FrameRing(CONTEXT, 0, capacity)
+    ring = FrameRing(CONTEXT, PLAIN, capacity)
     writer = RingWriter(ring)
     for _ in range(capacity):
-        writer.write(*[7.0] * (width_of(0) - 2))
+        writer.write([7.0] * (PLAIN.width - 2))
     return ring, RingReader(ring), np.frombuffer(ring._memory)[:-1].reshape(capacity, -1)
 
 

@@ -2,34 +2,35 @@
 
 import multiprocessing
 
-import mujoco
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.view_plan import view_scene
+from palpate.kinematics import Pose
+from palpate.kinematics.posture import Posture
 from palpate.runtime import Phase
-from palpate.sim import ContactLaw, SphereObject, Tip
-from palpate.sim.carriers.arm_carrier import ArmCarrier
-from palpate.sim.carriers.ur5e import LINKS
-from palpate.sim.render.place import ScenePlacement
-from palpate.sim.scene import build_scene
-from palpate.surfaces import Sphere
-from palpate.viewing import Frames, LiveView, Part, Place, ViewScene, frames_of_log
-from palpate.viewing.frame_ring import FrameRing, RingReader, RingWriter
+from palpate.runtime.live import LiveParameters
+from palpate.viewing import FrameLayout, Frames, LiveView, Part, RowMaker, TipPlacement, ViewScene, frames_of_log
+from palpate.viewing.frame_ring import FrameRing, RingReader
 from palpate.viewing.plots import extremes
-from palpate.viewing.view_scene import link_poses
+from palpate.viewing.request_board import BoardWriter, RequestBoard
+from palpate.viewing.rows import SELDOM
 
 
-def observer_without_process(joints=0, capacity=100_000):
-    """The observer of a live view, and what its process would read."""
-    ring = FrameRing(multiprocessing.get_context("spawn"), joints, capacity)
-    view = object.__new__(LiveView)
-    view._write, view._finger, view._joints = RingWriter(ring).write, 0, (0.0,) * joints
-    return view.observe, RingReader(ring)
+def observer_without_process(scene, live=None, free_poses=None, capacity=100_000):
+    """The observer of a live view, what its process would read, and how it would ask."""
+    context, live = multiprocessing.get_context("spawn"), live or LiveParameters()
+    maker, board = RowMaker(scene, live, free_poses), RequestBoard(context, tuple(live.parameters))
+    ring, view = FrameRing(context, maker.layout, capacity), object.__new__(LiveView)
+    view._take_up(maker, ring, board, live)
+    return view.observe, RingReader(ring), BoardWriter(board)
 
 
 def test_a_live_view_sees_what_the_log_says(short_run):
-    observe, reader = observer_without_process()
+    observe, reader, _ = observer_without_process(view_scene(short_run.planned))
     for period in short_run.periods:
         observe(*period)
     live, logged = reader.read(), frames_of_log(short_run.log)
@@ -41,9 +42,10 @@ def test_frames_are_the_record(short_run):
     frames, record = frames_of_log(short_run.log), short_run.log.record()
     np.testing.assert_array_equal(frames.time, record.time)
     known = record.touching & (record.status == 0)
-    np.testing.assert_array_equal(frames.touching, known)
+    contact = frames.finger(0)
+    np.testing.assert_array_equal(contact.touching, known)
     np.testing.assert_allclose(frames.centroid[known], record.centroid[known], rtol=0, atol=1e-15)
-    np.testing.assert_array_equal(frames.normal_force, record.normal_force)
+    np.testing.assert_array_equal(contact.normal_force, record.normal_force)
     force = frames.force[known]
     pushing = -np.sum(force * record.normal[known], axis=1)
     np.testing.assert_allclose(pushing, record.normal_force[known], atol=1e-12)
@@ -61,37 +63,92 @@ def test_the_map_lies_on_the_object(short_run):
 
 def test_no_such_finger(short_run):
     with pytest.raises(InvalidValueError, match="finger = 1: must be from 0 to 0"):
-        frames_of_log(short_run.log, 1)
+        frames_of_log(short_run.log).finger(1)
 
 
-def test_an_arm_that_tells_no_joints_does_not_end_the_run(short_run):
-    observe, reader = observer_without_process(joints=6)
+def test_a_robot_that_tells_less_than_it_has_does_not_end_the_run(short_run):
+    fingers = ("tip", "tip")
+    scene = ViewScene("t", (), TipPlacement(Posture(arm=(0.5,) * 6, hand=(0.1,) * 2)), fingers, None)
+    observe, reader, _ = observer_without_process(scene)
     observe(*short_run.periods[0])
-    assert (reader.read().joint_position == 0.0).all()
+    frames = reader.read()
+    assert (frames.joint_position == 0.0).all()
+    assert frames.posture(0).hand == (0.0, 0.0)
+    assert not frames.finger(1).touching.any()
 
 
-def test_links_are_where_the_simulation_has_them():
-    carrier = ArmCarrier()
-    scene = build_scene(Tip(Sphere(0.008)), SphereObject(0.03), ContactLaw(), (0.0, 0.0, 0.06), carrier)
-    placement, random = ScenePlacement(scene.model), np.random.default_rng(2)
-    for _ in range(10):
-        joints = tuple(random.uniform(-3.0, 3.0, 6).tolist())
-        data = placement.place((0.0, 0.0, 0.0), joints)
-        mujoco.mj_kinematics(scene.model, data)
-        for name, pose in zip(LINKS, link_poses(carrier.arm.kinematics, joints), strict=True):
-            assert data.body(name).xpos == pytest.approx(pose.position, abs=1e-12)
-            assert data.body(name).xmat == pytest.approx(np.ravel(pose.rotation), abs=1e-12)
+@given(st.integers(1, 4), st.integers(0, 7), st.integers(0, 4), st.integers(0, 3), st.integers(0, 3))
+def test_every_column_has_one_meaning(fingers, joints, hand_joints, free, live):
+    """Numbers that all differ come out of the parts of a row once each, in order."""
+    layout = FrameLayout(fingers, joints, hand_joints, free, live)
+    frames = Frames(np.arange(float(layout.width))[None], layout)
+    seen = [
+        frames.rows[0, 0],
+        frames.time[0],
+        *frames.position[0],
+        *frames.rotation[0].ravel(),
+        frames.rows[0, 14],
+    ]
+    for i in range(fingers):
+        contact = frames.finger(i)
+        seen += [*contact.centroid[0], *contact.force[0], contact.normal_force[0], contact.spin_torque[0]]
+        seen.append(contact.columns[0, -1])
+    seen += [*frames.joint_position[0], *frames.rows[0, layout.hand_columns], *frames.rows[0, layout.free_columns]]
+    seen += [*frames.live_values[0], *frames.live_targets[0], frames.rows[0, -1]]
+    assert seen == list(range(layout.width))
 
 
-def test_parts_of_links_need_an_arm():
-    part = Part(np.zeros((3, 3)), np.array([[0, 1, 2]]), (0, 0, 0), Place.LINK, 2)
-    with pytest.raises(InvalidValueError, match="link = 2"):
+turns = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)
+
+
+@given(turns, st.tuples(*[st.floats(-1.0, 1.0)] * 3))
+def test_the_pose_of_a_free_body_comes_out_as_a_rotation(q, position):
+    layout = FrameLayout(free=1)
+    row = np.zeros((1, layout.width))
+    w, x, y, z = np.array(q) / np.linalg.norm(q)
+    row[0, 5:14] = np.eye(3).ravel()
+    row[0, layout.free_columns] = (*position, w, x, y, z)
+    (pose,) = Frames(row, layout).posture(0).free
+    v = np.array([0.3, -0.7, 0.5])
+    u = np.array([x, y, z])
+    # q v q*
+    turned = v + 2.0 * w * np.cross(u, v) + 2.0 * np.cross(u, np.cross(u, v))
+    assert np.array(pose.rotation) @ v == pytest.approx(turned, abs=1e-12)
+    assert pose.position == position
+
+
+def test_truth_is_looked_up_often_enough_and_not_in_every_period(short_run):
+    """The view shows a free body at most `SELDOM` late; controllers get nothing of it."""
+    scene = ViewScene("t", (), TipPlacement(Posture(free=(Pose(),))))
+    asked = []
+
+    def free_poses():
+        asked.append(len(asked))
+        return (float(len(asked)), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+    observe, reader, _ = observer_without_process(scene, free_poses=free_poses)
+    periods = short_run.periods[:200]
+    for period in periods:
+        observe(*period)
+    frames = reader.read()
+    changes = np.flatnonzero(np.diff(frames.rows[:, frames.layout.free_columns][:, 0]))
+    assert np.diff(frames.time[changes]).max() <= SELDOM + 1e-9
+    assert len(asked) <= 1 + (frames.time[-1] - frames.time[0]) / SELDOM
+    observe(*periods[0])  # the next run begins where the first one began
+    assert reader.read().posture(0).free[0].position[0] == len(asked) == len(changes) + 2
+
+
+def test_parts_need_a_body():
+    part = Part(np.zeros((3, 3)), np.array([[0, 1, 2]]), (0, 0, 0), "elbow")
+    with pytest.raises(InvalidValueError, match="body = 'elbow': is none that moves in this scene; there are tip"):
         ViewScene("no arm", (part,))
+    with pytest.raises(InvalidValueError, match="only a single fingertip makes a map"):
+        ViewScene("two", (), fingers=("tip", "tip"))
 
 
-def test_rows_too_narrow_are_refused():
+def test_rows_of_another_width_are_refused():
     with pytest.raises(InvalidValueError, match="must be"):
-        Frames(np.zeros((4, 3)))
+        Frames(np.zeros((4, 3)), FrameLayout())
 
 
 @pytest.mark.parametrize("count", [1, 10, 999, 5000])

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.experiments.view_plan import view_scene
-from palpate.viewing import ANY_PORT, Player, frames_of_log
+from palpate.experiments.explore import Attempt
+from palpate.experiments.view_plan import view_scene, watched_plan
+from palpate.viewing import ANY_PORT, LiveView, Player, frames_of_log
 from viewing.browser import page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -42,3 +43,37 @@ def test_a_browser_shows_the_run(short_run, tmp_path):
     bluish, orange = (blue > red + 20) & (blue > 120), (red > blue + 60) & (red > 150)
     assert bluish.sum() > 20_000, "the object"
     assert orange.sum() > 1000, "the fingertip"
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_slider_in_the_browser_changes_the_run(tmp_path):
+    """Keys move the slider; the run takes it up, records it, and tells the page, which says when it is over."""
+    words = ("width=0.01", "depth=0.004", "speed=0.01", f"out={tmp_path / 'out'}")
+    planned = watched_plan(words, None, 1.0)
+    attempt, said = Attempt(planned), []
+    with (
+        LiveView(view_scene(planned), port=ANY_PORT, live=attempt.controller.live) as view,
+        page(CHROMIUM, tmp_path, view.url) as browser,
+    ):
+        browser.wait_for("document.querySelectorAll('[role=slider]').length == 3")
+
+        def meddle():
+            browser.wait_for("/now 2 N/.test(document.body.innerText)")
+            browser.evaluate("document.querySelectorAll('[role=slider]')[0].focus()")
+            for kind in ("keyDown", "keyUp"):
+                browser.call("Input.dispatchKeyEvent", type=kind, key="ArrowRight", code="ArrowRight")
+            browser.wait_for("/now 2.1 N/.test(document.body.innerText)")
+            said.append(browser.evaluate("document.body.innerText"))
+
+        meddling = threading.Thread(target=meddle)
+        meddling.start()
+        attempt.run((view.observe,))  # in this thread: it listens to signals
+        meddling.join()
+        view.run_over()
+        browser.wait_for("document.body.innerText.includes('the run is over')")
+        assert browser.errors == []
+    assert said
+    assert "asked for: force 2.1 N" in said[0]
+    (change,) = attempt._memory.changes
+    assert (change.name, change.value) == ("force", pytest.approx(2.1))

@@ -36,11 +36,14 @@ def heard(url, until, seconds=60.0):
     with connect(url.replace("http", "ws", 1), subprotocols=[PROTOCOL], compression=None, max_size=None) as client:
         while until not in said:
             assert time.monotonic() < deadline, f"{until!r} never came"
-            part = client.recv(timeout=seconds)
-            # viser's wire format: two lengths, compressed messages, then arrays as they are
-            compressed = int.from_bytes(part[8:16], "little")
-            said += zstandard.ZstdDecompressor().decompress(part[16 : 16 + compressed])
+            said += decoded(client.recv(timeout=seconds))
     return said
+
+
+def decoded(part):
+    """viser's wire format: two lengths, compressed messages, then arrays as they are."""
+    compressed = int.from_bytes(part[8:16], "little")
+    return zstandard.ZstdDecompressor().decompress(part[16 : 16 + compressed])
 
 
 def map_points(player):
@@ -55,16 +58,16 @@ def test_a_log_is_in_the_scene(player, short_run):
     points = map_points(player)
     assert len(points) > 50
     assert np.abs(short_run.planned.target.signed_distance(points.astype(float))).max() < 2e-4
-    assert player.server.scene.get_handle_by_name("/tip").position == pytest.approx(frames.position[-1])
+    assert player.server.scene.get_handle_by_name("/body_0").position == pytest.approx(frames.position[-1])
     said = heard(player.url, b"/map/chunk_0")
-    for name in (b"/tip/part_0", b"/part_1", b"/contact_force"):
+    for name in (b"/body_0/part_", b"/part_1", b"/contact_force_0"):
         assert name in said
 
 
 def test_the_arrow_is_the_contact_force(player, short_run):
     frames = frames_of_log(short_run.log)
-    middle = int(np.flatnonzero(frames.touching)[len(frames) // 3])
-    arrow = player.server.scene.get_handle_by_name("/contact_force")
+    middle = int(np.flatnonzero(frames.finger(0).touching)[len(frames) // 3])
+    arrow = player.server.scene.get_handle_by_name("/contact_force_0")
     assert not arrow.visible, "nothing is touched at the beginning"
     player.step(float(frames.time[middle] - frames.time[0]) + 1e-9)
     assert arrow.visible

@@ -67,7 +67,7 @@ def read_overlay(text: str, kind: type[ExploreConfig]) -> dict[str, object]:
 
 
 def load_overlay(path: Path, kind: type[ExploreConfig]) -> dict[str, object]:
-    """Return the fields that an experiment file gives; a robot file that it names is looked for next to it.
+    """Return the fields that an experiment file gives; files that it names are looked for next to it.
 
     Raises:
         InvalidValueError: The file cannot be read, or as in `read_overlay`; the message names the file.
@@ -79,9 +79,11 @@ def load_overlay(path: Path, kind: type[ExploreConfig]) -> dict[str, object]:
         raise InvalidValueError(f"config = {path}: cannot be read: {error.strerror}") from None
     except InvalidValueError as error:
         raise InvalidValueError(f"{path}: {error}") from None
-    robot = values.get("robot")
+    robot, file = values.get("robot"), values.get("file")
     if isinstance(robot, str) and (path.parent / robot).is_file():
         values["robot"] = str(path.parent / robot)
+    if isinstance(file, Path) and (path.parent / file).is_file():
+        values["file"] = path.parent / file
     return values
 
 

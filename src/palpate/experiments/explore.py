@@ -109,26 +109,30 @@ def carry_out(
 
 
 class Attempt:
-    """One try at an exploration: it is run once, and what was found is made of it, however the run ended."""
+    """One try at an exploration: it is run once, and what was found is made of it, however the run ended.
+
+    Attributes:
+        controller: What moves the robot; its `live` takes requests while it runs.
+    """
 
     def __init__(self, planned: ExplorationPlan) -> None:
         """Take what to do."""
         self._planned = planned
+        self.controller = planned.controller()
         self._memory = MemoryLog()
         self._truth = TruthRecorder(planned.backend)
 
     def run(self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> RunResult:
         """Move the robot; see `carry_out`."""
         planned = self._planned
-        controller = planned.controller()
         return run(
             planned.backend,
             Touch(planned.finger),
-            controller,
+            self.controller,
             Supervisor(planned.limits),
             duration=3.0 * planned.expected_duration + 10.0,
             recorder=Recorder(self._memory, *sinks),
-            live=ScheduledChanges(controller.live, planned.changes()),
+            live=ScheduledChanges(self.controller.live, planned.changes()),
             observers=(self._truth, *observers),
         )
 

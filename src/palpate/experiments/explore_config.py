@@ -1,20 +1,28 @@
 """What an exploration is to be like; imports nothing heavy, so that `palpate --help` is quick."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative, positive
 
-ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder"]
+ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field"]
 
 OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
     "sphere": ("radius", (0.04,)),
     "ellipsoid": ("three semi-axes", (0.05, 0.04, 0.03)),
     "box": ("length, width and height", (0.08, 0.08, 0.04)),
     "cylinder": ("radius and length (it lies along x)", (0.03, 0.12)),
+    "torus": ("radius of the ring and of its tube (it lies about z)", (0.06, 0.025)),
+    "bumps": ("amplitude, wavelength and side of the square that they cover", (0.003, 0.06, 0.18)),
+    "mesh": ("nothing, the file says it", ()),
+    "height-field": ("width and depth, unless the file says them", ()),
 }
 """What sizes each object takes, and its defaults [m]."""
+
+FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field")
+"""Objects that a file describes."""
 
 TOUCH_FORCE = 0.2
 """A force above this counts as a touch [N], unless noise asks for more."""
@@ -59,10 +67,18 @@ class ExploreConfig:
     """
 
     object: ObjectName = "sphere"
-    """What to touch."""
+    """What to touch, from above. Its middle is at the origin; a height field's over it, with the heights as they
+    are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin."""
     size: tuple[float, ...] = ()
     """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
-    height; a cylinder's radius and length. Left out: 40 mm; 50, 40, 30 mm; 80, 80, 40 mm; 30, 120 mm."""
+    height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
+    bumps; a height field's width and depth, if its file does not say them. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
+    40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
+    file: Path | None = None
+    """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
+    z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy)."""
+    scale: float = 1.0
+    """Metres per unit of that file: 0.001 if it is in millimetres."""
     tip: tuple[float, ...] = (0.008,)
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid."""
     force: float = 2.0
@@ -74,6 +90,8 @@ class ExploreConfig:
     less."""
     depth: float = 0.04
     """Extent across the rows, along y [m], likewise."""
+    center: tuple[float, ...] = ()
+    """Middle of the rows, x and y [m]. Left out: over the origin; on a torus over its tube, where y is 0."""
     spacing: float = 0.002
     """Distance between rows [m]."""
     friction: float = 0.3
@@ -101,6 +119,9 @@ class ExploreConfig:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", self._checked_size())
+        self._check_file()
+        if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
+            raise InvalidValueError(f"center = {_spaced(self.center)}: give two numbers, x and y [m]")
         if len(self.tip) not in (1, 3):
             raise InvalidValueError(
                 f"tip = {_spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
@@ -141,7 +162,14 @@ class ExploreConfig:
     @property
     def article(self) -> str:
         """The article before the object's name."""
-        return "an" if self.object[0] in "aeiou" else "a"
+        return "some" if self.object == "bumps" else "an" if self.object[0] in "aeiou" else "a"
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Middle of the rows, x and y [m]."""
+        if self.center:
+            return (self.center[0], self.center[1])
+        return (self.size[0], 0.0) if self.object == "torus" else (0.0, 0.0)
 
     @property
     def map_spacing(self) -> float:
@@ -158,7 +186,10 @@ class ExploreConfig:
             raise InvalidValueError(f"object = {self.object!r}: must be one of {', '.join(OBJECT_SIZES)}")
         meaning, default = OBJECT_SIZES[self.object]
         size = self.size or default
-        if len(size) != len(default):
+        if self.object in FROM_FILE:
+            if len(size) not in ((0,) if self.object == "mesh" else (0, 2)):
+                raise InvalidValueError(f"size = {_spaced(size)}: {self.article} {self.object} takes {meaning}")
+        elif len(size) != len(default):
             raise InvalidValueError(
                 f"size = {_spaced(size)}: {self.article} {self.object} takes {len(default)} number"
                 f"{'s' if len(default) > 1 else ''}, its {meaning} [m]; for example {_spaced(default)}"
@@ -166,6 +197,19 @@ class ExploreConfig:
         for length in size:
             positive("size", length, "m")
         return size
+
+    def _check_file(self) -> None:
+        positive("scale", self.scale, "m per unit of the file")
+        if self.object in FROM_FILE:
+            if self.file is None:
+                raise InvalidValueError(f"object = {self.object}: a file must describe it (--file)")
+        elif self.file is not None:
+            raise InvalidValueError(
+                f"file = {self.file}: {self.article} {self.object} is described by --size; for a file say "
+                f"--object {' or --object '.join(FROM_FILE)}"
+            )
+        elif self.scale != 1.0:
+            raise InvalidValueError(f"scale = {self.scale:g}: is for files; {self.object} takes --size, in metres")
 
 
 def _spaced(numbers: tuple[float, ...]) -> str:

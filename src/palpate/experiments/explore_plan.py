@@ -1,5 +1,6 @@
 """From a configuration to an exploration that can be carried out: everything is checked and built here."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -17,22 +18,15 @@ from palpate.controllers import (
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
 from palpate.experiments.explore_config import FASTEST, LEAST_FORCE, MOST_FORCE, SLOWEST, ExploreConfig
+from palpate.experiments.explore_raster import raster_over
+from palpate.experiments.explored_object import object_in, object_texts, scene_object
+from palpate.experiments.finger_sensor import sensor_for
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.simulated_stage import Task, only_finger
 from palpate.runtime import FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
-from palpate.sim import (
-    Box,
-    ContactLaw,
-    CylinderObject,
-    EllipsoidObject,
-    MujocoBackend,
-    PairParameters,
-    SceneObject,
-    SphereObject,
-    white_noise,
-)
+from palpate.sim import ContactLaw, MujocoBackend, PairParameters, SceneObject
 
 CLEARANCE = 0.003
 """How far above the object's top the tip starts [m]."""
@@ -42,39 +36,6 @@ ROOM = 0.02
 
 LANDING_SHARE = 0.75
 """Of the robot's force limit: a larger set force could reach it on landing."""
-
-
-def scene_object(config: ExploreConfig) -> SceneObject:
-    """Return the object that a configuration asks for."""
-    size = config.size
-    if config.object == "sphere":
-        return SphereObject(size[0])
-    if config.object == "ellipsoid":
-        return EllipsoidObject((size[0], size[1], size[2]))
-    if config.object == "box":
-        return Box((size[0], size[1], size[2]))
-    return CylinderObject(size[0], size[1])
-
-
-def raster_over(target: SceneObject, config: ExploreConfig) -> Raster:
-    """Return the raster over an object.
-
-    Raises:
-        InvalidValueError: It leaves the part of the object that can be touched from above.
-    """
-    raster = Raster(config.width, config.depth, config.spacing)
-
-    def fits(factor: float) -> bool:
-        return all(target.reachable(factor * x, factor * y, min(config.tip)) for x, y in raster.corners())
-
-    if not fits(1.0):
-        best = max((factor for factor in np.linspace(0.01, 0.99, 99).tolist() if fits(factor)), default=0.0)
-        raise InvalidValueError(
-            f"a raster of {config.width:g} x {config.depth:g} m leaves the part of the {config.object} that can "
-            f"be touched from above; at most {best * config.width:.3g} x {best * config.depth:.3g} m in these "
-            "proportions (--width, --depth), or take a larger object (--size)"
-        )
-    return raster
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +76,11 @@ class ExplorationPlan:
 
     def texts(self) -> dict[str, str]:
         """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
-        return {EXPERIMENT_TEXT: config_text(self.config), **self.robot.texts}
+        return {
+            EXPERIMENT_TEXT: config_text(self.config),
+            **object_texts(self.target, self.config),
+            **self.robot.texts,
+        }
 
 
 def plan_from_texts(texts: Mapping[str, str]) -> ExplorationPlan:
@@ -126,23 +91,25 @@ def plan_from_texts(texts: Mapping[str, str]) -> ExplorationPlan:
     """
     if EXPERIMENT_TEXT not in texts:
         raise InvalidValueError(f"{EXPERIMENT_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
-    return plan(read_config(texts[EXPERIMENT_TEXT]), read_robot(texts))
+    config = read_config(texts[EXPERIMENT_TEXT])
+    return plan(config, read_robot(texts), object_in(texts, config))
 
 
-def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
+def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject | None = None) -> ExplorationPlan:
     """Check and build everything that an exploration needs.
 
     Args:
         config: What to do. Fingertip, noise and period are its own, not the robot file's:
             `palpate.experiments.robot_values.config_for` takes them from there.
         robot: What carries it out; the one that `config.robot` names, if not given.
+        target: What is touched; the one that `config.object` names, from its file if there is one, if not given.
 
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
         OSError: A file of the robot cannot be read.
     """
     robot = robot or load_robot(config.robot)
-    target = scene_object(config)
+    target = target or scene_object(config)
     raster = raster_over(target, config)
     half_compliance = 0.5 / config.stiffness
     _check_compression(config, config.force * half_compliance)
@@ -163,10 +130,10 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
         law=law,
         start=(first_x - x, first_y - y, top - z),
         period=config.period,
-        sensor=white_noise(config.force_noise, config.moment_noise, config.seed),
+        sensor=sensor_for(robot, config),
         touch_force=config.touch_force,
     )
-    descent = 2.0 * target.top + max(config.tip) + CLEARANCE
+    descent = (target.top - target.bottom) + max(config.tip) + CLEARANCE
     path = replace(raster, center=(raster.center[0] - x, raster.center[1] - y))
     limits = _limits(robot.file.limits.limits(), path, top - z, descent)
     _check_force(config, limits)
@@ -194,7 +161,8 @@ def plan(config: ExploreConfig, robot: Robot | None = None) -> ExplorationPlan:
             live.check(name, value)
         except InvalidValueError as error:
             raise InvalidValueError(f"change after {time:g} s: {error}") from None
-    gap = top - float(target.height(np.array(first_x), np.array(first_y)))
+    below = float(target.height(np.array(first_x), np.array(first_y)))
+    gap = top - (target.bottom if math.isnan(below) else below)  # beside its rim a tip touches a ball, too
     return ExplorationPlan(
         config,
         robot,

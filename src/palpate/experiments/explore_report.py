@@ -3,6 +3,7 @@
 import numpy as np
 
 from palpate.experiments.explore import Exploration
+from palpate.experiments.explored_object import object_line
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
 from palpate.runtime import Ending
@@ -103,11 +104,15 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units, and the gain that followed."""
     config, gain = exploration.config, exploration.gain
     return (
-        ("object", f"{config.object}, {' x '.join(f'{1e3 * s:g}' for s in config.size)} mm"),
+        ("object", object_line(exploration.target, config)),
         ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
         ("normal force", f"{config.force:g} N"),
         ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
-        ("raster", f"{1e3 * config.width:g} x {1e3 * config.depth:g} mm, rows {1e3 * config.spacing:g} mm apart"),
+        (
+            "raster",
+            f"{1e3 * config.width:g} x {1e3 * config.depth:g} mm, rows {1e3 * config.spacing:g} mm apart, "
+            f"about x = {1e3 * config.middle[0]:g}, y = {1e3 * config.middle[1]:g} mm",
+        ),
         ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm"),
         ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
         (

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, read_config
 from palpate.experiments.explore_plan import ExplorationPlan, plan
+from palpate.experiments.explored_object import object_in
 from palpate.experiments.replay_controller import ControllerMaker
 from palpate.experiments.replay_settings import changed_config
 from palpate.experiments.robot_values import load_named_robot
@@ -135,13 +136,13 @@ def _plan(log: Log, settings: Mapping[str, object]) -> ExplorationPlan:
         )
     try:
         recorded = read_config(log.attachments[EXPERIMENT_TEXT])
-        robot = read_robot(log.attachments)
+        robot, target = read_robot(log.attachments), object_in(log.attachments, recorded)
     except InvalidValueError as error:
         raise InvalidValueError(
             f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
         ) from None
     config = replace(changed_config(recorded, settings), change=())  # what was changed, the log says
-    return plan(config, load_named_robot(config.robot) if "robot" in settings else robot)
+    return plan(config, load_named_robot(config.robot) if "robot" in settings else robot, target)
 
 
 def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Change, ...], tuple[Change, ...]]:

@@ -15,6 +15,8 @@ _NOISY = "the samples are as recorded, with the noise that they have"
 FIXED: Mapping[str, str] = {
     "object": _FELT,
     "size": _FELT,
+    "file": _FELT,
+    "scale": _FELT,
     "friction": _FELT,
     "spin_length": _FELT,
     "force_noise": _NOISY,
@@ -29,7 +31,7 @@ FIXED: Mapping[str, str] = {
 CHANGEABLE = tuple(field.name for field in fields(ExploreConfig) if field.name not in FIXED)
 """Those that it can: what sensing, control and supervision go by."""
 
-SEVERAL = ("tip",)
+SEVERAL = ("tip", "center")
 """Those of them that are several numbers, or one."""
 
 

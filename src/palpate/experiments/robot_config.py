@@ -28,7 +28,8 @@ class RobotShowConfig:
     robot: RobotName = "stage"
     """A robot that comes with palpate, or a robot file."""
     sensor: Annotated[int | None, tyro.conf.arg(metavar="FINGER")] = None
-    """Print the sensor file of this finger instead; the first is 0."""
+    """Print the sensor file of this finger instead; the first is 0. Without one, what is known of a simulated
+    sensor: a start for your own."""
 
     def __post_init__(self) -> None:
         if self.sensor is not None and self.sensor < 0:

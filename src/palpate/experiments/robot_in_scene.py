@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage, check_stage
+from palpate.experiments.simulated_turning_stage import build_turning_stage, check_turning_stage
 from palpate.experiments.simulated_ur5e import build_ur5e, check_ur5e
 from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import BackendEntry, SimulatedUr5eEntry, StageEntry
+from palpate.runtime.robot_backend import BackendEntry, SimulatedUr5eEntry, StageEntry, TurningStageEntry
 
 Builder = Callable[[Robot, Task], RobotInScene]
 """Raises InvalidValueError if the robot cannot be what its file says, or not do the task."""
@@ -22,7 +23,11 @@ class _Kind:
     build: Builder
 
 
-KINDS = (_Kind(StageEntry, check_stage, build_stage), _Kind(SimulatedUr5eEntry, check_ur5e, build_ur5e))
+KINDS = (
+    _Kind(StageEntry, check_stage, build_stage),
+    _Kind(TurningStageEntry, check_turning_stage, build_turning_stage),
+    _Kind(SimulatedUr5eEntry, check_ur5e, build_ur5e),
+)
 """Every kind of `backend` that experiments can carry out."""
 
 

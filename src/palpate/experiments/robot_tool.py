@@ -6,12 +6,15 @@ from collections.abc import Iterator
 import msgspec
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.finger_sensor import model_of_finger
+from palpate.experiments.known_sensor import described
 from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.experiments.robot_in_scene import check
 from palpate.experiments.robot_values import load_named_robot
 from palpate.nearest_name import unit_of, without_unit
-from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot, robot_path, shipped_robots
+from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
 from palpate.sensing.ft.sensor_file import SensorFile
+from palpate.sensing.ft.sensor_writer import sensor_text
 from palpate.strict_refusal import shown_path
 from palpate.strict_yaml import Key, read_yaml
 
@@ -26,7 +29,7 @@ def run_list(config: RobotListConfig) -> int:
 
 
 def run_show(config: RobotShowConfig) -> int:
-    """Print a robot file, or one of its sensor files, as it is.
+    """Print a robot file, or one of its sensor files, as it is; without one, what is known of a simulated sensor.
 
     Raises:
         InvalidValueError: There is no such robot, no such finger, or something in the files is wrong.
@@ -37,11 +40,15 @@ def run_show(config: RobotShowConfig) -> int:
         return 0
     if config.sensor >= len(robot.file.fingers):
         raise InvalidValueError(f"sensor = {config.sensor}: the last finger is {len(robot.file.fingers) - 1}")
-    if robot.sensors[config.sensor] is None:
+    if robot.sensors[config.sensor] is not None:
+        sys.stdout.write(robot.texts[SENSOR_TEXT.format(config.sensor)])
+        return 0
+    sensor = _described(robot, config.sensor)
+    if sensor is None:
         raise InvalidValueError(
             f"sensor = {config.sensor}: this finger has no sensor file; its sensor has no flaws"
         )
-    sys.stdout.write(robot.texts[SENSOR_TEXT.format(config.sensor)])
+    sys.stdout.write(sensor_text(sensor))
     return 0
 
 
@@ -67,11 +74,18 @@ def run_check(config: RobotCheckConfig) -> int:
     for name, value, given in rows:
         note = "" if given else "default"
         sys.stdout.write(f"  {name:<{left}}  {value:<{middle}}  {note}".rstrip() + "\n")
-    for i, sensor in enumerate(robot.sensors):
+    for i, file in enumerate(robot.sensors):
+        sensor = file or _described(robot, i)
         if sensor is not None:
             sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
     sys.stdout.write("All in order.\n")
     return 0
+
+
+def _described(robot: Robot, finger: int) -> SensorFile | None:
+    """What is known of the simulated sensor of a finger without a sensor file."""
+    entry = robot.file.fingers[finger]
+    return described(entry, model_of_finger(entry), robot.file.period)
 
 
 def _leaves(value: object, path: tuple[Key, ...] = ()) -> Iterator[tuple[tuple[Key, ...], object]]:

@@ -2,6 +2,7 @@
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.finger_sensor import model_of_finger, noise_of
 from palpate.experiments.simulated_stage import tip_sizes
 from palpate.runtime.robot import Robot, load_robot
 
@@ -12,11 +13,11 @@ def values_of(robot: Robot) -> dict[str, object]:
     Raises:
         InvalidValueError: It has no fingertip that an exploration can use.
     """
-    noise = robot.file.fingers[0].noise
+    force, moment = noise_of(model_of_finger(robot.file.fingers[0]))
     return {
         "tip": tip_sizes(robot),
-        "force_noise": noise.force,
-        "moment_noise": noise.moment,
+        "force_noise": force,
+        "moment_noise": moment,
         "period": robot.file.period,
     }
 

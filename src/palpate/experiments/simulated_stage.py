@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.finger_sensor import check_age, model_of_finger
+from palpate.experiments.known_sensor import known_sensor
 from palpate.runtime import Finger, FingerDescription, SensorFinger
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import StageEntry
@@ -20,11 +22,9 @@ from palpate.sim import (
     MujocoBackend,
     SceneObject,
     SeededSensor,
-    SensorModel,
     Stage,
     Tip,
     build_scene,
-    white_noise,
 )
 from palpate.spatial import Vector
 from palpate.surfaces import Ellipsoid, Sphere
@@ -48,7 +48,7 @@ class Task:
         start: Where the tip frame starts, base frame [m].
         period: Control period [s].
         sensor: Behind the tip.
-        touch_force: Force that counts as a touch on a sensor without a sensor file [N].
+        touch_force: Force that counts as a touch on a sensor of which nothing is known [N].
     """
 
     tip: tuple[float, ...]
@@ -102,8 +102,7 @@ def simulated_tip(robot: Robot, task: Task) -> Tip:
     """
     finger, sensor = only_finger(robot), robot.sensors[0]
     payload = _payload(finger, sensor)
-    if sensor is not None:
-        _check_sensor(sensor, task.period, task.sensor.model)
+    check_age(robot, task.sensor.model)
     return Tip(_surface(finger, task.tip), payload.mass)
 
 
@@ -132,7 +131,8 @@ def on_a_carrier(
     Raises:
         InvalidValueError: The simulation cannot be what the file says, or not do the task.
     """
-    finger, sensor = only_finger(robot), robot.sensors[0]
+    finger = only_finger(robot)
+    sensor = known_sensor(finger, robot.sensors[0], task.sensor, task.period)
     scene = build_scene(tip, task.target, task.law, task.start, carrier, Fidelity(time_step))
     sensed = _surface(finger, tuple(length - task.compression for length in task.tip))
     described: FingerDescription
@@ -168,8 +168,9 @@ def check_simulated(robot: Robot, time_step: float) -> None:
         raise InvalidValueError(
             f"period_s = {robot.file.period:g}: must be a whole number of backend.time_step_s, {time_step:g}"
         )
-    if sensor is not None:
-        _check_sensor(sensor, robot.file.period, white_noise(finger.noise.force, finger.noise.moment).model)
+    model = model_of_finger(finger)
+    check_age(robot, model)
+    known_sensor(finger, sensor, SeededSensor(model), robot.file.period)
 
 
 def _stage_entry(robot: Robot) -> StageEntry:
@@ -230,29 +231,3 @@ def _payload(finger: FingerEntry, sensor: SensorFile | None) -> PayloadEntry:
             "surface.center_m there"
         )
     return payload
-
-
-def _check_sensor(sensor: SensorFile, period: float, simulated: SensorModel) -> None:
-    """Refuse a sensor that the simulation would not show as its file describes it."""
-    name = "fingers[0].sensor"
-    if sensor.calibration is not None:
-        raise InvalidValueError(
-            f"{name}: calibration: a simulated sensor gives wrenches, not raw channels; leave it out"
-        )
-    if any(sensor.bias):
-        raise InvalidValueError(f"{name}: bias = {list(sensor.bias)}: a simulated sensor has none; write zeros")
-    if sensor.device_delay > 0.0:
-        raise InvalidValueError(
-            f"{name}: device_delay_s = {sensor.device_delay:g}: a simulated sensor has none; write 0"
-        )
-    if abs(sensor.sample_rate * period - 1.0) > SAME_RATE:
-        raise InvalidValueError(
-            f"{name}: sample_rate_Hz = {sensor.sample_rate:g}: a simulated sensor is read once per control "
-            f"period, {period:g} s; write {1.0 / period:g}, or change period_s (--period)"
-        )
-    if not min(simulated.noise_sd) > 0.0:
-        raise InvalidValueError(
-            f"{name}: a reading that never changes is taken for a dead sensor; give the simulated one some noise: "
-            f"force_N: {max(sensor.noise_force):g}, moment_Nm: {max(sensor.noise_moment):g} (--force-noise, "
-            "--moment-noise)"
-        )

@@ -43,7 +43,7 @@ def _watch(config: ViewConfig, console: Console) -> int:
     planned = watched_plan(config.set, config.config, config.speed)
     make_folder(planned.config.out)
     attempt = Attempt(planned)
-    with LiveView(view_scene(planned), config.host, config.port) as view:
+    with LiveView(view_scene(planned), config.host, config.port, live=attempt.controller.live) as view:
         _say_where(console, view.url, config.host)
         log, interrupted = log_writer(planned), False
         try:
@@ -53,6 +53,7 @@ def _watch(config: ViewConfig, console: Console) -> int:
             if found is None:
                 raise
             result, interrupted = found, True
+        view.run_over()
         exploration = attempt.found(result)
         _say(console, outcome(exploration))
         if result.recording is not None and result.recording.path is not None:
@@ -68,17 +69,18 @@ def _show(config: ViewConfig, console: Console) -> int:
     assert config.log is not None  # run_view has looked
     log = read_log(log_in(config.log))
     planned, frames = recorded_plan(log), frames_of_log(log)
+    scene, model = view_scene(planned), planned.backend.scene.model
     if log.damage is not None:
         _say(console, f"{log.path}: {log.damage}; what can be read is shown")
     if config.picture is not None:
-        write_still(planned, frames, config.picture)
+        write_still(model, scene, frames, config.picture)
         _say(console, f"Written: {config.picture}")
     if config.video is not None:
-        count = write_video(planned, frames, config.video, config.speed)
+        count = write_video(model, scene, frames, config.video, config.speed)
         _say(console, f"Written: {config.video}, {count} pictures")
     if config.picture is not None or config.video is not None:
         return 0
-    with Player(view_scene(planned), frames, config.speed, config.host, config.port) as player:
+    with Player(scene, frames, config.speed, config.host, config.port) as player:
         _say_where(console, player.url, config.host)
         try:
             player.play()
@@ -98,7 +100,7 @@ def _wait(view: LiveView, console: Console) -> None:
 def _say_where(console: Console, url: str, host: str) -> None:
     _say(console, f"View: {url} (open it in a browser; Ctrl-C ends it)")
     if host not in (LOOPBACK, "localhost", "::1"):
-        _say(console, f"Everybody who reaches {host} can watch, and press the view's buttons")
+        _say(console, f"Everybody who reaches {host} can watch, press the view's buttons and move its sliders")
 
 
 def _say(console: Console, text: str) -> None:

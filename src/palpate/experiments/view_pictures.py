@@ -1,29 +1,35 @@
-"""Stills and videos of a recorded exploration, drawn by the simulator without a screen."""
+"""Stills and videos of a run in simulation, drawn by the simulator without a screen."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import mujoco
 import numpy as np
 
-from palpate.errors import InvalidValueError
-from palpate.experiments.explore_plan import ExplorationPlan
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.kinematics.posture import Posture
 from palpate.sim.render.files import write_gif, write_png
-from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer
-from palpate.spatial import Vector
-from palpate.viewing import Frames
+from palpate.sim.render.place import ScenePlacement
+from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer, camera_on
+from palpate.spatial import Vector, add, rotate
+from palpate.viewing import Frames, ViewScene
 
 INTERVAL = 0.05
 """Between two pictures of a video [s]: smooth enough, and half the bytes of 40 a second."""
+
+IN_VIEW = 25
+"""Postures of the run that a video's camera has in view."""
 
 MOST_PICTURES = 3000
 """Of one video: two and a half minutes; GIFs of more choke browsers."""
 
 
-def write_still(planned: ExplorationPlan, frames: Frames, path: Path) -> None:
-    """Write a picture of a scan's last contact, or of the run's end if there was none.
+def write_still(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: Path) -> None:
+    """Write a picture of a run's last contact: of the scan's, if there was one; of the run's end without any.
 
     Args:
-        planned: As the run was.
+        model: Of the scene.
+        scene: What there is to see, as `palpate.experiments.view_scenes` makes it of this model.
         frames: The run, at least one period.
         path: The file (PNG).
 
@@ -33,19 +39,18 @@ def write_still(planned: ExplorationPlan, frames: Frames, path: Path) -> None:
         OSError: The file cannot be written.
     """
     _check_any(frames)
-    # of the scan: while the tip lifts off, the force dwindles
-    scanning = np.flatnonzero(frames.scanning)
-    index = int(scanning[-1]) if len(scanning) else len(frames) - 1
-    with SceneRenderer(planned.backend.scene.model) as renderer:
-        picture = _picture(renderer, frames, index)
+    index = _last_contact(frames)
+    with _renderer(model, scene, (frames.posture(index),)) as renderer:
+        picture = _picture(renderer, scene, frames, index)
     write_png(picture, path)
 
 
-def write_video(planned: ExplorationPlan, frames: Frames, path: Path, speed: float) -> int:
+def write_video(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: Path, speed: float) -> int:
     """Write a video of a run; returns of how many pictures.
 
     Args:
-        planned: As the run was.
+        model: Of the scene.
+        scene: As for `write_still`.
         frames: The run, at least one period.
         path: The file (GIF).
         speed: Times as fast as in reality.
@@ -67,9 +72,9 @@ def write_video(planned: ExplorationPlan, frames: Frames, path: Path, speed: flo
 
     def pictures(renderer: SceneRenderer) -> Iterator[Picture]:
         for index in chosen.tolist():
-            yield _picture(renderer, frames, index)
+            yield _picture(renderer, scene, frames, index)
 
-    with SceneRenderer(planned.backend.scene.model) as renderer:
+    with _renderer(model, scene, frames.postures(IN_VIEW)) as renderer:
         return write_gif(pictures(renderer), path, INTERVAL)
 
 
@@ -78,14 +83,33 @@ def _check_any(frames: Frames) -> None:
         raise InvalidValueError("there are no periods to show: the log is empty")
 
 
-def _picture(renderer: SceneRenderer, frames: Frames, index: int) -> Picture:
-    one = frames[index : index + 1]
-    force = None
-    if one.touching[0]:
-        force = ContactForce(_vector(one.centroid[0]), _vector(one.force[0]))
-    return renderer.picture(_vector(one.position[0]), tuple(one.joint_position[0].tolist()), force)
+def _last_contact(frames: Frames) -> int:
+    # of the scan before any other: while the tip lifts off, the force dwindles
+    touching = np.any([frames.finger(i).touching for i in range(frames.layout.fingers)], axis=0)
+    for chosen in (frames.scanning, touching):
+        if chosen.any():
+            return int(np.flatnonzero(chosen)[-1])
+    return len(frames) - 1
 
 
-def _vector(array: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
+def _renderer(model: mujoco.MjModel, scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:
+    placement = scene.placement
+    if not isinstance(placement, ScenePlacement):
+        raise TypeError(f"a {type(placement).__name__} is of no simulated scene")
+    return SceneRenderer(model, camera=camera_on(model, placement, postures), placement=placement)
+
+
+def _picture(renderer: SceneRenderer, scene: ViewScene, frames: Frames, index: int) -> Picture:
+    posture = frames.posture(index)
+    poses, forces = scene.placement.poses(posture), []
+    for i, body in enumerate(scene.fingers):
+        contact, pose = frames.finger(i), poses[body]
+        if contact.touching[index]:
+            point = add(pose.position, rotate(pose.rotation, _vector(contact.centroid[index])))
+            forces.append(ContactForce(point, rotate(pose.rotation, _vector(contact.force[index]))))
+    return renderer.picture(posture, forces)
+
+
+def _vector(array: FloatArray) -> Vector:
     x, y, z = array.tolist()
     return (x, y, z)

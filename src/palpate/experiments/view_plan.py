@@ -12,24 +12,14 @@ from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import ExplorationPlan, plan, plan_from_texts
 from palpate.experiments.replay_settings import settings_of
 from palpate.experiments.robot_values import load_named_robot, values_of
+from palpate.experiments.view_scenes import scene_view
 from palpate.runtime import Pacer
 from palpate.runtime.log import Log
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
-from palpate.sim.carriers.arm_carrier import ArmCarrier
-from palpate.sim.carriers.ur5e import LINKS
-from palpate.sim.render.shapes import shapes_of
-from palpate.sim.scene import OBJECT_GEOM
-from palpate.sim.tip import TIP_GEOM
 from palpate.strict_decode import decode_some
 from palpate.strict_yaml import read_yaml
-from palpate.viewing import Part, Place, ViewScene
-
-TIP_COLOUR, OBJECT_COLOUR, ARM_COLOUR = (230, 159, 0), (86, 180, 233), (150, 156, 164)
-"""RGB, of the palette of Okabe and Ito, and a grey."""
-
-TIP_OPACITY, OBJECT_OPACITY = 0.6, 0.35
-"""Contact and map lie on what would hide them."""
+from palpate.viewing import ViewScene
 
 DEFAULT_ROBOT = "stage"
 """As in `ExploreConfig`."""
@@ -91,26 +81,9 @@ def recorded_plan(log: Log) -> ExplorationPlan:
 
 def view_scene(planned: ExplorationPlan) -> ViewScene:
     """Return what there is to see of an exploration in simulation."""
-    scene, config = planned.backend.scene, planned.config
-    carrier = scene.carrier
-    parts = []
-    for shape in shapes_of(scene.model):
-        if shape.name == TIP_GEOM:
-            part = Part(shape.vertices, shape.triangles, TIP_COLOUR, Place.TIP, opacity=TIP_OPACITY)
-        elif not shape.moves:
-            opacity = OBJECT_OPACITY if shape.name == OBJECT_GEOM else 1.0
-            part = Part(shape.vertices, shape.triangles, OBJECT_COLOUR, Place.BASE, opacity=opacity)
-        elif shape.body in LINKS:
-            part = Part(shape.vertices, shape.triangles, ARM_COLOUR, Place.LINK, LINKS.index(shape.body))
-        else:
-            continue  # moves in a way that a sample does not tell
-        parts.append(part)
-    return ViewScene(
-        f"Exploration of {config.article} {config.object}, {planned.config.robot}",
-        tuple(parts),
-        carrier.arm.kinematics if isinstance(carrier, ArmCarrier) else None,
-        config.map_spacing,
-    )
+    config = planned.config
+    title = f"Exploration of {config.article} {config.object}, {config.robot}"
+    return scene_view(title, planned.backend.scene.model, config.map_spacing)
 
 
 def _with_lists(settings: dict[str, object]) -> dict[str, object]:

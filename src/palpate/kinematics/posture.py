@@ -1,4 +1,4 @@
-"""Where everything in a scene is, as far as it is known: what machines say of themselves, and what was looked up."""
+"""Where everything in a scene is, as far as anybody knows: what machines say, and what was looked up."""
 
 from dataclasses import dataclass, field
 

@@ -19,6 +19,7 @@ elsewhere."""
 
 _SCALARS = ("time", "normal_force", "spin_torque")
 _VECTORS = ("position", "normal", "tangential_force")
+_DEVIATIONS = ("noise", "tilt")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,10 +36,13 @@ class TouchCloud:
         normal_force: Shape (n,) [N], positive when pushing.
         tangential_force: Shape (n, 3) [N].
         spin_torque: Torque about the fingertip's normal, shape (n,) [N m].
+        noise: Standard deviation of each position along its normal, shape (n,) [m], where it is known from the
+            sensor's noise (`standard_deviations`); None where all contacts are alike.
+        tilt: Standard deviation of each normal about a tangent, shape (n,) [rad], or None.
 
     Raises:
         InvalidValueError: Shapes do not fit together, an entry is not finite, a normal is not of unit length,
-            or time runs backwards.
+            time runs backwards, or a standard deviation is not positive.
     """
 
     time: FloatArray
@@ -47,6 +51,8 @@ class TouchCloud:
     normal_force: FloatArray
     tangential_force: FloatArray
     spin_torque: FloatArray
+    noise: FloatArray | None = None
+    tilt: FloatArray | None = None
 
     def __post_init__(self) -> None:
         count = len(np.atleast_1d(np.asarray(self.time)))
@@ -54,6 +60,15 @@ class TouchCloud:
             object.__setattr__(self, name, _checked(name, getattr(self, name), (count,)))
         for name in _VECTORS:
             object.__setattr__(self, name, _checked(name, getattr(self, name), (count, 3)))
+        for name in self._deviations:
+            array = _checked(name, getattr(self, name), (count,))
+            if count and array.min() <= 0.0:
+                at = int(array.argmin())
+                raise InvalidValueError(
+                    f"{name} of contact {at} is {array[at]}: a standard deviation must be above 0; "
+                    "leave it out where nothing is known"
+                )
+            object.__setattr__(self, name, array)
         steps = np.diff(self.time)
         if count and steps.size and steps.min() < 0.0:
             at = int(steps.argmin())
@@ -73,6 +88,11 @@ class TouchCloud:
         """Number of contacts."""
         return len(self.time)
 
+    @property
+    def _deviations(self) -> tuple[str, ...]:
+        """The optional fields that are given."""
+        return tuple(name for name in _DEVIATIONS if getattr(self, name) is not None)
+
     def select(self, mask: npt.NDArray[np.bool_]) -> Self:
         """Return the contacts where `mask` (n,) is true.
 
@@ -84,7 +104,8 @@ class TouchCloud:
             raise InvalidValueError(
                 f"mask has shape {mask.shape} and type {mask.dtype}: must be ({len(self)},) and bool"
             )
-        return dataclasses.replace(self, **{name: getattr(self, name)[mask] for name in _SCALARS + _VECTORS})
+        names = _SCALARS + _VECTORS + self._deviations
+        return dataclasses.replace(self, **{name: getattr(self, name)[mask] for name in names})
 
     def thinned(self, spacing: float, longest_pause: float | None = None) -> Self:
         """Return means over stretches of `spacing` along the path; gaps and edges are not bridged.
@@ -111,7 +132,9 @@ class TouchCloud:
                 longest_pause = float("inf")
         longest_pause = positive("longest_pause", longest_pause, "s", infinite_allowed=True)
         starts = stretch_starts(self.time, self.position, self.normal, spacing, longest_pause)
-        mean = {name: stretch_means(getattr(self, name), starts) for name in _SCALARS + _VECTORS}
+        # Noise keeps along a stretch, so a mean errs as its contacts do.
+        names = _SCALARS + _VECTORS + self._deviations
+        mean = {name: stretch_means(getattr(self, name), starts) for name in names}
         # Covariance from deviations, not from E[pn] - E[p]E[n], which cancels far from the base's origin.
         counts = np.diff(np.append(starts, len(self)))
         deviation = self.position - np.repeat(mean["position"], counts, axis=0)
@@ -119,6 +142,31 @@ class TouchCloud:
         mean["normal"] = mean["normal"] / np.linalg.norm(mean["normal"], axis=1, keepdims=True)
         mean["position"] = mean["position"] + 0.5 * covariance[:, np.newaxis] * mean["normal"]
         return dataclasses.replace(self, **mean)
+
+
+def standard_deviations(
+    normal: FloatArray, position_covariance: FloatArray, normal_covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return `noise` and `tilt` of a `TouchCloud` from covariances such as `contacts_uncertainties` gives.
+
+    A surface feels of a position's error only what lies along the normal, and of a normal's error what lies in the
+    tangent plane, here as the root mean square of its two directions. Covariances may be in any frame as long as
+    the normals are in the same. The centroid of a rigid tip cannot err across the tip's surface (that `noise` is
+    0): add the variance that calibration and compliance leave along the normal before, or keep `noise` out.
+
+    Args:
+        normal: Unit normals, shape (n, 3).
+        position_covariance: Shape (n, 3, 3) [m^2].
+        normal_covariance: Shape (n, 3, 3).
+
+    Returns:
+        Standard deviations, shapes (n,) [m] and (n,) [rad].
+    """
+    along = np.einsum("ni,nij,nj->n", normal, position_covariance, normal)
+    across = np.trace(normal_covariance, axis1=1, axis2=2) - np.einsum(
+        "ni,nij,nj->n", normal, normal_covariance, normal
+    )
+    return np.sqrt(np.maximum(along, 0.0)), np.sqrt(np.maximum(0.5 * across, 0.0))
 
 
 def _checked(name: str, value: object, shape: tuple[int, ...]) -> FloatArray:

@@ -12,6 +12,8 @@ RANGES = {
     "mass_kg": (1e-3, 1000.0, "kg"),
     "bandwidth_rad_per_s": (0.1, 1e4, "rad/s"),
     "leash_m": (1e-6, 0.1, "m"),
+    "angular_leash_rad": (1e-5, 1.5, "rad"),
+    "inertia_kg_m2": (1e-6, 100.0, "kg m^2"),
     "time_step_s": (1e-6, 0.01, "s"),
     "foot_distance_m": (0.0, 2.0, "m"),
     "tool_length_m": (0.0, 1.0, "m"),
@@ -35,6 +37,33 @@ class StageEntry(
     bandwidth: float = msgspec.field(name="bandwidth_rad_per_s")
     leash: float = msgspec.field(name="leash_m")
     time_step: float = msgspec.field(name="time_step_s")
+
+    def __post_init__(self) -> None:
+        for field in msgspec.structs.fields(self):
+            least, most, unit = RANGES[field.encode_name]
+            within(field.encode_name, getattr(self, field.name), least, most, unit)
+
+
+class TurningStageEntry(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="turning_stage"
+):
+    """The simulated stage that also turns: see `palpate.sim.carriers.turning_stage.TurningStage`.
+
+    Attributes:
+        mass: Moving mass without the tip [kg].
+        inertia: Of what turns, without the tip, about every axis [kg m^2].
+        bandwidth: Natural frequency of its servos [rad/s].
+        leash: Largest distance of the servos' reference from the actual position [m].
+        angular_leash: Likewise, of its orientation [rad].
+        time_step: Of the simulation [s]; the control period is a whole number of them.
+    """
+
+    mass: float = msgspec.field(name="mass_kg", default=5.0)
+    inertia: float = msgspec.field(name="inertia_kg_m2", default=0.01)
+    bandwidth: float = msgspec.field(name="bandwidth_rad_per_s", default=100.0)
+    leash: float = msgspec.field(name="leash_m", default=0.0025)
+    angular_leash: float = msgspec.field(name="angular_leash_rad", default=0.06)
+    time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
     def __post_init__(self) -> None:
         for field in msgspec.structs.fields(self):
@@ -67,5 +96,5 @@ class SimulatedUr5eEntry(
             within(field.encode_name, getattr(self, field.name), least, most, unit)
 
 
-BackendEntry = StageEntry | SimulatedUr5eEntry
+BackendEntry = StageEntry | TurningStageEntry | SimulatedUr5eEntry
 """Every kind of back end, told apart by `kind`."""

@@ -51,8 +51,8 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         if (self.payload is None) == (self.sensor is None):
             found = "neither" if self.payload is None else "both"
             raise InvalidValueError(
-                f"{found} given of payload (what the sensor carries) and sensor (a sensor file, which says it too): "
-                "give one"
+                f"{found} given of payload (what the sensor carries) and sensor (a sensor file, which says it "
+                "too): give one"
             )
         if self.sensor is not None and (not self.sensor.strip() or not self.sensor.isprintable()):
             raise InvalidValueError(f"sensor = {self.sensor!r}: must be the path of a sensor file")

@@ -172,7 +172,7 @@ class SimulatedSensorEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=Tr
         sample_rate: Of the device's own clock [Hz]; 0: it samples whenever it is read.
         latency: From sampling until it can be read [s].
         lost_share: Of samples that get lost on the way.
-        tare: For so long before the run its readings in free air are averaged, and taken for its bias [s]; 0: never.
+        tare: For so long before the run its readings in free air are averaged, to find its bias [s]; 0: never.
     """
 
     preset: PresetSensor = PresetSensor.PERFECT
@@ -190,7 +190,10 @@ class SimulatedSensorEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=Tr
     tare: float = msgspec.field(name="tare_s", default=0.0)
 
     def __post_init__(self) -> None:
-        within("specimen", self.specimen, 0, LARGEST_SPECIMEN, "")
+        if not 0 <= self.specimen <= LARGEST_SPECIMEN:
+            raise InvalidValueError(
+                f"specimen = {self.specimen}: must be a whole number from 0 to {LARGEST_SPECIMEN}"
+            )
         for key, value, most, unit in (
             ("cross_talk", self.cross_talk, LARGEST_CROSS_TALK, "of a full load"),
             ("sample_rate_Hz", self.sample_rate, LARGEST_RATE, "Hz"),

@@ -1,20 +1,28 @@
-"""A view of a run in a browser: tip, object, contact force and map in 3-D, forces as plots; live, or a log."""
+"""A view of a run in a browser: tips, objects, contact forces and map in 3-D, forces as plots; live, or a log."""
 
-from palpate.viewing.frames import Frames, frames_of_log
+from palpate.viewing.frames import FrameLayout, Frames, frames_of_log
 from palpate.viewing.live_view import LiveView
 from palpate.viewing.player import Player
+from palpate.viewing.rows import FrameMemory, FreePoses, RowMaker
 from palpate.viewing.server import ANY_PORT, LOOPBACK, USUAL_PORT, ViewUnavailableError
-from palpate.viewing.view_scene import Part, Place, ViewScene
+from palpate.viewing.view_scene import BASE, TIP, Part, Placement, TipPlacement, ViewScene
 
 __all__ = [
     "ANY_PORT",
+    "BASE",
     "LOOPBACK",
+    "TIP",
     "USUAL_PORT",
+    "FrameLayout",
+    "FrameMemory",
     "Frames",
+    "FreePoses",
     "LiveView",
     "Part",
-    "Place",
+    "Placement",
     "Player",
+    "RowMaker",
+    "TipPlacement",
     "ViewScene",
     "ViewUnavailableError",
     "frames_of_log",

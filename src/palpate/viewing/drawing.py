@@ -1,6 +1,8 @@
-"""What is on the screen: parts, contact force, map, plots, a line of numbers."""
+"""What is on the screen: parts, contact forces, map, plots, a line of numbers."""
 
 import html
+import math
+from collections.abc import Sequence
 from time import monotonic
 
 import matplotlib as mpl
@@ -9,11 +11,13 @@ import viser
 from viser import transforms
 
 from palpate.errors import FloatArray
-from palpate.spatial import Matrix
+from palpate.kinematics.framing import Framing, framing
+from palpate.kinematics.posture import Posture
+from palpate.spatial import Matrix, add, add_scaled, norm, rotate
 from palpate.viewing.frames import Frames
 from palpate.viewing.plots import ForcePlots
 from palpate.viewing.touch_map import CHUNK, TouchMap
-from palpate.viewing.view_scene import Part, Place, ViewScene, link_poses
+from palpate.viewing.view_scene import BASE, Part, ViewScene
 
 ARROW_LENGTH = 0.015
 """Length of the arrow per force [m/N]: at 2 N it sticks out of an 8 mm fingertip, as in `sim.render.renderer`."""
@@ -24,20 +28,33 @@ WEAKEST = 0.01
 SLOW_INTERVAL = 0.2
 """Between two updates of map, plots and numbers [s]: what is large, or read by people."""
 
-ARROW_COLOUR = (213, 94, 0)
-"""Of the palette of Okabe and Ito, as in the report."""
+ARROW_COLOUR = (169, 29, 0)
+"""What shows as the (213, 94, 0) of the palette of Okabe and Ito: viser takes an arrow's for linear light."""
 
 _HEIGHT_COLOURS = mpl.colormaps["viridis"]
 
 CAMERA_DIRECTION = (0.5, -1.0, 0.7)
 """From the middle of the scene to the camera."""
 
-CAMERA_DISTANCE = 1.5
-"""Over the largest extent of what is fixed: all in view, with room for the panel and an arm's wrist."""
+CAMERA_ANGLE = math.radians(50.0)
+"""Of view, from top to bottom [rad]: about a photographer's normal lens; viser's own 75 degrees bend the edges."""
 
+CAMERA_ASPECT = 0.9
+"""Of what is free about the middle of a usual window, beside the panel."""
+
+CAMERA_ROOM = 1.25
+"""Around what is in view."""
+
+NEAR_CONTACT = 0.06
+"""Half of what is in view from near [m]: a few fingertips."""
+
+GRID_CELLS = 0.25
+"""Of the grid below, over the largest extent of the scene, before it is rounded."""
 
 GROUND = 2.0
-"""Of the grid below, over the largest extent of what is fixed."""
+"""Of the grid below, likewise."""
+
+_FROM_AFAR, _FROM_NEAR = "everything", "contact"
 
 _PADDED = '<div style="padding: 0 1em">{}</div>'
 
@@ -45,49 +62,44 @@ _PADDED = '<div style="padding: 0 1em">{}</div>'
 class Drawing:
     """The scene in a viewer; one thread draws."""
 
-    def __init__(self, server: viser.ViserServer, scene: ViewScene) -> None:
+    def __init__(self, server: viser.ViserServer, scene: ViewScene, postures: Sequence[Posture] = ()) -> None:
         """Draw what does not change.
 
         Args:
             server: Where.
             scene: What.
+            postures: That the run will come to, as far as is known: they are in view from the beginning.
         """
         self._server, self._scene = server, scene
-        self._map, self._coarsened = TouchMap(scene.map_spacing), 0
+        self._map = None if scene.map_spacing is None else TouchMap(scene.map_spacing)
+        self._coarsened = 0
         self._chunks: list[viser.PointCloudHandle] = []
         self._drawn, self._slow_due = 0, 0.0
         self._heights: tuple[float, float] | None = None
+        self._poses = scene.placement.poses(scene.placement.start)
         server.scene.set_up_direction("+z")
         # nothing that people typed is in a node's name, where a slash would matter
-        self._tip = server.scene.add_frame("/tip", show_axes=False)
-        self._links = [server.scene.add_frame(f"/link_{i}", show_axes=False) for i in range(scene.joints)]
+        moving = dict.fromkeys(part.body for part in scene.parts if part.body != BASE)
+        self._bodies = {
+            body: server.scene.add_frame(f"/body_{i}", show_axes=False) for i, body in enumerate(moving)
+        }
+        nodes = {body: f"/body_{i}" for i, body in enumerate(moving)} | {BASE: ""}
         for i, part in enumerate(scene.parts):
-            self._add_part(i, part)
-        self._arrow = server.scene.add_arrows(
-            "/contact_force",
-            np.zeros((1, 2, 3)),
-            ARROW_COLOUR,
-            shaft_radius=8e-4,
-            head_radius=2e-3,
-            head_length=4e-3,
-            visible=False,
-        )
-        self._look()
+            self._add_part(f"{nodes[part.body]}/part_{i}", part)
+        self._arrows = [self._add_arrow(f"/contact_force_{i}") for i in range(len(scene.fingers))]
+        self._look(postures)
         server.gui.configure_theme(show_share_button=False)
         server.gui.add_html(_PADDED.format(f"<b>{html.escape(scene.title)}</b>"))
         self._numbers = server.gui.add_html(_PADDED.format("waiting for the first period"))
-        self._plots = ForcePlots(server)
-
-    @property
-    def touch_map(self) -> TouchMap:
-        """What was touched so far."""
-        return self._map
+        server.gui.add_button_group("look at", (_FROM_AFAR, _FROM_NEAR)).on_click(self._look_at)
+        self._plots = ForcePlots(server, len(scene.fingers))
 
     def add(self, frames: Frames) -> None:
         """Take frames into the map and the plots, and show the last of them."""
         if not len(frames):
             return
-        self._map.add(frames.centroid[frames.scanning])
+        if self._map is not None:
+            self._map.add(frames.centroid[frames.scanning])
         self._plots.add(frames)
         with self._server.atomic():
             self._move(frames)
@@ -97,20 +109,21 @@ class Drawing:
     def refresh(self, frames: Frames) -> None:
         """Send map, plots and numbers, whether or not it is time."""
         self._slow_due = monotonic() + SLOW_INTERVAL
-        self._draw_map()
+        if self._map is not None:
+            self._draw_map(self._map)
         self._plots.show()
-        self._numbers.content = _numbers(frames, len(self._map))
+        self._numbers.content = _numbers(frames, self._map)
 
     def clear(self) -> None:
         """Forget map and past."""
-        self._map.clear()
+        if self._map is not None:
+            self._map.clear()
         self._plots.clear()
         self._drop_chunks()
 
-    def _add_part(self, number: int, part: Part) -> None:
-        above = {Place.BASE: "", Place.TIP: "/tip", Place.LINK: f"/link_{part.link}"}[part.place]
+    def _add_part(self, node: str, part: Part) -> None:
         self._server.scene.add_mesh_simple(
-            f"{above}/part_{number}",
+            node,
             part.vertices,
             part.triangles,
             color=part.colour,
@@ -118,46 +131,70 @@ class Drawing:
             side="double",
         )
 
-    def _look(self) -> None:
-        """Begin with a view of what is fixed: the object."""
-        fixed = [part.vertices for part in self._scene.parts if part.place is Place.BASE]
-        corners = np.concatenate(fixed) if fixed else np.array([[-0.1, -0.1, 0.0], [0.1, 0.1, 0.1]])
+    def _add_arrow(self, node: str) -> viser.ArrowsHandle:
+        return self._server.scene.add_arrows(
+            node,
+            np.zeros((1, 2, 3)),
+            ARROW_COLOUR,
+            shaft_radius=8e-4,
+            head_radius=2e-3,
+            head_length=4e-3,
+            visible=False,
+        )
+
+    def _look(self, postures: Sequence[Posture]) -> None:
+        """Begin with a view of everything, as it starts."""
+        corners = self._scene.corners(self._poses)
         low, high = corners.min(axis=0), corners.max(axis=0)
-        middle, reach = (low + high) / 2.0, CAMERA_DISTANCE * float((high - low).max())
-        direction = np.array(CAMERA_DIRECTION) / np.linalg.norm(CAMERA_DIRECTION)
-        camera = self._server.initial_camera
-        camera.position = tuple((middle + reach * direction).tolist())
-        camera.look_at = tuple(middle.tolist())
-        camera.near = 0.01 * reach
-        size = float((high - low).max())
+        middle, size = (low + high) / 2.0, float((high - low).max())
+        later = [self._scene.corners(self._scene.placement.poses(posture)) for posture in postures]
+        seen, camera = _from(np.concatenate([corners, *later])), self._server.initial_camera
+        camera.position, camera.look_at = seen.position, seen.looks_at
+        camera.fov, camera.near = CAMERA_ANGLE, 0.01 * seen.distance
+        cell = 10.0 ** float(np.round(np.log10(GRID_CELLS * size)))
         self._server.scene.add_grid(
             "/ground",
             width=GROUND * size,
             height=GROUND * size,
-            cell_size=size / 4.0,
-            section_size=size,
-            position=(0.0, 0.0, float(low[2])),
+            cell_size=cell,
+            section_size=10.0 * cell,
+            position=(float(middle[0]), float(middle[1]), float(low[2])),
         )
 
-    def _move(self, frames: Frames) -> None:
-        last = frames[len(frames) - 1 :]
-        self._tip.position = last.position[0]
-        self._tip.wxyz = quat_wxyz(last.rotation[0])
-        if self._scene.arm is not None and self._links:
-            joints = tuple(last.joint_position[0].tolist())
-            for link, pose in zip(self._links, link_poses(self._scene.arm, joints), strict=True):
-                link.position, link.wxyz = pose.position, quat_wxyz(pose.rotation)
-        force = last.force[0]
-        shown = bool(last.touching[0]) and float(np.linalg.norm(force)) > WEAKEST
-        if shown:
-            start = last.centroid[0]
-            self._arrow.points = np.stack([start, start + ARROW_LENGTH * force])[None].astype(np.float32)
-        if shown != self._arrow.visible:
-            self._arrow.visible = shown
+    def _look_at(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        """Bring the camera of whoever asked for it to everything, or near to the fingertips."""
+        client = event.client
+        if client is None:
+            return
+        poses = self._poses  # as last drawn: a placement is for one thread
+        if event.target.value == _FROM_AFAR:
+            seen = _from(self._scene.corners(poses))
+        else:
+            tips = np.array([poses[body].position for body in self._scene.fingers])
+            seen = _from(np.concatenate([tips - NEAR_CONTACT, tips + NEAR_CONTACT]))
+        with client.atomic():
+            client.camera.position, client.camera.look_at = seen.position, seen.looks_at
+            client.camera.near = 0.01 * seen.distance
 
-    def _draw_map(self) -> None:
+    def _move(self, frames: Frames) -> None:
+        index = len(frames) - 1
+        self._poses = poses = self._scene.placement.poses(frames.posture(index))
+        for body, node in self._bodies.items():
+            node.position, node.wxyz = poses[body].position, quat_wxyz(poses[body].rotation)
+        for i, (arrow, body) in enumerate(zip(self._arrows, self._scene.fingers, strict=True)):
+            contact, pose = frames.finger(i), poses[body]
+            fx, fy, fz = contact.force[index].tolist()
+            force = rotate(pose.rotation, (fx, fy, fz))
+            shown = bool(contact.touching[index]) and norm(force) > WEAKEST
+            if shown:
+                x, y, z = contact.centroid[index].tolist()
+                start = add(pose.position, rotate(pose.rotation, (x, y, z)))
+                arrow.points = np.array([[start, add_scaled(start, ARROW_LENGTH, force)]], np.float32)
+            if shown != arrow.visible:
+                arrow.visible = shown
+
+    def _draw_map(self, touched: TouchMap) -> None:
         """Send the chunks that have grown; all of them if colours or points changed."""
-        touched = self._map
         if len(touched) == 0:
             return
         heights = touched.points[:, 2]
@@ -195,6 +232,10 @@ class Drawing:
         self._chunks, self._drawn = [], 0
 
 
+def _from(points: FloatArray) -> Framing:
+    return framing(points, CAMERA_DIRECTION, CAMERA_ANGLE, CAMERA_ASPECT, CAMERA_ROOM)
+
+
 def quat_wxyz(rotation: FloatArray | Matrix) -> FloatArray:
     """Return the unit quaternion (w, x, y, z) of a rotation matrix (3, 3)."""
     return np.asarray(transforms.SO3.from_matrix(np.asarray(rotation)).wxyz, dtype=np.float64)
@@ -206,9 +247,13 @@ def _with_room(bounds: tuple[float, float]) -> tuple[float, float]:
     return bounds[0] - room, bounds[1] + room
 
 
-def _numbers(frames: Frames, points: int) -> str:
+def _numbers(frames: Frames, touched: TouchMap | None) -> str:
     """The last period in numbers, as HTML; nothing in it was typed by anybody."""
-    last = frames[len(frames) - 1 :]
-    force = f"{last.normal_force[0]:.2f} N" if last.touching[0] else "no contact"
-    said = f"t = {last.time[0]:.2f} s &middot; {last.phase(0).value} &middot; {force} &middot; {points} map points"
-    return _PADDED.format(said)
+    last = len(frames) - 1
+    said = [f"t = {frames.time[last]:.2f} s", frames.phase(last).value]
+    contacts = [frames.finger(i) for i in range(frames.layout.fingers)]
+    forces = [f"{its.normal_force[last]:.2f} N" for its in contacts if its.touching[last]]
+    said += forces or ["no contact"]
+    if touched is not None:
+        said.append(f"{len(touched)} map points")
+    return _PADDED.format(" &middot; ".join(said))

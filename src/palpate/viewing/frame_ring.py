@@ -5,16 +5,18 @@ then looks whether both ends, and the count of rows, say that it was not written
 """
 
 import struct
+from collections.abc import Sequence
 from multiprocessing.context import BaseContext
 from typing import Any
 
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.viewing.frames import Frames, width_of
+from palpate.viewing.frames import FrameLayout, Frames
 
 CAPACITY = 8192
-"""Rows: eight seconds at 1 kHz, 1.7 MB; a quarter of a second of a simulation at thirty times real time."""
+"""Rows: eight seconds at 1 kHz, 1.7 MB with one finger; a quarter of a second of a simulation at thirty times real
+time."""
 
 _BYTES = 8
 
@@ -23,16 +25,16 @@ class FrameRing:
     """Shared memory for frames; it can be handed to a process that is being started.
 
     Attributes:
-        joints: How many of them a row has.
+        layout: Of a row.
         capacity: Rows.
     """
 
-    def __init__(self, context: BaseContext, joints: int, capacity: int = CAPACITY) -> None:
+    def __init__(self, context: BaseContext, layout: FrameLayout, capacity: int = CAPACITY) -> None:
         """Take the memory.
 
         Args:
             context: Of `multiprocessing`, with which the other process will be started.
-            joints: Of the arm.
+            layout: Of a row.
             capacity: Rows.
 
         Raises:
@@ -40,9 +42,9 @@ class FrameRing:
         """
         if capacity < 2:
             raise InvalidValueError(f"capacity = {capacity}: must be at least 2 rows")
-        self.joints, self.capacity = joints, capacity
+        self.layout, self.capacity = layout, capacity
         # without a lock: nobody waits for anybody. One number more: how many rows there ever were
-        self._memory: Any = context.RawArray("d", capacity * width_of(joints) + 1)
+        self._memory: Any = context.RawArray("d", capacity * layout.width + 1)
 
 
 class RingWriter:
@@ -50,14 +52,14 @@ class RingWriter:
 
     def __init__(self, ring: FrameRing) -> None:
         """Take the memory; there may be one writer."""
-        width = width_of(ring.joints)
+        width = ring.layout.width
         self._memory = ring._memory
         self._pack = struct.Struct(f"@{width}d").pack_into
         self._capacity, self._row_bytes = ring.capacity, width * _BYTES
         self._count_place = ring.capacity * width
         self._count = 0
 
-    def write(self, *values: float) -> None:
+    def write(self, values: Sequence[float]) -> None:
         """Add a row.
 
         Args:
@@ -77,9 +79,9 @@ class RingReader:
     def __init__(self, ring: FrameRing) -> None:
         """Take the memory; begins with the oldest row that is there."""
         everything = np.frombuffer(ring._memory)
-        self._rows: FloatArray = everything[:-1].reshape(ring.capacity, width_of(ring.joints))
+        self._rows: FloatArray = everything[:-1].reshape(ring.capacity, ring.layout.width)
         self._count: FloatArray = everything[-1:]
-        self._capacity, self._next = ring.capacity, 0
+        self._layout, self._capacity, self._next = ring.layout, ring.capacity, 0
         self.lost = 0
 
     def read(self) -> Frames:
@@ -93,4 +95,4 @@ class RingReader:
         whole &= numbers > int(self._count[0]) - self._capacity
         self.lost += count - self._next - int(whole.sum())
         self._next = count
-        return Frames(rows[whole])
+        return Frames(rows[whole], self._layout)

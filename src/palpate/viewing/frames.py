@@ -207,14 +207,18 @@ class Frames:
     @property
     def scanning(self) -> npt.NDArray[np.bool_]:
         """Which periods of such a run belong to the map: touching while scanning, shape (n,)."""
-        found: npt.NDArray[np.bool_] = self.finger(0).touching & (
-            self.rows[:, PHASE] == PHASES.index(Phase.SCAN)
-        )
+        found: npt.NDArray[np.bool_] = self.finger(0).touching & (self.rows[:, PHASE] == PHASES.index(Phase.SCAN))
         return found
 
     def phase(self, index: int) -> Phase:
         """Return what the controller was doing."""
         return PHASES[int(self.rows[index, PHASE])]
+
+    def postures(self, count: int) -> tuple[Posture, ...]:
+        """Return postures spread evenly over the run, first and last one among them; none of an empty run."""
+        if not len(self):
+            return ()
+        return tuple(self.posture(i) for i in np.linspace(0, len(self) - 1, count).astype(int).tolist())
 
     def posture(self, index: int) -> Posture:
         """Return where everything was, as far as the row says."""
@@ -223,10 +227,7 @@ class Frames:
             Pose(_vector(row[POSITION]), _matrix(row[ROTATION].reshape(3, 3))),
             tuple(row[layout.arm_columns].tolist()),
             tuple(row[layout.hand_columns].tolist()),
-            tuple(
-                Pose(_vector(body[:3]), _matrix(Rotation.from_quat(body[3:], scalar_first=True).as_matrix()))
-                for body in row[layout.free_columns].reshape(-1, PER_BODY)
-            ),
+            tuple(_body_pose(body) for body in row[layout.free_columns].reshape(-1, PER_BODY)),
             float(row[TIME]),
         )
 
@@ -259,6 +260,11 @@ def frames_of_log(log: Log) -> Frames:
     if layout.hand_joints:
         rows[:, layout.hand_columns] = of("hand.joint_position")
     return frames
+
+
+def _body_pose(columns: FloatArray) -> Pose:
+    rotation = Rotation.from_quat(np.roll(columns[3:], -1))  # scipy has w last
+    return Pose(_vector(columns[:3]), _matrix(rotation.as_matrix()))
 
 
 def _vector(row: FloatArray) -> tuple[float, float, float]:

@@ -1,22 +1,28 @@
 """A live view: what a running loop sees, drawn by a process of its own.
 
 A thread would share Python's interpreter lock with the loop, and drawing takes milliseconds of it. So the loop
-writes one row per period into shared memory, which costs it one to three microseconds and never waits, and another
+writes one row per period into shared memory, which costs it two to four microseconds and never waits, and another
 process, of lower urgency, draws what it finds there thirty times a second. Rows that it is too slow for are lost.
+What people ask for in the browser comes back the same way, and takes effect as any other request for a change.
 """
 
 import multiprocessing
 import os
 import signal
+from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Self
 
-from palpate.runtime.data import Command, Observation, Phase, Sample
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import Command, Observation, Sample
+from palpate.runtime.live import LiveParameter, LiveParameters
 from palpate.viewing.drawing import Drawing
 from palpate.viewing.frame_ring import CAPACITY, FrameRing, RingReader, RingWriter
-from palpate.viewing.frames import PHASES
+from palpate.viewing.live_controls import LiveControls
+from palpate.viewing.request_board import BoardReader, BoardWriter, RequestBoard
+from palpate.viewing.rows import FreePoses, RowMaker
 from palpate.viewing.server import LOOPBACK, USUAL_PORT, ViewServer, ViewUnavailableError
 from palpate.viewing.view_scene import ViewScene
 
@@ -32,7 +38,7 @@ START_TIMEOUT = 60.0
 STOP_TIMEOUT = 20.0
 """How long it is given to close by itself [s]."""
 
-_PHASE_PLACES = {phase: PHASES.index(phase) for phase in Phase}
+_OVER = "over"
 
 
 class LiveView:
@@ -44,7 +50,8 @@ class LiveView:
         host: str = LOOPBACK,
         port: int = USUAL_PORT,
         *,
-        finger: int = 0,
+        live: LiveParameters | None = None,
+        free_poses: FreePoses | None = None,
         capacity: int = CAPACITY,
     ) -> None:
         """Start the view's process; takes a second or two.
@@ -54,46 +61,53 @@ class LiveView:
 
         Args:
             scene: What there is to see.
-            host: Address to listen on.
+            host: Address to listen on. Whoever reaches it may move the sliders.
             port: Where; 0 for one that is free.
-            finger: Whose contact is shown, from 0.
+            live: The controller's, with a slider each; none if not given.
+            free_poses: Where the scene's free bodies are; if not given they are shown where they start.
             capacity: Periods that the view may be late before it loses some.
 
         Raises:
             ViewUnavailableError: The port is taken, or the process did not start.
             InvalidValueError: There is no such port.
         """
+        live = live or LiveParameters()
+        maker, parameters = RowMaker(scene, live, free_poses), tuple(live.parameters.values())
         context = multiprocessing.get_context("spawn")
-        ring = FrameRing(context, scene.joints, capacity)
-        self._write = RingWriter(ring).write
-        self._finger, self._joints = finger, (0.0,) * scene.joints
+        ring, board = FrameRing(context, maker.layout, capacity), RequestBoard(context, tuple(live.parameters))
+        self._take_up(maker, ring, board, live)
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(
-            target=_serve, args=(ring, scene, host, port, theirs), name="palpate view", daemon=True
+            target=_serve,
+            args=(ring, board, parameters, scene, host, port, theirs),
+            name="palpate view",
+            daemon=True,
         )
         self._process.start()
         theirs.close()
         self.url = self._wait_for_url()
 
+    def _take_up(self, maker: RowMaker, ring: FrameRing, board: RequestBoard, live: LiveParameters) -> None:
+        """Prepare to write periods, and to read requests."""
+        self._row, self._write = maker.row, RingWriter(ring).write
+        self._board, self._live = BoardReader(board), live
+
     def observe(self, sample: Sample, now: Observation, command: Command) -> None:
-        """Take a period; never waits."""
-        arm, finger = now.arm, now.fingers[self._finger]
-        contact, (x, y, z) = finger.contact, arm.rotation_base_tip
-        joints = arm.joint_position
-        self._write(
-            now.time,
-            *arm.position_base_tip,
-            *x,
-            *y,
-            *z,
-            *contact.centroid.tolist(),
-            *finger.wrench[:3],
-            contact.normal_force,
-            contact.spin_torque,
-            finger.touching,
-            _PHASE_PLACES[command.phase],
-            *(joints if len(joints) == len(self._joints) else self._joints),
-        )
+        """Take a period, and what people ask for; never waits."""
+        if self._board.is_new:
+            self._request()
+        self._write(self._row(now, command))
+
+    def _request(self) -> None:
+        for name, value in self._board.take():
+            # the view has checked it, and told whoever asked; nothing that comes in here may end a run
+            with suppress(InvalidValueError):
+                self._live.request(name, value)
+
+    def run_over(self) -> None:
+        """Tell who watches that the run is over: the sliders are put out."""
+        with suppress(OSError):
+            self._pipe.send(_OVER)
 
     @property
     def is_alive(self) -> bool:
@@ -144,7 +158,15 @@ class LiveView:
         return said
 
 
-def _serve(ring: FrameRing, scene: ViewScene, host: str, port: int, pipe: Connection) -> None:
+def _serve(
+    ring: FrameRing,
+    board: RequestBoard,
+    parameters: Sequence[LiveParameter],
+    scene: ViewScene,
+    host: str,
+    port: int,
+    pipe: Connection,
+) -> None:
     """What the view's process does, until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which closes the view when it is done
     if hasattr(os, "nice"):
@@ -156,10 +178,17 @@ def _serve(ring: FrameRing, scene: ViewScene, host: str, port: int, pipe: Connec
         return
     try:
         drawing, reader = Drawing(server, scene), RingReader(ring)
+        controls = LiveControls(server, parameters, BoardWriter(board).ask)
         last = reader.read()  # nothing: whoever writes waits for the address
         pipe.send(server.url)
-        while not _hung_up(pipe):
+        while True:
+            try:
+                if pipe.poll(INTERVAL) and pipe.recv() == _OVER:
+                    controls.end()
+            except (EOFError, OSError):
+                return  # the loop's process has closed the pipe, or is gone
             frames = reader.read()
+            controls.step(frames)
             if len(frames):
                 last = frames
                 drawing.add(frames)
@@ -168,13 +197,3 @@ def _serve(ring: FrameRing, scene: ViewScene, host: str, port: int, pipe: Connec
                 last = frames
     finally:
         server.stop()
-
-
-def _hung_up(pipe: Connection) -> bool:
-    """Wait for the next picture; return whether the loop's process has closed the pipe, or is gone."""
-    try:
-        if pipe.poll(INTERVAL):
-            pipe.recv()
-    except (EOFError, OSError):
-        return True
-    return False

@@ -17,6 +17,9 @@ from palpate.viewing.view_scene import ViewScene
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
 """What people can choose, besides what they began with; times as fast as it was."""
 
+IN_VIEW = 9
+"""Postures of the run that the first camera has in view."""
+
 SLIDER_STEP = 0.01
 """Of the time slider [s]."""
 
@@ -31,7 +34,8 @@ class Player:
 
         Args:
             scene: What there is to see.
-            frames: The run, at least one period.
+            frames: The run, at least one period. Where it does not say where free bodies are, they are shown where
+                they start.
             speed: How many times as fast as it was; infinite for its end at once.
             host: Address to listen on.
             port: Where; 0 for one that is free.
@@ -43,16 +47,21 @@ class Player:
         positive("speed", speed, "times", infinite_allowed=True)
         if not len(frames):
             raise InvalidValueError("there are no periods to show: the log is empty")
-        if frames.joint_position.shape[1] != scene.joints:
-            raise InvalidValueError(
-                f"the run has {frames.joint_position.shape[1]} joints, the scene {scene.joints}: they do not "
-                "belong together"
-            )
+        start, layout = scene.placement.start, frames.layout
+        for name, of_run, of_scene in (
+            ("fingers", layout.fingers, len(scene.fingers)),
+            ("joints", layout.joints, len(start.arm)),
+            ("hand joints", layout.hand_joints, len(start.hand)),
+        ):
+            if of_run != of_scene:
+                raise InvalidValueError(
+                    f"the run has {of_run} {name}, the scene {of_scene}: they do not belong together"
+                )
         self._frames, self._time = frames, frames.time - frames.time[0]
         self._duration = float(self._time[-1])
         self.server = ViewServer("palpate", host, port)
         try:
-            self.drawing = Drawing(self.server, scene)
+            self.drawing = Drawing(self.server, scene, frames.postures(IN_VIEW))
             gui = self.server.gui
             self._playing = gui.add_checkbox("play", True)
             speeds = sorted({f"{s:g} x" for s in SPEEDS} | {f"{speed:g} x"}, key=lambda text: float(text[:-2]))
@@ -88,8 +97,8 @@ class Player:
         elif self._playing.value and self._now < self._duration:
             speed = float(self._speed.value[:-2])
             self._now = self._duration if np.isinf(speed) else min(self._now + speed * passed, self._duration)
-            self._slid = self._now
-            self._slider.value = self._now  # type: ignore[misc]  # it has a setter, which mypy does not find
+            self._slid = SLIDER_STEP * int(self._now / SLIDER_STEP)  # no more digits than fit beside it
+            self._slider.value = self._slid  # type: ignore[misc]  # it has a setter, which mypy does not find
         else:
             return
         self._advance_to(self._now)

@@ -1,5 +1,7 @@
 """Forces over time beside the 3-D view."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import viser
 import viser.uplot
@@ -13,65 +15,83 @@ SPAN = 10.0
 POINTS = 400
 """Per line: about one per pixel of the panel."""
 
-_MEASURED, _TANGENTIAL, _SPIN = "#0072b2", "#d55e00", "#009e73"
-"""Of the palette of Okabe and Ito, as in the report."""
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9")
+"""Of the palette of Okabe and Ito, as in the report; fingers beyond these begin again."""
+
+INCREMENTS = tuple(digit * 10.0**power for power in range(-1, 5) for digit in (1.0, 2.0, 5.0))
+"""Between two numbers beside a plot: browsers show three digits after the point, and finer ones as 0, 0, -0."""
+
+PLOT_ORDER = 1e12
+"""Below what people operate; viser counts from 0."""
 
 _NOTHING = np.zeros(2)
 
 
 class ForcePlots:
-    """Normal and tangential force, and spin torque, of the last `SPAN` seconds."""
+    """Contact forces and spin torques of the last `SPAN` seconds.
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    With one finger its normal and its tangential force; with several the normal force of each.
+    """
+
+    def __init__(self, server: viser.ViserServer, fingers: int = 1) -> None:
         """Add them to the panel."""
-        x = viser.uplot.Series(label="t [s]")
-        # without it browsers show the numbers as dates
-        scales = {"x": viser.uplot.Scale(time=False)}
-        self._force = server.gui.add_uplot(
-            (_NOTHING, _NOTHING, _NOTHING),
-            (
-                x,
-                viser.uplot.Series(label="normal [N]", stroke=_MEASURED, width=1.5),
-                viser.uplot.Series(label="tangential [N]", stroke=_TANGENTIAL, width=1.5),
-            ),
-            title="Contact force [N]",
-            scales=scales,
-            aspect=1.6,
-        )
-        self._torque = server.gui.add_uplot(
-            (_NOTHING, _NOTHING),
-            (x, viser.uplot.Series(label="spin torque [mN m]", stroke=_SPIN, width=1.5)),
-            title="Spin torque [mN m]",
-            scales=scales,
-            aspect=2.2,
-        )
+        self._fingers = fingers
+        forces, torques = ["normal [N]", "tangential [N]"], ["spin torque [mN m]"]
+        if fingers > 1:
+            forces = [f"finger {i}, normal [N]" for i in range(fingers)]
+            torques = [f"finger {i}, spin [mN m]" for i in range(fingers)]
+        self._force = _plot(server, "Contact force [N]", forces, 0, 1.6)
+        # one finger's torque has a colour of its own; with several, colours are the fingers'
+        self._torque = _plot(server, "Spin torque [mN m]", torques, 2 if fingers == 1 else 0, 2.2)
+        self._forces = len(forces)
         self.clear()
 
     def clear(self) -> None:
         """Forget the past."""
-        self._past = np.empty((0, 4))
+        self._past = np.empty((0, 1 + self._forces + self._fingers))
 
     def add(self, frames: Frames) -> None:
         """Take frames; they are shown by `show`."""
         if not len(frames):
             return
-        normal = frames.normal_force
-        force = frames.force
-        tangential = np.sqrt(np.maximum(np.square(force).sum(axis=1) - np.square(normal), 0.0))
+        contacts = [frames.finger(i) for i in range(self._fingers)]
+        forces = [contact.normal_force for contact in contacts]
+        touching = [contact.touching for contact in contacts]
+        spins = [1e3 * contact.spin_torque for contact in contacts]
+        if self._fingers == 1:
+            forces, touching = [*forces, contacts[0].tangential_force], touching * 2
         # no contact is no force
-        values = np.where(
-            frames.touching[:, None], np.stack([normal, tangential, 1e3 * frames.spin_torque], axis=1), 0.0
-        )
-        past = np.concatenate([self._past, np.column_stack([frames.time, values])])
+        values = [np.where(at, value, 0.0) for at, value in zip(touching, forces, strict=True)]
+        values += [np.where(at, value, 0.0) for at, value in zip(touching[: self._fingers], spins, strict=True)]
+        past = np.concatenate([self._past, np.column_stack([frames.time, *values])])
         self._past = past[past[:, 0] >= past[-1, 0] - SPAN]
 
     def show(self) -> None:
         """Send what there is."""
         if len(self._past) < 2:
             return
-        time, normal, tangential, spin = extremes(self._past, POINTS // 2).T
-        self._force.data = (time, normal, tangential)
-        self._torque.data = (time, spin)
+        time, *lines = extremes(self._past, POINTS // 2).T
+        self._force.data = (time, *lines[: self._forces])
+        self._torque.data = (time, *lines[self._forces :])
+
+
+def _plot(
+    server: viser.ViserServer, title: str, labels: Sequence[str], first_colour: int, aspect: float
+) -> viser.GuiUplotHandle:
+    lines = [
+        viser.uplot.Series(label=label, stroke=COLOURS[(first_colour + i) % len(COLOURS)], width=1.5)
+        for i, label in enumerate(labels)
+    ]
+    return server.gui.add_uplot(
+        (_NOTHING,) * (1 + len(lines)),
+        (viser.uplot.Series(label="t [s]"), *lines),
+        title=title,
+        order=PLOT_ORDER,
+        # without it browsers show the numbers as dates
+        scales={"x": viser.uplot.Scale(time=False)},
+        axes=(viser.uplot.Axis(), viser.uplot.Axis(incrs=INCREMENTS)),
+        aspect=aspect,
+    )
 
 
 def extremes(rows: FloatArray, stretches: int) -> FloatArray:

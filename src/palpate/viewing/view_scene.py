@@ -1,27 +1,24 @@
-"""What a view shows of the world: parts made of triangles, and how they move."""
+"""What a view shows of the world: parts made of triangles, the bodies they are fixed to, where those are."""
 
-from dataclasses import dataclass
-from enum import Enum
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.kinematics import ArmKinematics, Pose
-from palpate.kinematics.pose import times
-from palpate.spatial import Matrix, add, rotate
+from palpate.kinematics import Pose
+from palpate.kinematics.posture import Posture
 
 Colour = tuple[int, int, int]
 """RGB, 0 to 255."""
 
+BASE = ""
+"""The body that never moves."""
 
-class Place(Enum):
-    """What a part is fixed to."""
-
-    BASE = "base"
-    TIP = "tip"
-    LINK = "link"
-    """Of the arm: see `Part.link`."""
+TIP = "tip"
+"""The body of a single fingertip."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,20 +26,48 @@ class Part:
     """A rigid piece.
 
     Attributes:
-        vertices: In the frame that it is fixed to, shape (n, 3) [m].
+        vertices: In the frame of its body, shape (n, 3) [m].
         triangles: Corners, shape (m, 3).
         colour: RGB.
-        place: What it is fixed to.
-        link: Number of the arm's link, from 0; counts only where `place` says so.
+        body: Name of the body that it is fixed to; `BASE` for the base frame.
         opacity: 1 for solid.
+        is_ground: What it all stands on: pictures may cut it off.
     """
 
     vertices: FloatArray
     triangles: npt.NDArray[np.int64]
     colour: Colour
-    place: Place = Place.BASE
-    link: int = 0
+    body: str = BASE
     opacity: float = 1.0
+    is_ground: bool = False
+
+
+class Placement(Protocol):
+    """Knows where a scene's bodies are. It can be handed to another process."""
+
+    @property
+    def start(self) -> Posture:
+        """Where everything starts; it says how many joints and free bodies there are."""
+        ...
+
+    def poses(self, posture: Posture) -> Mapping[str, Pose]:
+        """Return pose_base_body of every body that can move, by name.
+
+        Raises:
+            InvalidValueError: The posture has other joints or bodies.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class TipPlacement:
+    """Of a fingertip alone, whatever carries it. A `Placement`."""
+
+    start: Posture = field(default_factory=Posture)
+
+    def poses(self, posture: Posture) -> Mapping[str, Pose]:
+        """See `Placement`."""
+        return {TIP: posture.pose_base_tip}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,43 +77,41 @@ class ViewScene:
     Attributes:
         title: For people; may hold whatever they typed.
         parts: Solid things.
-        arm: What carries the tip; None for a stage, which is not shown.
-        map_spacing: Distance below which points of the map are not told apart [m].
+        placement: Where the bodies are.
+        fingers: Name of the body whose frame is each finger's sensor frame.
+        map_spacing: Distance below which points of the map are not told apart [m]; None for no map, which only
+            a single fingertip makes.
     """
 
     title: str
     parts: tuple[Part, ...]
-    arm: ArmKinematics | None = None
-    map_spacing: float = 5e-4
+    placement: Placement = field(default_factory=TipPlacement)
+    fingers: tuple[str, ...] = (TIP,)
+    map_spacing: float | None = 5e-4
 
     def __post_init__(self) -> None:
-        positive("map_spacing", self.map_spacing, "m")
-        links = 0 if self.arm is None else self.arm.arm.joints
-        for part in self.parts:
-            if part.place is Place.LINK and not 0 <= part.link < links:
-                raise InvalidValueError(f"link = {part.link}: the scene's arm has {links} links, numbered from 0")
+        if self.map_spacing is not None:
+            positive("map_spacing", self.map_spacing, "m")
+        known = self.placement.poses(self.placement.start)
+        for body in (*(part.body for part in self.parts if part.body != BASE), *self.fingers):
+            if body not in known:
+                raise InvalidValueError(
+                    f"body = {body!r}: is none that moves in this scene; there are {', '.join(known)}"
+                )
+        if self.map_spacing is not None and self.fingers != (TIP,):
+            raise InvalidValueError(
+                f"map_spacing = {self.map_spacing:g} m: only a single fingertip makes a map; give None"
+            )
 
-    @property
-    def joints(self) -> int:
-        """Of the arm."""
-        return 0 if self.arm is None else self.arm.arm.joints
+    def corners(self, poses: Mapping[str, Pose]) -> FloatArray:
+        """Return the vertices of all parts but the ground, base frame, shape (n, 3) [m]; a box if there are none.
+
+        Args:
+            poses: Of the bodies, from `placement`.
+        """
+        found = [_in_base(part, poses.get(part.body, Pose())) for part in self.parts if not part.is_ground]
+        return np.concatenate(found) if found else np.array([[-0.1, -0.1, 0.0], [0.1, 0.1, 0.1]])
 
 
-def link_poses(arm: ArmKinematics, joint_position: tuple[float, ...]) -> tuple[Pose, ...]:
-    """Return pose_base_link of each link: of the DH frame behind its joint.
-
-    Args:
-        arm: As it stands.
-        joint_position: One per joint [rad].
-    """
-    poses = []
-    position, rotation = arm.pose_base_foot.position, arm.pose_base_foot.rotation
-    for row, angle in zip(arm.arm.rows, joint_position, strict=True):
-        c, s = float(np.cos(angle + row.offset)), float(np.sin(angle + row.offset))
-        ca, sa = float(np.cos(row.alpha)), float(np.sin(row.alpha))
-        # standard DH: Rot_z(q) Trans_z(d) Trans_x(a) Rot_x(alpha)
-        step: Matrix = ((c, -s * ca, s * sa), (s, c * ca, -c * sa), (0.0, sa, ca))
-        position = add(position, rotate(rotation, (row.a * c, row.a * s, row.d)))
-        rotation = times(rotation, step)
-        poses.append(Pose(position, rotation))
-    return tuple(poses)
+def _in_base(part: Part, pose: Pose) -> FloatArray:
+    return np.asarray(part.vertices @ np.array(pose.rotation).T + np.array(pose.position))

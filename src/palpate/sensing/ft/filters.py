@@ -14,6 +14,7 @@ the second order pays for cutting vibration by 40 instead of 20 dB per decade. A
 second sensor of the same force; the accelerometer is used exactly, in the compensation.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -44,6 +45,14 @@ class WrenchFilter:
     def delay(self) -> float:
         """Group delay at zero frequency [s], exact."""
         return sum(section.lag for section in self.sections) / self.rate
+
+    def held_noise_gain(self, repeats: int) -> float:
+        """Return the most that filtered white noise has over unfiltered, if every value comes `repeats` times.
+
+        The sum of an impulse response over a held value is at most sqrt(repeats) times its length over it (Cauchy
+        and Schwarz), and low-passes let no noise grow.
+        """
+        return self.noise_gain if repeats == 1 else min(1.0, math.sqrt(repeats) * self.noise_gain)
 
     def start(self, wrench: Wrench) -> None:
         """Take `wrench` for what has been there for ever: no transient follows."""

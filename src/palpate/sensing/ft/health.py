@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from operator import ne
+from typing import Self
 
 from palpate.errors import InvalidValueError, positive
 from palpate.sensing.ft.arrays import AXES
@@ -67,8 +68,8 @@ class HealthLimits:
         combined: Largest Euclidean norm of (load / axis limit): the strains of several loads add up. 1 is an
             ellipsoid through the axis limits; sqrt(6) or more leaves only the axes.
         raw: Lowest and highest reading that is not saturated [raw unit]; infinite for devices that give wrenches.
-        frozen_samples: So many samples in a row with no channel changed mean a dead device. More than the
-            loop's rate over the sensor's.
+        frozen_samples: So many samples in a row with no channel changed mean a dead device. Of a device that is
+            slower than its reader, give so many times as many: see `HealthLimits.of_readings`.
         stuck_samples: So many with one channel unchanged mean that it is stuck. The noise of a healthy channel
             must exceed about a fifth of its digital step: below, it may rightly rest that long.
     """
@@ -88,6 +89,14 @@ class HealthLimits:
         for name, samples in (("frozen_samples", self.frozen_samples), ("stuck_samples", self.stuck_samples)):
             if samples < 2:
                 raise InvalidValueError(f"{name} = {samples}: must be 2 or more")
+
+    def of_readings(self, repeats: int) -> Self:
+        """Return the same for a reader that finds every sample `repeats` times."""
+        return replace(
+            self,
+            frozen_samples=repeats * self.frozen_samples,
+            stuck_samples=repeats * self.stuck_samples,
+        )
 
 
 class HealthMonitor:

@@ -5,6 +5,10 @@
 
 Weight and inertia come off before the filter, not after it: so the acceleration, which is taken at the same
 instant as the load, is delayed by exactly as much.
+
+A device slower than its reader repeats itself. That is held to be so by the sensor file (`device_rate_Hz`), not
+guessed from readings that are alike: filters run on, which smooths the steps; only what counts samples, and what
+takes them for independent, knows better.
 """
 
 import math
@@ -75,13 +79,13 @@ class FTPipeline:
         self._payload = sensor.payload.payload
         self._filter = WrenchFilter(sensor.filters, sensor.sample_rate)
         raw = (-math.inf, math.inf) if entry is None else entry.raw_range
-        self._monitor = HealthMonitor(HealthLimits(sensor.axis_limits, raw=raw))
+        self._monitor = HealthMonitor(HealthLimits(sensor.axis_limits, raw=raw).of_readings(sensor.repeats))
         period = 1.0 / sensor.sample_rate
         contact = sensor.contact
         self._detector = ContactDetector(
             touch_force=contact.touch_force,
             release_force=contact.release_force,
-            noise=max(sensor.noise_force) * self._filter.noise_gain,
+            noise=max(sensor.noise_force) * self._filter.held_noise_gain(sensor.repeats),
             period=period,
             touch_time=contact.touch_time,
             release_time=contact.release_time,

@@ -35,6 +35,12 @@ LARGEST_OFFSET = 2.0
 LARGEST_RATE = 1e6
 """[Hz] of a sensor's samples."""
 
+SLOWEST_DEVICE = 1e-3
+"""Of the rate at which it is read: slower, a device gives fewer samples than a touch takes."""
+
+SAME_RATE = 1.05
+"""Of the device's rate: one read no faster than that has nothing to repeat, but for the drift of two clocks."""
+
 LARGEST_DELAY = 1.0
 """[s] of a sensor: more is a number in milliseconds."""
 
@@ -144,8 +150,11 @@ class SensorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         serial_number: Of the sensor.
         date: When this was determined, as YYYY-MM-DD.
         provenance: How, from what, by whom.
-        sample_rate: [Hz].
-        device_delay: From the load to the time stamp of the reading (filters in the device) [s].
+        sample_rate: How often it is read [Hz]: for this rate its filters are made.
+        device_rate: How often the device itself samples [Hz], if that is less: each reading then comes several
+            times. None: every reading is a fresh one.
+        device_delay: From the load to the reading that shows it, on the average [s]: filters in the device, its
+            way to the reader, half a sample of a slower device.
         force_range: Largest force the sensor bears, per axis [N].
         moment_range: Largest moment, per axis [N m].
         noise_force: Standard deviation of a reading, per axis [N].
@@ -164,6 +173,7 @@ class SensorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     date: str
     provenance: str
     sample_rate: float = msgspec.field(name="sample_rate_Hz")
+    device_rate: float | None = msgspec.field(name="device_rate_Hz", default=None)
     device_delay: float = msgspec.field(name="device_delay_s", default=0.0)
     force_range: Vector = msgspec.field(name="force_range_N")
     moment_range: Vector = msgspec.field(name="moment_range_Nm")
@@ -186,6 +196,13 @@ class SensorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         _calendar_date(self.date)
         positive("sample_rate_Hz", self.sample_rate, "Hz")
         _at_most("sample_rate_Hz", self.sample_rate, LARGEST_RATE, "Hz")
+        if self.device_rate is not None:
+            positive("device_rate_Hz", self.device_rate, "Hz")
+            if not SLOWEST_DEVICE * self.sample_rate <= self.device_rate <= self.sample_rate:
+                raise InvalidValueError(
+                    f"device_rate_Hz = {self.device_rate:g}: must be from {SLOWEST_DEVICE:g} of sample_rate_Hz, "
+                    f"{self.sample_rate:g}, up to it; leave it out if every reading is a fresh one"
+                )
         not_negative("device_delay_s", self.device_delay, "s")
         _at_most("device_delay_s", self.device_delay, LARGEST_DELAY, "s")
         self._check_axes("force", "N", LARGEST_FORCE)
@@ -194,6 +211,11 @@ class SensorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
             stage.section(self.sample_rate)
         if self.calibration is not None:
             _check_rank(self.calibration.matrix, (*self.force_range, *self.moment_range))
+
+    @property
+    def repeats(self) -> int:
+        """How often the same sample of the device is read, at most."""
+        return repeats(self.sample_rate, self.device_rate)
 
     @property
     def bias(self) -> Wrench:
@@ -226,6 +248,18 @@ class SensorFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
                 raise InvalidValueError(
                     f"bias_{kind}_{unit}, {axis}, is {bias:g}: must be within the range, {limit:g}; another unit?"
                 )
+
+
+def repeats(sample_rate: float, device_rate: float | None) -> int:
+    """Return how often the same sample of a device is read, at most.
+
+    Args:
+        sample_rate: At which it is read [Hz].
+        device_rate: At which it samples [Hz]; None: whenever it is read.
+    """
+    if device_rate is None or sample_rate <= SAME_RATE * device_rate:
+        return 1
+    return math.ceil(sample_rate / device_rate * (1.0 - 1e-12))
 
 
 def _one_line(name: str, text: str) -> None:

@@ -32,7 +32,8 @@ def sensor_text(sensor: SensorFile) -> str:
         f"provenance: {_text(sensor.provenance)}",
         "",
         f"sample_rate_Hz: {_number(sensor.sample_rate)}",
-        f"device_delay_s: {_number(sensor.device_delay)}  # from the load to the time stamp",
+        *_device_rate(sensor.device_rate),
+        f"device_delay_s: {_number(sensor.device_delay)}  # from the load to its reading",
         "",
         "# Largest loads it bears, each axis by itself, x y z",
         f"force_range_N: {_row(sensor.force_range)}",
@@ -59,6 +60,10 @@ def sensor_text(sensor: SensorFile) -> str:
     if sensor.calibration is not None:
         lines += ["", *_calibration(sensor.calibration)]
     return "\n".join(lines) + "\n"
+
+
+def _device_rate(rate: float | None) -> list[str]:
+    return [] if rate is None else [f"device_rate_Hz: {_number(rate)}  # of its own samples; read more often"]
 
 
 def _filters(filters: tuple[FilterSpec, ...]) -> list[str]:

@@ -1,0 +1,1 @@
+"""Surface maps, error, honesty and cost: run by `python benchmarks/mapping_surface`."""

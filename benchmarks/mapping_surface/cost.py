@@ -1,0 +1,71 @@
+"""What a map costs, and how that grows with the number of contacts."""
+
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+import psutil
+from rich.progress import track
+from rich.table import Table
+
+from mapping_surface.shapes import SHAPES, Errors, felt
+from palpate.mapping import SurfaceMap, surface_mesh
+
+Answer = TypeVar("Answer")
+
+BATCH = 100  # contacts, 0.2 s of a scan at 500 Hz
+BATCHES = 30
+
+
+def timed(work: Callable[[], Answer]) -> tuple[Answer, float, float]:
+    """Return the answer, the processor's seconds and those of the clock on the wall."""
+    wall, processor = time.perf_counter(), time.process_time()
+    answer = work()
+    return answer, time.process_time() - processor, time.perf_counter() - wall
+
+
+def cost(counts: tuple[int, ...]) -> Table:
+    """Map growing parts of one scan of a torus, whose rows are 2 mm and then 1 mm apart."""
+    table = Table(title="Cost against contacts: processor seconds (wall clock)")
+    for heading in (
+        "contacts",
+        "patches",
+        "full build s",
+        "of it learning s",
+        "100 more ms",
+        "mesh 0.5 mm s",
+        "vertices",
+        "resident growth MB",
+    ):
+        table.add_column(heading, justify="right")
+    torus = next(shape for shape in SHAPES if shape.name == "torus")
+    rng = np.random.default_rng(0)
+    scan = felt(*torus.surface(*torus.rows(1e-3)), Errors(), rng)
+    index = np.arange(len(scan))
+    for count in track(counts, "building", transient=True):
+        part, rest = scan.select(index < count), scan.select((index >= count) & (index < count + BATCH * BATCHES))
+        before = psutil.Process().memory_info().rss
+        made, build, build_wall = timed(lambda part=part: SurfaceMap.learned(part))
+        _, learning, learning_wall = timed(made.relearn)
+        mesh, meshing, meshing_wall = timed(lambda made=made: surface_mesh(made, 0.5e-3))
+        grown = (psutil.Process().memory_info().rss - before) / 1e6
+        updates, walls = [], []
+        at = np.arange(len(rest))
+        for i in range(len(rest) // BATCH):
+            batch = rest.select(at // BATCH == i)
+            _, spent, wall = timed(lambda made=made, batch=batch: made.add(batch))
+            updates.append(spent)
+            walls.append(wall)
+        table.add_row(
+            f"{len(part)}",
+            f"{len(made.patches)}",
+            f"{build:.2f} ({build_wall:.2f})",
+            f"{learning:.2f} ({learning_wall:.2f})",
+            f"{1e3 * np.median(updates):.0f} ({1e3 * np.median(walls):.0f})" if updates else "-",
+            f"{meshing:.2f} ({meshing_wall:.2f})",
+            f"{len(mesh.vertices)}",
+            f"{grown:.0f}",
+        )
+        del made, mesh
+    return table

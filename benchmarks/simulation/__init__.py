@@ -1,0 +1,1 @@
+"""Simulation, speed against error: run by `python benchmarks/simulation`."""

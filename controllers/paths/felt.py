@@ -1,0 +1,20 @@
+"""What a strategy is told while the tip is on its way."""
+
+from dataclasses import dataclass
+
+from palpate.spatial import Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Felt:
+    """One period in contact.
+
+    Attributes:
+        tip: Origin of the tip frame, base coordinates [m].
+        contact: Contact centroid, base coordinates [m].
+        normal: The object's outward unit normal there, base coordinates: minus that of the finger's contact.
+    """
+
+    tip: Vector
+    contact: Vector
+    normal: Vector

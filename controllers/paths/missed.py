@@ -1,0 +1,101 @@
+"""How much rows some distance apart would miss, judged from what was felt along one row.
+
+Rows a gap apart leave the surface between them to interpolation from heights and slopes. A row is felt densely,
+so it tells what such interpolation would miss **along** it: the error of the cubic Hermite polynomial over the
+same gap. Detail is taken to be as fine across the rows as along them.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.controllers.paths.row import Row
+from palpate.errors import FloatArray, not_negative, positive
+
+
+@dataclass(frozen=True, slots=True)
+class TouchNoise:
+    """Random errors of contacts along a path.
+
+    Attributes:
+        height: Standard deviation of a contact along its normal [m].
+        correlation: Length of path over which that error stays alike [m].
+        slope: Standard deviation of a stretch's mean normal [rad].
+    """
+
+    height: float = 3.0e-5
+    correlation: float = 1.0e-3
+    slope: float = 2.3e-3
+
+    def __post_init__(self) -> None:
+        not_negative("height noise", self.height, "m")
+        positive("correlation length", self.correlation, "m")
+        not_negative("slope noise", self.slope, "rad")
+
+    def missed_variance(self, gap: float, stretch: float) -> float:
+        """Return the variance that noise alone gives `missed` at a gap [m^2].
+
+        Variance of m - (a + b) / 2 - gap (a' - b') / 8 with exponentially correlated heights, each the mean over
+        a stretch.
+        """
+        q = stretch / self.correlation
+        mean = 2.0 / q * (1.0 - (1.0 - math.exp(-q)) / q)
+        half = math.exp(-0.5 * gap / self.correlation)
+        heights = self.height**2 * mean * (1.5 - 2.0 * half + 0.5 * half * half)
+        return heights + (gap * self.slope) ** 2 / 32.0
+
+
+def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
+    """Return height minus its cubic Hermite interpolation over `gap` centred at `at`, shape (n,) [m].
+
+    NaN where the row does not reach half a gap to both sides.
+    """
+    u = row.u
+    if len(row) < 2:
+        return np.full(len(at), np.nan)
+    low, high = at - 0.5 * gap, at + 0.5 * gap
+    across = 0.5 * (np.interp(low, u, row.height) + np.interp(high, u, row.height))
+    across += 0.125 * gap * (np.interp(low, u, row.slope) - np.interp(high, u, row.slope))
+    error = np.interp(at, u, row.height) - across
+    # rows begin and end within a stretch of where they were meant to
+    slack = 1.5 * (u[1] - u[0])
+    error[(low < u[0] - slack) | (high > u[-1] + slack)] = np.nan
+    return np.asarray(error)
+
+
+def missed_around(row: Row, gap: float, at: FloatArray, noise: float) -> FloatArray:
+    """Return the root mean square of `missed` within half a gap, less what noise gives, shape (n,) [m].
+
+    Where rows lie relative to a detail is chance, so its error is averaged over where they could. Values at the ends
+    of the row repeat the last that is known; all are zero if the row is shorter than the gap.
+
+    Args:
+        row: What was felt.
+        gap: Distance of rows [m].
+        at: Evenly spaced places along it, shape (n,) [m].
+        noise: Variance of `missed` from noise [m^2].
+    """
+    error = missed(row, gap, at)
+    known = np.isfinite(error)
+    if not known.any() or len(at) < 2:
+        return np.zeros(len(at))
+    square = np.interp(at, at[known], error[known] ** 2)
+    half = max(int(0.5 * gap / (at[1] - at[0])), 1)
+    total = np.concatenate([[0.0], np.cumsum(square)])
+    index = np.arange(len(at))
+    begin, end = np.maximum(index - half, 0), np.minimum(index + half + 1, len(at))
+    return np.sqrt(np.maximum((total[end] - total[begin]) / (end - begin) - noise, 0.0))
+
+
+def typical(rows: list[Row], gap: float, spacing: float, noise: float) -> float:
+    """Return what rows a gap apart typically miss: the median over all that was felt [m].
+
+    The median does not see detail on less than half of the surface: that is for strokes of its own.
+    """
+    values = []
+    for row in rows:
+        if len(row) > 1 and row.u[-1] - row.u[0] >= gap:
+            at = np.arange(row.u[0] + 0.5 * gap, row.u[-1] - 0.5 * gap + spacing, spacing)
+            values.append(missed_around(row, gap, at, noise))
+    return float(np.median(np.concatenate(values))) if values else 0.0

@@ -1,0 +1,75 @@
+"""What really happens in a grasp, for checks; no controller sees it."""
+
+from dataclasses import dataclass
+
+from palpate.sim.friction.plant import FrictionContact
+from palpate.sim.friction.resultant import resultant
+from palpate.spatial import ZERO, Vector
+
+
+@dataclass(frozen=True, slots=True)
+class FingerTruth:
+    """What really happens at one fingertip; base frame.
+
+    Attributes:
+        touching: Whether it touches the object.
+        position: Force-weighted centroid of the contacts [m].
+        force: What the object exerts on the tip [N].
+        torque: Likewise, about `position` [N m].
+        current: Of its servo [A].
+        joint_position: Without rounding [rad or m].
+    """
+
+    touching: bool
+    position: Vector
+    force: Vector
+    torque: Vector
+    current: float
+    joint_position: float
+
+
+@dataclass(frozen=True, slots=True)
+class HandTruth:
+    """What really happens in a grasp. Base frame.
+
+    Attributes:
+        time: To which it belongs, that of the last sample [s].
+        fingers: One per finger.
+        position: Of the object's frame [m].
+        quat_wxyz: Its orientation, object to base.
+        velocity: Of its frame [m/s].
+        angular_velocity: Of the object [rad/s].
+    """
+
+    time: float
+    fingers: tuple[FingerTruth, ...]
+    position: Vector
+    quat_wxyz: tuple[float, float, float, float]
+    velocity: Vector
+    angular_velocity: Vector
+
+
+def truth_of_readings(readings: list[float], current: float, joint_position: float) -> FingerTruth:
+    """Return what a fingertip's contact sensor says, where MuJoCo presses and rubs.
+
+    Args:
+        readings: Of that sensor: found, force, torque, position.
+        current: Of the finger's servo [A].
+        joint_position: Of the finger [rad or m].
+    """
+    found, fx, fy, fz, tx, ty, tz, x, y, z = readings
+    # the contact sensor gives what its first geom, the tip, exerts on the object
+    return FingerTruth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), current, joint_position)
+
+
+def truth_of_contacts(contacts: tuple[FrictionContact, ...], current: float, joint_position: float) -> FingerTruth:
+    """Return what contacts of a friction plant come to, on one fingertip.
+
+    Args:
+        contacts: Of that tip alone, which is the first geom of their pair.
+        current: Of the finger's servo [A].
+        joint_position: Of the finger [rad or m].
+    """
+    if not contacts:
+        return FingerTruth(False, ZERO, ZERO, ZERO, current, joint_position)
+    return FingerTruth(True, *resultant(contacts), current, joint_position)

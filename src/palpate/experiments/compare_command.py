@@ -1,0 +1,106 @@
+"""`palpate compare`: a map against a reference mesh, as a table, a file and a report."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from palpate.atomic_file import replacing
+from palpate.experiments.compare_config import CompareConfig
+from palpate.experiments.compare_report import comparison_html, key_figures
+from palpate.experiments.explore import make_folder
+from palpate.mapping.compare import Comparison, Spread, compare
+from palpate.mapping.compare_files import read_map, read_reference
+from palpate.mapping.compare_surface import TriangleSurface
+
+_METRES = {"m": 1.0, "mm": 1e-3}
+
+
+def run_compare(config: CompareConfig) -> int:
+    """Compare, say the figures, and write report and result.
+
+    Returns:
+        0.
+
+    Raises:
+        InvalidValueError: A file cannot be read, or does not fit the other.
+        OSError: The report cannot be written.
+    """
+    console = Console()
+    folder = config.map.resolve().parent if config.out is None else config.out
+    make_folder(folder)
+    with console.status("comparing"):
+        reference = read_reference(config.reference, _METRES[config.reference_unit])
+        touched = read_map(config.map, _METRES[config.map_unit], config.samples)
+        region = None if config.region is None else (config.region[:3], config.region[3:])
+        found = compare(
+            touched,
+            reference,
+            within=config.within,
+            region=region,
+            aligned=config.align,
+            samples=config.samples,
+        )
+    table = Table(title=Text(f"{config.map.name} against {config.reference.name}"), show_header=False)
+    table.add_column("name")
+    table.add_column("value", justify="right", style="bold")
+    table.add_column("unit")
+    table.add_column("note", style="dim")
+    for figure in key_figures(found):
+        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
+    console.print(table)
+    with console.status("drawing the report"):
+        text = comparison_html(found, reference, config)
+        with replacing(folder / "compare.html") as file:
+            file.write(text.encode("utf-8"))
+        with replacing(folder / "compare.json") as file:
+            file.write(json.dumps(result(found, reference, config), indent=2, allow_nan=False).encode("ascii"))
+    for name in ("compare.html", "compare.json"):
+        console.print(f"Written: {folder / name}", highlight=False, markup=False, soft_wrap=True)
+    return 0
+
+
+def result(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> dict[str, Any]:
+    """Return the figures as they go into compare.json: SI units, null where there is none."""
+    normal = found.normal_error
+    moved = found.alignment
+    return {
+        "palpate_compare": 1,
+        "map": str(config.map),
+        "reference": str(config.reference),
+        "map_unit": config.map_unit,
+        "reference_unit": config.reference_unit,
+        "points": len(found.points),
+        "reference_triangles": len(reference.triangles),
+        "reference_watertight": reference.is_watertight,
+        "reference_samples": len(found.reference_points),
+        "sample_spacing_m": found.sample_spacing,
+        "map_to_reference_m": _spread(found.map_to_reference),
+        "bias_m": found.bias if math.isfinite(found.bias) else None,
+        "reference_to_map_m": _spread(found.reference_to_map),
+        "hausdorff_m": found.hausdorff,
+        "within_m": found.within,
+        "region_m": config.region,
+        "coverage": found.coverage,
+        "normal_error_rad": None
+        if normal is None
+        else {"rms": float(np.sqrt((normal**2).mean())), "p95": float(np.percentile(normal, 95.0))},
+        "alignment": None
+        if moved is None
+        else {
+            "rotation": moved.rotation.tolist(),
+            "shift_m": moved.shift.tolist(),
+            "angle_rad": moved.angle,
+            "distance_m": moved.distance,
+            "converged": moved.converged,
+        },
+    }
+
+
+def _spread(spread: Spread) -> dict[str, float]:
+    names = ("mean", "rms", "p50", "p95", "p99", "largest")
+    return {name: float(getattr(spread, name)) for name in names}

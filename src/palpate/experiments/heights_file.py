@@ -1,0 +1,181 @@
+"""Height fields from files: as a grid of numbers, or as the height map that an exploration writes."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sim import HeightField
+from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
+
+EXTENT = re.compile(r"# *width_m *= *([^\s,]+) *,? *depth_m *= *([^\s,]+) *")
+"""First line of a grid that says how large it is."""
+
+REGULAR = 1e-6
+"""By so much of their spacing may samples be off their places on the grid: rounding of seven digits."""
+
+
+def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) -> HeightField:
+    """Return the height field of a file, its middle over the origin, its heights as they are.
+
+    A CSV file is one of two:
+
+    - columns `x_m`, `y_m` and `z_m` (others are left alone) with the points of a regular grid in any order, as
+      `palpate explore` writes its height_map.csv;
+    - the heights z alone, a line for each y, from the least on, a column for each x; the first line may say
+      `# width_m=0.06 depth_m=0.04`, from the first sample to the last.
+
+    A .npy file holds the latter as an array.
+
+    Args:
+        path: The file.
+        metres_per_unit: Of the file's numbers.
+        size: Width and depth of a file that does not say them [m]; empty if it does.
+
+    Raises:
+        InvalidValueError: It cannot be read, is none of these, or does not say how large it is.
+    """
+    name = str(path)
+    if path.suffix.lower() == ".npy":
+        return _field(name, _array(path) * metres_per_unit, size)
+    try:
+        text = path.read_text("utf-8-sig")
+    except OSError as error:
+        raise InvalidValueError(f"file = {name}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InvalidValueError(f"{name}: not text: a height field is a CSV or .npy file") from None
+    first, _, rest = text.partition("\n")
+    if "x_m" in _words(first):
+        heights, own = _map(name, text)
+        return _field(name, heights * metres_per_unit, _sized(name, size, tuple(metres_per_unit * s for s in own)))
+    said = EXTENT.fullmatch(first.strip())
+    if said is None:
+        return _field(name, _grid(name, text) * metres_per_unit, size)
+    own = (_number(name, 1, said[1]), _number(name, 1, said[2]))
+    return _field(name, _grid(name, rest, 2) * metres_per_unit, _sized(name, size, own))
+
+
+def heights_text(field: HeightField) -> str:
+    """Return a height field as CSV that gives the very same bits again."""
+    rows = (",".join(map(repr, row)) for row in field.heights.tolist())
+    return "\n".join([f"# width_m={field.width!r} depth_m={field.depth!r}", *rows, ""])
+
+
+def read_heights_text(text: str, name: str) -> HeightField:
+    """Return the height field that `heights_text` wrote.
+
+    Raises:
+        InvalidValueError: It did not.
+    """
+    first, _, rest = text.partition("\n")
+    said = EXTENT.fullmatch(first.strip())
+    if said is None:
+        raise InvalidValueError(f"{name}: its first line is no `# width_m=... depth_m=...`")
+    return HeightField(_grid(name, rest, 2), _number(name, 1, said[1]), _number(name, 1, said[2]))
+
+
+def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightField:
+    if not size:
+        raise InvalidValueError(
+            f"{name}: does not say how large it is; give --size WIDTH DEPTH in metres, or write "
+            "`# width_m=... depth_m=...` as its first line"
+        )
+    largest = max(*size, float(np.ptp(heights)) if heights.size and np.isfinite(heights).all() else 0.0)
+    if not SMALLEST <= largest <= LARGEST:
+        raise InvalidValueError(
+            f"{name}: {largest:.4g} m across, must be {SMALLEST:g} to {LARGEST:g} m; is it in another unit? For a "
+            "file in millimetres give --scale 0.001 (--size is in metres all the same)"
+        )
+    try:
+        return HeightField(heights, size[0], size[1])
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{name}: {error}") from None
+
+
+def _sized(name: str, typed: tuple[float, ...], own: tuple[float, ...]) -> tuple[float, ...]:
+    if typed and max(abs(a - b) for a, b in zip(typed, own, strict=True)) > REGULAR * max(own):
+        raise InvalidValueError(
+            f"size = {typed[0]:g} {typed[1]:g}: {name} says {own[0]:g} x {own[1]:g} m; leave --size out"
+        )
+    return own
+
+
+def _array(path: Path) -> FloatArray:
+    try:
+        return np.asarray(np.load(path, allow_pickle=False), np.float64)
+    except (OSError, ValueError, TypeError, EOFError) as error:
+        raise InvalidValueError(f"file = {path}: cannot be read as an array of numbers ({error})") from None
+
+
+def _words(line: str) -> list[str]:
+    return [word.strip() for word in line.split(",")]
+
+
+def _number(name: str, line: int, word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise InvalidValueError(f"{name}, line {line}: {word.strip()!r}: must be a number") from None
+
+
+def _grid(name: str, text: str, first_line: int = 1) -> FloatArray:
+    """Heights of a text with nothing but numbers, shape (ny, nx)."""
+    rows: list[list[float]] = []
+    for i, words in enumerate(csv.reader(text.splitlines()), first_line):
+        if not words or words[0].startswith("#"):
+            continue
+        rows.append([_number(name, i, word) for word in words])
+        if len(rows[-1]) != len(rows[0]):
+            raise InvalidValueError(
+                f"{name}, line {i}: {len(rows[-1])} numbers, the first row has {len(rows[0])}; commas part them"
+            )
+    if not rows:
+        raise InvalidValueError(f"{name}: empty, there are no heights in it")
+    return np.array(rows)
+
+
+def _map(name: str, text: str) -> tuple[FloatArray, tuple[float, float]]:
+    """Heights of a table of points, shape (ny, nx), and their extent along x and y; in the file's unit."""
+    header, *lines = text.splitlines()
+    columns = _words(header)
+    for wanted in ("x_m", "y_m", "z_m"):
+        if wanted not in columns:
+            raise InvalidValueError(f"{name}, line 1: no column {wanted}: there are {', '.join(columns)}")
+    places = [columns.index(wanted) for wanted in ("x_m", "y_m", "z_m")]
+    points = []
+    for i, words in enumerate(csv.reader(lines), 2):
+        if len(words) != len(columns):
+            raise InvalidValueError(f"{name}, line {i}: {len(words)} values for {len(columns)} columns")
+        points.append([_number(name, i, words[k]) for k in places])
+    x, y, z = np.array(points).reshape(-1, 3).T
+    column, across = _places(name, "x_m", x)
+    row, along = _places(name, "y_m", y)
+    heights = np.full((int(row.max()) + 1, int(column.max()) + 1), np.nan)
+    heights[row, column] = z
+    missing = int(np.isnan(heights).sum())
+    if missing:
+        raise InvalidValueError(
+            f"{name}: {missing} of {heights.size} points of its grid have no height (nan, or not there); cut the "
+            "map to where it is complete, or fill its holes"
+        )
+    return heights, (across, along)
+
+
+def _places(name: str, column: str, values: FloatArray) -> tuple[np.ndarray, float]:
+    """Index of each value on a regular grid, and the grid's extent."""
+    finite = values.size > 0 and bool(np.isfinite(values).all())
+    levels = np.unique(values) if finite else values
+    extent = float(np.ptp(levels)) if finite else 0.0
+    # values of the same line of the grid may differ by rounding
+    levels = levels[np.concatenate([[True], np.diff(levels) > REGULAR * extent])] if extent > 0.0 else levels
+    if extent == 0.0 or len(levels) < 2:
+        raise InvalidValueError(f"{name}: {column} must be numbers that span a grid")
+    places = (values - levels[0]) * ((len(levels) - 1) / extent)
+    off = float(np.abs(places - places.round()).max())
+    if off > max(REGULAR, 1e-15 * len(levels)) * len(levels):
+        raise InvalidValueError(
+            f"{name}: {column} is on no regular grid, a value is {off:.2g} spacings off; sample it evenly"
+        )
+    return places.round().astype(np.int64), extent

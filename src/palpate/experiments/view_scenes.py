@@ -1,0 +1,71 @@
+"""What there is to see of a simulated scene, from its compiled model: exploration, grasp, or any other."""
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+
+from palpate.kinematics import Pose
+from palpate.sim.hand.backend import HandBackend
+from palpate.sim.objects.motion import Motion
+from palpate.sim.render.parts import Role, finger_bodies
+from palpate.sim.render.place import ScenePlacement
+from palpate.sim.render.shapes import DEFAULT_COLOUR, Shape, shapes_of
+from palpate.viewing import BASE, FreePoses, Part, ViewScene
+
+COLOURS = {
+    Role.TIP: (230, 159, 0),
+    Role.OBJECT: (86, 180, 233),
+    Role.MACHINE: (150, 156, 164),
+    Role.GROUND: (215, 218, 222),
+}
+"""RGB, of the palette of Okabe and Ito, and greys; an object that was given a colour keeps it."""
+
+OPACITY = {Role.TIP: 0.6, Role.OBJECT: 0.35, Role.MACHINE: 1.0, Role.GROUND: 1.0}
+"""Contact and map lie on what would hide them."""
+
+
+def scene_view(
+    title: str,
+    model: mujoco.MjModel,
+    map_spacing: float | None = None,
+    motions: Mapping[str, Motion] | None = None,
+) -> ViewScene:
+    """Return what there is to see of a scene.
+
+    Args:
+        title: For people.
+        model: The scene, with a tip or a hand.
+        map_spacing: See `ViewScene`.
+        motions: Of joints that move as told, by name; for a `MovingTarget` of name n, `n_0`, `n_1`, ...
+
+    Raises:
+        InvalidValueError: The scene has neither tip nor hand.
+    """
+    placement = ScenePlacement(model, motions)
+    placement.place(placement.start)
+    parts = tuple(_part(shape, placement) for shape in shapes_of(model))
+    return ViewScene(title, parts, placement, finger_bodies(model), map_spacing)
+
+
+def free_poses_of(backend: HandBackend) -> FreePoses:
+    """Return where the held object is, from the back end's truth: for views, which controllers do not see."""
+
+    def poses() -> tuple[float, ...]:
+        truth = backend.truth()
+        return (*truth.position, *truth.quat_wxyz)
+
+    return poses
+
+
+def _part(shape: Shape, placement: ScenePlacement) -> Part:
+    colour, opacity = COLOURS[shape.role], OPACITY[shape.role]
+    if shape.role is Role.OBJECT and shape.colour != DEFAULT_COLOUR:
+        red, green, blue = (round(255.0 * channel) for channel in shape.colour[:3])
+        colour, opacity = (red, green, blue), opacity * shape.colour[3]
+    ground = shape.role is Role.GROUND
+    if shape.moves:
+        return Part(shape.vertices, shape.triangles, colour, shape.body, opacity, ground)
+    pose: Pose = placement.pose_of(shape.body)
+    fixed = shape.vertices @ np.array(pose.rotation).T + np.array(pose.position)
+    return Part(np.asarray(fixed), shape.triangles, colour, BASE, opacity, ground)

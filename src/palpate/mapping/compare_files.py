@@ -1,0 +1,107 @@
+"""Maps and reference meshes from files: clouds of `palpate explore`, meshes of any kind, in metres or not."""
+
+import csv
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.mapping.compare import SAMPLES, TouchedMap
+from palpate.mapping.compare_surface import TriangleSurface
+
+_POSITION, _NORMAL = ("x_m", "y_m", "z_m"), ("nx", "ny", "nz")
+
+
+def read_map(path: str | os.PathLike[str], metres_per_unit: float = 1.0, samples: int = SAMPLES) -> TouchedMap:
+    """Read a map: a CSV of contacts or of a height map, a PLY of points, or a mesh.
+
+    Args:
+        path: The file.
+        metres_per_unit: 0.001 where the file is in millimetres.
+        samples: Points to spread over a mesh.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or holds neither points nor triangles.
+    """
+    positive("metres_per_unit", metres_per_unit, "m")
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        return _from_csv(path, metres_per_unit)
+    loaded = _loaded(path)
+    vertices = np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit
+    if not np.isfinite(vertices).all():
+        raise InvalidValueError(f"{path}: a vertex is not finite; leave it out")
+    faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
+    if len(faces):
+        return TouchedMap.of_mesh(TriangleSurface(vertices, faces.reshape(-1, 3)), samples)
+    if not len(vertices):
+        raise InvalidValueError(f"{path}: holds neither points nor triangles")
+    return TouchedMap(vertices, _cloud_normals(loaded, len(vertices)))
+
+
+def read_reference(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -> TriangleSurface:
+    """Read a reference mesh (STL, PLY, OBJ, ...: what trimesh reads).
+
+    Raises:
+        InvalidValueError: The file cannot be read as triangles.
+    """
+    positive("metres_per_unit", metres_per_unit, "m")
+    loaded = _loaded(Path(path))
+    faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
+    if not len(faces):
+        raise InvalidValueError(f"{path}: has no triangles; the reference must be a mesh (the map comes first)")
+    return TriangleSurface(np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit, faces)
+
+
+def _loaded(path: Path) -> Any:
+    import trimesh  # imported here: a second that others need not wait for
+
+    try:
+        loaded = trimesh.load(os.fspath(path), process=False)
+        if isinstance(loaded, trimesh.Scene):
+            loaded = loaded.to_mesh()
+    except Exception as error:  # trimesh raises whatever its readers do
+        raise InvalidValueError(f"{path}: cannot be read as points or a mesh ({error})") from None
+    if not hasattr(loaded, "vertices"):
+        raise InvalidValueError(f"{path}: holds neither points nor triangles")
+    return loaded
+
+
+def _cloud_normals(loaded: Any, count: int) -> FloatArray | None:
+    """Normals of a PLY cloud, which trimesh keeps as it found them."""
+    raw = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")
+    if raw is None or any(name not in (raw.dtype.names or ()) for name in _NORMAL):
+        return None
+    normals = np.column_stack([np.asarray(raw[name], dtype=np.float64).reshape(count) for name in _NORMAL])
+    return _unit(normals)
+
+
+def _from_csv(path: Path, metres_per_unit: float) -> TouchedMap:
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = csv.reader(file)
+            header = next(rows, [])
+            missing = [name for name in _POSITION if name not in header]
+            if missing:
+                raise InvalidValueError(f"{path}: has no column {missing[0]}: give x_m, y_m, z_m, as explore does")
+            names = [*_POSITION, *(_NORMAL if set(_NORMAL) <= set(header) else ())]
+            places = [header.index(name) for name in names]
+            table = np.array([[float(row[k]) for k in places] for row in rows if row], dtype=np.float64)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidValueError(f"cannot read {path}: {error}") from None
+    except (ValueError, IndexError) as error:
+        if isinstance(error, InvalidValueError):
+            raise
+        raise InvalidValueError(f"{path}: a row is no row of numbers ({error})") from None
+    table = table.reshape(-1, len(names))
+    table = table[np.isfinite(table).all(axis=1)]  # where nothing was felt, a height map says nan
+    if not len(table):
+        raise InvalidValueError(f"{path}: holds no points")
+    return TouchedMap(table[:, :3] * metres_per_unit, _unit(table[:, 3:]) if len(names) == 6 else None)
+
+
+def _unit(normals: FloatArray) -> FloatArray | None:
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / length) if (length > 0.0).all() else None

@@ -1,0 +1,194 @@
+"""An ellipsoid, fitted to points and normals by exact distance."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.mapping.primitives.shape import LocalGeometry, PrimitiveKind, PrimitiveShape
+from palpate.mapping.primitives.sphere import sphere_starts
+
+SMALLEST, LARGEST = 0.02, 50.0
+"""Limits of the semi-axes over the root mean square distance of the points from their middle. A cap says little
+about the axis that points into it, and noise can carry it off to infinity, or to nothing."""
+
+ROUNDS = 60
+"""Newton steps for the foot of a point at most; near the surface five do."""
+
+CONVERGED = 1e-14
+"""Relative change of the multiplier at which the foot of a point is found: some fifty roundings."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EllipsoidShape(PrimitiveShape):
+    """An ellipsoid.
+
+    Attributes:
+        semi_axes: Along the columns of `rotation`, shape (3,) [m]; from a fit the largest first.
+        hollow: Whether the object is around it.
+    """
+
+    KIND: ClassVar[PrimitiveKind] = PrimitiveKind.ELLIPSOID
+    MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4, 5)
+    SIZES: ClassVar[tuple[str, ...]] = ("semi_axis_1", "semi_axis_2", "semi_axis_3")
+    FEWEST_POINTS: ClassVar[int] = 9
+
+    semi_axes: FloatArray
+    hollow: bool = False
+
+    @property
+    def sizes(self) -> FloatArray:
+        """The semi-axes, shape (3,) [m]."""
+        return self.semi_axes
+
+    @property
+    def free_sizes(self) -> int:
+        """Three: logarithms of the semi-axes."""
+        return 3
+
+    @property
+    def at_limit(self) -> bool:
+        """Whether a semi-axis is as large, or as small, as is allowed."""
+        # a hair within: the limits are set through a logarithm
+        return bool(self.semi_axes.max() > 0.999 * LARGEST or self.semi_axes.min() < 1.001 * SMALLEST)
+
+    def local_geometry(self, points: FloatArray, normals: FloatArray) -> LocalGeometry:
+        """Return distance and normal from the foot x of each point u.
+
+        With the multiplier t, x_i = a_i^2 u_i / (a_i^2 + t), and t solves G = sum (a_i u_i / (a_i^2 + t))^2 = 1
+        (Eberly, "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid"). The gradient
+        g_i = u_i / (a_i^2 + t) gives the normal; all changes follow from implicit differentiation of G = 1.
+        """
+        side = -1.0 if self.hollow else 1.0
+        a2 = self.semi_axes**2
+        u, t = points, _multiplier(points, self.semi_axes)
+        D = a2 + t[:, np.newaxis]
+        g = u / D
+        length = np.maximum(np.linalg.norm(g, axis=1), np.finfo(float).tiny)[:, np.newaxis]
+        m = g / length
+        G_t = -2.0 * (a2 * g**2 / D).sum(axis=1, keepdims=True)
+        G_t = np.minimum(G_t, -np.finfo(float).tiny)
+        t_u = -2.0 * a2 * g / D / G_t
+        t_q = -2.0 * a2 * g**2 * (D - 2.0 * a2) / D / G_t  # q = log a: a dG/da
+        g_u = -(g / D)[:, :, np.newaxis] * t_u[:, np.newaxis, :]
+        g_q = -(g / D)[:, :, np.newaxis] * t_q[:, np.newaxis, :]
+        for i in range(3):
+            g_u[:, i, i] += 1.0 / D[:, i]
+            g_q[:, i, i] -= 2.0 * a2[i] * g[:, i] / D[:, i]
+        g_u /= length[:, :, np.newaxis]
+        g_q /= length[:, :, np.newaxis]
+        for change in (g_u, g_q):
+            change -= m[:, :, np.newaxis] * np.einsum("ni,nij->nj", m, change)[:, np.newaxis, :]
+        return LocalGeometry(
+            distance=side * t * length[:, 0],
+            normal=side * m,
+            bend=side * g_u,
+            distance_by_size=-side * a2 * g**2 / length,
+            normal_by_size=side * g_q,
+        )
+
+    def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
+        """Return the ellipsoid elsewhere, the logarithms of its semi-axes changed."""
+        axes = np.clip(self.semi_axes * np.exp(np.clip(step, -1.0, 1.0)), SMALLEST, LARGEST)
+        return type(self)(center, rotation, axes, self.hollow)
+
+    def placed(self, origin: FloatArray, scale: float, touched: FloatArray) -> Self:
+        """Return the ellipsoid in the frame of the points."""
+        center, axes = origin + scale * self.center, scale * self.semi_axes
+        return type(self)(center, self.rotation, axes, self.hollow)
+
+    def sorted_axes(self) -> Self:
+        """Return the same ellipsoid, its largest semi-axis first."""
+        order = np.argsort(-self.semi_axes)
+        rotation = self.rotation[:, order]
+        if np.linalg.det(rotation) < 0.0:
+            rotation[:, 2] *= -1.0
+        return type(self)(self.center, rotation, self.semi_axes[order], self.hollow)
+
+    def sizes_by_free(self) -> FloatArray:
+        """Return all motions, and semi-axes per logarithm."""
+        return np.diag(np.concatenate([np.ones(6), self.semi_axes]))
+
+
+def _multiplier(u: FloatArray, a: FloatArray) -> FloatArray:
+    """Return t (n,) with sum (a_i u_i / (a_i^2 + t))^2 = 1, above -min(a)^2: the nearest of the feet.
+
+    On that side G falls and is convex, so Newton's method climbs from any start left of the root without passing
+    it. G >= (a_i u_i / (a_i^2 + t))^2 for each i puts a_i |u_i| - a_i^2 left of it.
+    """
+    smallest = float(a.min()) ** 2
+    t = (a * np.abs(u) - a**2).max(axis=1)
+    t = np.maximum(t, -smallest * (1.0 - 1e-12))
+    au2 = (a * u) ** 2
+    a2 = a**2
+    for _ in range(ROUNDS):
+        D = a2 + t[:, np.newaxis]
+        terms = au2 / D**2
+        G = terms.sum(axis=1)
+        # Newton on 1/sqrt(G) - 1, which is nearly straight
+        slope = np.maximum((terms / D).sum(axis=1), np.finfo(float).tiny)
+        step = G * (np.sqrt(G) - 1.0) / slope
+        t = np.maximum(t + step, -smallest * (1.0 - 1e-12))
+        if np.all(np.abs(step) <= CONVERGED * (smallest + np.abs(t))):
+            break
+    return np.asarray(t, dtype=np.float64)
+
+
+def ellipsoid_starts(points: FloatArray, normals: FloatArray) -> list[EllipsoidShape]:
+    """Return the ellipsoid nearest to the algebraic quadric, and a ball.
+
+    The quadric F = p'Q p + 2 b'p + k has F = 0 and gradients along the normals (n x grad F = 0) in the sense of
+    least squares, with the mean of |grad F|^2 fixed (Taubin, "Estimation of planar curves, surfaces, and
+    nonplanar space curves", 1991).
+    """
+    x, y, z = points.T
+    one, zero = np.ones(len(points)), np.zeros(len(points))
+    value = np.column_stack([x * x, y * y, z * z, x * y, x * z, y * z, x, y, z, one])
+    gradient = np.stack(
+        [
+            np.column_stack([2 * x, zero, zero, y, z, zero, one, zero, zero, zero]),
+            np.column_stack([zero, 2 * y, zero, x, zero, z, zero, one, zero, zero]),
+            np.column_stack([zero, zero, 2 * z, zero, x, y, zero, zero, one, zero]),
+        ],
+        axis=1,
+    )
+    crossed = np.cross(normals[:, :, np.newaxis], gradient, axis=1).reshape(-1, 10)
+    size = (gradient.reshape(-1, 10).T @ gradient.reshape(-1, 10)) / len(points)
+    misfit = (value.T @ value + 0.1 * crossed.T @ crossed) / len(points)
+    # the largest ratio of size to misfit, as the misfit is positive definite and size is not
+    misfit += 1e-14 * np.trace(misfit) * np.eye(10)
+    root = np.linalg.inv(np.linalg.cholesky(misfit))
+    best = root.T @ np.linalg.eigh(root @ size @ root.T)[1][:, -1]
+    ball = sphere_starts(points, normals)[0]
+    radius = float(np.clip(ball.radius, SMALLEST, LARGEST / 5.0))
+    middle, facing = points.mean(axis=0), normals.mean(axis=0)
+    center = ball.center if np.linalg.norm(ball.center) < LARGEST else middle - radius * facing
+    axes = np.linalg.eigh(np.cov(points.T))[1]
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    starts = [EllipsoidShape(center, axes, radius * np.array([1.05, 1.0, 0.95]), ball.hollow)]
+    quadric = _from_quadric(best, points, normals)
+    return starts if quadric is None else [quadric, *starts]
+
+
+def _from_quadric(f: FloatArray, points: FloatArray, normals: FloatArray) -> EllipsoidShape | None:
+    """Return the quadric as an ellipsoid; semi-axes that are not real, or too long, get the largest length."""
+    Q = np.array([[2 * f[0], f[3], f[4]], [f[3], 2 * f[1], f[5]], [f[4], f[5], 2 * f[2]]]) / 2.0
+    b, k = f[6:9] / 2.0, f[9]
+    if np.trace(Q) < 0.0:
+        Q, b, k = -Q, -b, -k
+    values, axes = np.linalg.eigh(Q)
+    if values[2] <= 0.0:
+        return None
+    values = np.maximum(values, 1e-3 * values[2])
+    along = axes.T @ b
+    center = -axes @ (along / values)
+    level = float((along**2 / values).sum() - k)
+    if level <= 0.0:
+        return None
+    semi = np.clip(np.sqrt(level / values), SMALLEST, 0.5 * LARGEST)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    inward = ((points - center) * normals).sum() < 0.0
+    return EllipsoidShape(center, axes, semi, bool(inward))

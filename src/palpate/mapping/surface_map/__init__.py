@@ -1,0 +1,13 @@
+"""A Gaussian-process surface of what was touched, in patches, with what is known and what is not."""
+
+from palpate.mapping.surface_map.answer import Knowledge as Knowledge
+from palpate.mapping.surface_map.answer import SurfaceAnswer as SurfaceAnswer
+from palpate.mapping.surface_map.answer import half_widths as half_widths
+from palpate.mapping.surface_map.learn import Parameter as Parameter
+from palpate.mapping.surface_map.mesh import SurfaceMesh as SurfaceMesh
+from palpate.mapping.surface_map.mesh import surface_mesh as surface_mesh
+from palpate.mapping.surface_map.mesh_files import to_trimesh as to_trimesh
+from palpate.mapping.surface_map.mesh_files import write_mesh as write_mesh
+from palpate.mapping.surface_map.model import SurfaceModel as SurfaceModel
+from palpate.mapping.surface_map.settings import MapSettings as MapSettings
+from palpate.mapping.surface_map.surface_map import SurfaceMap as SurfaceMap

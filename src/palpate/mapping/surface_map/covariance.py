@@ -1,0 +1,151 @@
+"""Covariances between heights and slopes of a Matern-5/2 process, and of noise that keeps along a path.
+
+With a = sqrt(5) / length and r = |x - x'|, k = s^2 (1 + a r + a^2 r^2 / 3) exp(-a r) (Rasmussen & Williams 2006,
+eq. 4.17). Its derivatives are those of the process (ibid. eq. 9.1): with d = x - x',
+A1 = s^2 a^2 / 3 (1 + a r) exp(-a r) and A2 = s^2 a^4 / 3 exp(-a r),
+
+    cov(h, h') = k,  cov(h, grad_j h') = A1 d_j,  cov(grad_i h, grad_j h') = A1 delta_ij - A2 d_i d_j.
+
+Onto it comes a plane of vague height and slope, so that a patch is bent by the process and tilted for free.
+"""
+
+import math
+
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.mapping.surface_map.model import SurfaceModel
+
+PLANE_HEIGHT = 0.2
+"""Standard deviation of the height of a patch's plane at its centre, in length scales: the centre is a contact, so
+the plane passes within a few noise deviations; 2 mm at a length scale of 10 mm says nothing."""
+
+PLANE_SLOPE = 0.3
+"""Standard deviation of the slope of a patch's plane: its axis is the normal of a contact, the rest is bend."""
+
+
+def surface_covariance(xy: FloatArray, xy_other: FloatArray, model: SurfaceModel) -> FloatArray:
+    """Return the covariance of (h, h_x, h_y) at n points with those at m points.
+
+    Args:
+        xy: Shape (n, 2) [m].
+        xy_other: Shape (m, 2) [m].
+        model: Length scale and curvature.
+
+    Returns:
+        Shape (3 n, 3 m): all heights first [m], then all slopes along x, then along y.
+    """
+    n, m = len(xy), len(xy_other)
+    a = math.sqrt(5.0) / model.length
+    s2 = model.height**2
+    dx = np.subtract.outer(xy[:, 0], xy_other[:, 0])
+    dy = np.subtract.outer(xy[:, 1], xy_other[:, 1])
+    ar = a * np.sqrt(dx * dx + dy * dy)
+    decay = np.exp(-ar)
+    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
+    A2 = (s2 * a**4 / 3.0) * decay
+    K = np.empty((3 * n, 3 * m))
+    h2, p2 = (PLANE_HEIGHT * model.length) ** 2, PLANE_SLOPE**2
+    K[:n, :m] = s2 * (1.0 + ar + ar * ar / 3.0) * decay + h2 + p2 * (xy @ xy_other.T)
+    K[:n, m : 2 * m] = A1 * dx + p2 * xy[:, :1]
+    K[:n, 2 * m :] = A1 * dy + p2 * xy[:, 1:]
+    K[n : 2 * n, :m] = p2 * xy_other[:, 0] - A1 * dx
+    K[2 * n :, :m] = p2 * xy_other[:, 1] - A1 * dy
+    K[n : 2 * n, m : 2 * m] = A1 - A2 * dx * dx + p2
+    K[2 * n :, 2 * m :] = A1 - A2 * dy * dy + p2
+    K[n : 2 * n, 2 * m :] = K[2 * n :, m : 2 * m] = -A2 * dx * dy
+    return K
+
+
+def height_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
+    """Return the covariance of (h, h_x, h_y) at n points with heights at m points, shape (3 n, m).
+
+    The first m columns of `surface_covariance`, for a third of the work.
+    """
+    n = len(xy)
+    a = math.sqrt(5.0) / model.length
+    s2, h2, p2 = model.height**2, (PLANE_HEIGHT * model.length) ** 2, PLANE_SLOPE**2
+    dx = np.subtract.outer(xy[:, 0], xy_at[:, 0])
+    dy = np.subtract.outer(xy[:, 1], xy_at[:, 1])
+    ar = a * np.sqrt(dx * dx + dy * dy)
+    decay = np.exp(-ar)
+    K = np.empty((3 * n, len(xy_at)))
+    K[:n] = s2 * (1.0 + ar + ar * ar / 3.0) * decay + h2 + p2 * (xy @ xy_at.T)
+    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
+    K[n : 2 * n] = p2 * xy_at[:, 0] - A1 * dx
+    K[2 * n :] = p2 * xy_at[:, 1] - A1 * dy
+    return K
+
+
+def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model: SurfaceModel) -> FloatArray:
+    """Return `surface_covariance(xy_at, xy, model) @ weights` as rows h, h_x, h_y, without the matrix.
+
+    With weights (w, u) for heights and slopes, h = sum k w + A1 d.u and grad h = sum A1 u - (A1 w + A2 d.u) d:
+    each sum over d = x - x' is one product of matrices.
+
+    Args:
+        xy_at: Where, shape (m, 2) [m].
+        xy: Of the weights, shape (n, 2) [m].
+        weights: Shape (3 n,).
+        model: Length scale and curvature.
+
+    Returns:
+        Shape (3, m).
+    """
+    w, u = weights[: len(xy)], weights[len(xy) :].reshape(2, -1).T
+    a = math.sqrt(5.0) / model.length
+    s2, h2, p2 = model.height**2, (PLANE_HEIGHT * model.length) ** 2, PLANE_SLOPE**2
+    ar = np.subtract.outer(xy_at[:, 0], xy[:, 0]) ** 2
+    ar += np.subtract.outer(xy_at[:, 1], xy[:, 1]) ** 2
+    np.sqrt(ar, out=ar)
+    ar *= a
+    decay = np.exp(-ar)
+    decay *= s2 * a * a / 3.0
+    along = xy_at @ u.T
+    along -= (xy * u).sum(axis=1)
+    bend = decay * along  # a^-2 A2 d.u
+    A1 = ar * decay
+    A1 += decay
+    ar *= ar
+    ar *= decay
+    k = A1 * (3.0 / (a * a))
+    ar /= a * a
+    k += ar  # s^2 (1 + a r + a^2 r^2 / 3) exp(-a r)
+    plane = p2 * (xy.T @ w + u.sum(axis=0))
+    h = k @ w + np.einsum("mn,mn->m", A1, along) + h2 * w.sum() + xy_at @ plane
+    bend *= a * a
+    bend += A1 * w
+    slopes = A1 @ u - xy_at * bend.sum(axis=1)[:, None] + bend @ xy + plane
+    return np.concatenate([h[None], slopes.T])
+
+
+def height_variance(xy: FloatArray, model: SurfaceModel) -> FloatArray:
+    """Return the variance of heights before anything is felt, shape (n,) [m^2]."""
+    flat = model.height**2 + (PLANE_HEIGHT * model.length) ** 2
+    return np.asarray(flat + PLANE_SLOPE**2 * (xy**2).sum(axis=1))
+
+
+def path_correlation(path: FloatArray, extent: FloatArray, length: float) -> FloatArray:
+    """Return the covariance of means over stretches of a unit noise with correlation exp(-s / length).
+
+    The exact double integrals: stretches i and j do not overlap, so theirs is a product of hyperbolic sines with
+    the decay between centres; that of a stretch with itself is its long-run variance 2 L / b, less its ends.
+
+    Args:
+        path: Where the centre of each stretch lies along the path, increasing, shape (n,) [m].
+        extent: How long each stretch is, shape (n,) [m]; centres lie at least half of both apart.
+        length: Path over which noise keeps its value [m].
+
+    Returns:
+        Shape (n, n).
+    """
+    t = extent / length
+    half = 0.5 * t
+    # sinh(t/2) exp(-d/L) with the exponentials taken together: one alone leaves float64 for long stretches
+    g = np.where(t > 1e-6, -np.expm1(-t) / np.where(t > 1e-6, t, 1.0), 1.0)
+    apart = np.abs(np.subtract.outer(path, path)) / length - np.add.outer(half, half)
+    C = np.outer(g, g) * np.exp(-np.maximum(apart, 0.0))
+    small = t < 1e-3  # the series of what follows, whose difference cancels there
+    long = np.where(small, 1.0, t)
+    C[np.diag_indices(len(path))] = np.where(small, 1.0 - t / 3.0, 2.0 / long * (1.0 + np.expm1(-long) / long))
+    return C

@@ -1,0 +1,144 @@
+"""Noise, its length and the ways of a surface, from what was felt."""
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from enum import IntEnum
+
+import numpy as np
+from scipy.optimize import minimize
+
+from palpate.errors import FloatArray
+from palpate.mapping.surface_map.model import BENDS, Bend, SurfaceModel
+from palpate.mapping.surface_map.patch import Factored, PatchData, likeliest_bend
+
+PATCHES = 10
+"""Patches that are asked, evenly over all; their evidence is pooled. Some 200 values each: 20 or 40 move the
+noise of a box by 5 %, and cost twice and four times as much."""
+
+
+ASKED_SCALE = 50
+"""Patches that say how large residuals are: one number, so each is asked once. Some 5000 values: known to 2 %."""
+
+
+class Parameter(IntEnum):
+    """The numbers of a `SurfaceModel`, in its order."""
+
+    LENGTH = 0
+    CURVATURE = 1
+    NOISE = 2
+    NOISE_LENGTH = 3
+    TILT = 4
+    TILT_LENGTH = 5
+
+
+SURFACE = (Parameter.LENGTH, Parameter.CURVATURE)
+NOISE = (Parameter.NOISE, Parameter.NOISE_LENGTH, Parameter.TILT, Parameter.TILT_LENGTH)
+
+PRIOR_SPREAD = np.log([4.0, 10.0, 4.0, 2.0, 4.0, 10.0])
+"""How far off the starting model may well be: one standard deviation of each logarithm. How far the noise of
+positions keeps is known to a factor of two (a property of finger and path), the rest hardly: normals may err anew
+at every sample."""
+
+REACH = np.log([30.0, 1e3, 1e3, 8.0, 1e3, 50.0])
+"""Limits of the search about the start, logarithms."""
+
+
+STEPS = 40
+"""Most steps of the search; it takes 10 to 25."""
+
+FLAT = 1e-5
+"""The search ends where a step gains less than this fraction of the log evidence: about 0.1."""
+
+IMPOSSIBLE = 1e12
+"""Stands for a loss that is not finite: the search turns back."""
+
+
+def learn(data: Sequence[PatchData], start: SurfaceModel, held: Collection[Parameter] = ()) -> SurfaceModel:
+    """Return the model that makes what was felt most probable, with `start` as a weak opinion.
+
+    Maximum a posteriori over the pooled evidence of patches. Noise that keeps along a row, but not from one row to
+    the next, is told from surface by what neighbouring rows agree on and by the normals. It is learned where the
+    surface is calm, since a finger errs alike everywhere and an edge would pass for noise; length and curvature of
+    the surface then are learned from all of it.
+
+    Args:
+        data: Patches with what was felt there; `PATCHES` of them are used. Without any, `start` is returned.
+        start: Where to start, and centre of a log-normal prior.
+        held: Numbers known better than contacts can tell: they stay as in `start`.
+    """
+    noise = [each for each in NOISE if each not in held]
+    surface = [each for each in SURFACE if each not in held]
+    if not data:
+        return start
+    found = _most_probable(_evenly(_calmest(data)), start, start, [*surface, *noise])
+    among = _evenly(data)
+    # what stays now is the noise: the surface starts anew, since calm places bend less than the rest
+    found = replace(found, length=start.length, curvature=start.curvature)
+    found = _most_probable(among, found, found, surface)
+    return found if held else _scaled(_evenly(data, ASKED_SCALE), found)
+
+
+def _scaled(data: Sequence[PatchData], model: SurfaceModel) -> SurfaceModel:
+    """Return the model with all its variances in the size that the data have.
+
+    Means stay as they are. A median, since an edge is no reason to doubt the rest.
+    """
+    square = [likeliest_bend(each, model)[1].mean_square for each in data]
+    size = min(max(math.sqrt(float(np.median(square))), 0.5), 2.0)  # contacts without noise have no size
+    return replace(model, curvature=size * model.curvature, noise=size * model.noise, tilt=size * model.tilt)
+
+
+def _calmest(data: Sequence[PatchData]) -> list[PatchData]:
+    """Return the quarter of well-filled patches whose normals differ least."""
+    fullest = max(len(each.xy) for each in data)
+    filled = [each for each in data if 2 * len(each.xy) >= fullest]
+    spread = [float(each.values[len(each.xy) :].reshape(2, -1).var(axis=1).sum()) for each in filled]
+    order = np.argsort(spread, kind="stable")[: max(PATCHES, len(filled) // 4)]
+    return [filled[i] for i in np.sort(order)]
+
+
+def _evenly(data: Sequence[PatchData], most: int = PATCHES) -> list[PatchData]:
+    return [data[i] for i in np.unique(np.linspace(0, len(data) - 1, most).round().astype(int))]
+
+
+def _most_probable(
+    data: Sequence[PatchData], centre: SurfaceModel, start: SurfaceModel, parameters: Sequence[Parameter]
+) -> SurfaceModel:
+    """Search with a prior about `centre`, then once more with each patch bent as it turned out to be."""
+    ordinary = [BENDS[0]] * len(data)
+    found = _search(data, ordinary, centre, start, parameters)
+    bends = [likeliest_bend(each, found)[0] for each in data]
+    return found if bends == ordinary else _search(data, bends, centre, found, parameters)
+
+
+def _search(
+    data: Sequence[PatchData],
+    bends: Sequence[Bend],
+    centre: SurfaceModel,
+    start: SurfaceModel,
+    parameters: Sequence[Parameter],
+) -> SurfaceModel:
+    if not parameters:
+        return start
+    free = np.array(parameters, dtype=np.intp)
+    middle, values = centre.logarithms, start.logarithms
+
+    def model_at(trial: FloatArray) -> SurfaceModel:
+        values[free] = middle[free] + trial
+        moved = SurfaceModel.from_logarithms(values)
+        names = [each.name.lower() for each in parameters]
+        return replace(start, **{name: getattr(moved, name) for name in names})
+
+    def loss(trial: FloatArray) -> float:
+        model = model_at(trial)
+        noise = (each.noise(model) for each in data)
+        factored = (Factored.of(*each) for each in zip(data, map(model.bent, bends), noise, strict=True))
+        evidence = sum(each.log_evidence for each in factored)
+        prior = 0.5 * float(((trial / PRIOR_SPREAD[free]) ** 2).sum())
+        return prior - evidence if math.isfinite(evidence) else IMPOSSIBLE
+
+    bounds = [(-each, each) for each in REACH[free]]
+    first = values[free] - middle[free]
+    found = minimize(loss, first, method="L-BFGS-B", bounds=bounds, options={"maxiter": STEPS, "ftol": FLAT})
+    return model_at(found.x)

@@ -1,0 +1,164 @@
+"""The observed surface as triangles, each corner with how well it is known."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from skimage.measure import marching_cubes
+
+from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.mapping.surface_map.answer import Knowledge, half_widths
+from palpate.mapping.surface_map.surface_map import SurfaceMap
+
+IndexArray = npt.NDArray[np.int64]
+
+BAND = 1.75
+"""Half the thickness of the shell in which the surface is looked for, in voxels: no corner of a voxel that the
+surface cuts is farther from it than the diagonal, sqrt(3)."""
+
+BENT = 0.5
+"""A contact's plane misses the surface at distance d by d^2 / (2 R): d / 2 at a radius of d. Corners farther from
+the nearest contact's plane than the shell and that are not asked for."""
+
+MOST_VOXELS = 60_000_000
+"""More voxels than this in the box around what was felt are refused: half a gigabyte, a voxel in a wrong unit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceMesh:
+    """Triangles over what was felt. Holes are where nothing was: they are open edges, never closed over.
+
+    Attributes:
+        vertices: Shape (n, 3) [m], in the base frame.
+        triangles: Indices of vertices, counterclockwise seen from outside, shape (m, 3).
+        normals: Outward unit normals at vertices, shape (n, 3).
+        sd: Standard deviation of each vertex along its normal from random errors, shape (n,) [m].
+        bias: Largest constant offset beyond that [m].
+        knowledge: Values of `Knowledge` at vertices, shape (n,).
+        voxel: Edge of the grid that it was made on [m].
+    """
+
+    vertices: FloatArray
+    triangles: IndexArray
+    normals: FloatArray
+    sd: FloatArray
+    bias: float
+    knowledge: npt.NDArray[np.int8]
+    voxel: float
+
+    def band(self, probability: float = 0.95) -> FloatArray:
+        """Return half-widths that hold the true surface, as `SurfaceAnswer.band`, shape (n,) [m]."""
+        return half_widths(self.sd, self.bias, probability)
+
+    @property
+    def open_edges(self) -> IndexArray:
+        """Edges with a triangle on one side only, around holes and the rim, shape (k, 2)."""
+        corners = self.triangles
+        edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+        unique, counts = np.unique(edges, axis=0, return_counts=True)
+        return np.asarray(unique[counts == 1])
+
+    @property
+    def watertight(self) -> bool:
+        """Whether the mesh has no open edge: everything was felt."""
+        return len(self.triangles) > 0 and not len(self.open_edges)
+
+
+def surface_mesh(surface: SurfaceMap, voxel: float = 0.5e-3, worst: Knowledge = Knowledge.OBSERVED) -> SurfaceMesh:
+    """Return the zero level of the map's distance by marching cubes (Lewiner et al. 2003), where it was felt.
+
+    Args:
+        surface: A map.
+        voxel: Edge of the grid [m]. Vertices lie on the surface; a triangle misses it by voxel^2 / (8 R).
+        worst: `OBSERVED` keeps what is claimed, `EXTRAPOLATED` also the rim within reach.
+
+    Raises:
+        InvalidValueError: `voxel` is not positive or so small that the grid does not fit.
+    """
+    h = positive("voxel", voxel, "m")
+    contacts = surface.stretches.position
+    if not len(contacts):
+        return _empty(surface.settings.bias, h)
+    index, low, shape = _shell(contacts, surface.settings.reach + BAND * h, h)
+    distance, known = _near_surface(surface, (low + index) * h, BAND * h)
+    if not known.any():
+        return _empty(surface.settings.bias, h)
+    index = index[known]
+    values, given = np.ones(shape), np.zeros(shape, np.bool_)
+    values[tuple(index.T)], given[tuple(index.T)] = distance, True
+    try:
+        cubes: Callable[..., tuple[FloatArray, IndexArray, FloatArray, FloatArray]] = marching_cubes
+        raw, found, _, _ = cubes(values, 0.0, mask=_whole(given), gradient_direction="descent")
+    except (RuntimeError, ValueError):  # its way to say that the surface cuts no voxel
+        return _empty(surface.settings.bias, h)
+    return _dressed(surface, (low + raw) * h, found.astype(np.int64), h, worst)
+
+
+def _whole(given: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return which voxels have all eight corners, each marked at its highest corner, where scikit-image looks."""
+    whole = np.zeros_like(given)
+    part = whole[1:, 1:, 1:]
+    part[:] = True
+    for corner in np.ndindex(2, 2, 2):
+        part &= given[tuple(slice(c, n - 1 + c) for c, n in zip(corner, given.shape, strict=True))]
+    return whole
+
+
+def _near_surface(
+    surface: SurfaceMap, points: FloatArray, half: float
+) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Return distances of those points that are within `half` of the surface, and which those are."""
+    plane = surface.plane_distance(points)
+    known = np.abs(plane) <= half + BENT * surface.settings.reach
+    distance = surface.blend_at(points[known]).distance
+    near = np.abs(distance) <= half  # False for NaN: no patch reaches there
+    known[known] = near
+    return distance[near], known
+
+
+def _dressed(
+    surface: SurfaceMap, raw: FloatArray, triangles: IndexArray, h: float, worst: Knowledge
+) -> SurfaceMesh:
+    """Bring vertices onto the surface, drop what was not felt, and add what is known of the rest."""
+    blend = surface.blend_at(raw, with_sd=True)
+    vertices = raw - blend.distance[:, None] * blend.normal  # micrometres: normal and sd are the same there
+    fine = np.isfinite(vertices).all(axis=1)
+    knowledge = np.full(len(raw), Knowledge.UNOBSERVED, np.int8)
+    knowledge[fine] = surface.knowledge_at(vertices[fine], blend.normal[fine])[0]
+    kept = triangles[(knowledge[triangles] <= worst).all(axis=1)]
+    used, numbered = np.unique(kept, return_inverse=True)
+    return SurfaceMesh(
+        vertices=vertices[used],
+        triangles=numbered.reshape(-1, 3),
+        normals=blend.normal[used],
+        sd=blend.sd[used],
+        bias=surface.settings.bias,
+        knowledge=knowledge[used],
+        voxel=h,
+    )
+
+
+def _empty(bias: float, h: float) -> SurfaceMesh:
+    nowhere = np.zeros((0, 3))
+    return SurfaceMesh(nowhere, np.zeros((0, 3), np.int64), nowhere, np.zeros(0), bias, np.zeros(0, np.int8), h)
+
+
+def _shell(contacts: FloatArray, reach: float, h: float) -> tuple[IndexArray, FloatArray, tuple[int, int, int]]:
+    """Return grid points within `reach` of a contact along each axis, the lowest, and the size of the grid."""
+    cells = np.floor(contacts / h).astype(np.int64)
+    pad = int(np.ceil(reach / h)) + 1
+    low = cells.min(axis=0) - pad
+    size = cells.max(axis=0) + pad + 1 - low + 1
+    shape = (int(size[0]), int(size[1]), int(size[2]))
+    if shape[0] * shape[1] * shape[2] > MOST_VOXELS:
+        raise InvalidValueError(
+            f"voxel = {h} m makes a grid of {shape}, more than {MOST_VOXELS} points: is it in metres?"
+        )
+    taken = np.zeros(shape, np.bool_)
+    steps = np.arange(-pad, pad + 2)
+    offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    offsets = offsets[np.linalg.norm(offsets * h, axis=1) <= reach + h]
+    for offset in offsets:
+        taken[tuple((cells - low + offset).T)] = True
+    return np.argwhere(taken), low.astype(np.float64), shape

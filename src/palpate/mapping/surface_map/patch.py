@@ -1,0 +1,196 @@
+"""One patch of a surface: a Gaussian process of heights over the plane of one contact."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotrs, dtpttr, dtrtrs, dtrttp
+
+from palpate.errors import FloatArray
+from palpate.mapping.surface_map.covariance import (
+    height_covariance,
+    height_variance,
+    path_correlation,
+    surface_covariance,
+    weighted_sums,
+)
+from palpate.mapping.surface_map.model import BENDS, Bend, SurfaceModel
+from palpate.mapping.surface_map.stretches import Stretches
+
+STEEPEST_COS = 0.5
+"""Stretches whose normal leans more than 60 degrees from a patch's axis are of another face."""
+
+JITTER = 1e-9
+"""Added to the diagonal relative to itself, against rounding: 3e-5 of a standard deviation."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PatchFrame:
+    """A plane through a contact: x and y in it, heights along the contact's normal.
+
+    Attributes:
+        center: Shape (3,) [m], in the base frame.
+        axes: Rows are x, y and the normal in the base frame, shape (3, 3).
+    """
+
+    center: FloatArray
+    axes: FloatArray
+
+    @property
+    def axis(self) -> FloatArray:
+        """Direction of heights in the base frame, shape (3,)."""
+        return np.asarray(self.axes[2])
+
+    @classmethod
+    def at(cls, position: FloatArray, normal: FloatArray) -> "PatchFrame":
+        """Return the plane of a contact; x is any direction in it, since the process knows none."""
+        x = np.eye(3, dtype=np.float64)[int(np.abs(normal).argmin())]
+        x = x - (x @ normal) * normal
+        x /= np.linalg.norm(x)
+        return cls(position, np.array([x, np.cross(normal, x), normal], np.float64))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PatchData:
+    """Stretches as heights and slopes over a patch's plane.
+
+    Attributes:
+        xy: Shape (n, 2) [m].
+        values: Heights [m], then slopes along x, then along y, shape (3 n,).
+        path: As in `Stretches`.
+        extent: As in `Stretches`.
+        noise_root: Standard deviation of heights over that of the model's noise, shape (n,).
+        tilt_root: Square root of the covariance of slopes over the model's tilt, shape (n, 2, 2).
+    """
+
+    xy: FloatArray
+    values: FloatArray
+    path: FloatArray
+    extent: FloatArray
+    noise_root: FloatArray
+    tilt_root: FloatArray
+
+    @classmethod
+    def over(cls, frame: PatchFrame, stretches: Stretches) -> "PatchData":
+        """Return `stretches`, none steeper than `STEEPEST_COS`, in a patch's frame.
+
+        With slopes p = -n_xy / n_z, an error e along the normal changes the height by e sqrt(1 + p^2) and a
+        rotation of the normal by a small angle about any tangent changes p by that angle, with covariance
+        (1 + p^2) (I + p p').
+        """
+        local = (stretches.position - frame.center) @ frame.axes.T
+        normal = stretches.normal @ frame.axes.T
+        p = -normal[:, :2] / normal[:, 2:]
+        secant = 1.0 / normal[:, 2]
+        along = p[:, :, None] * p[:, None, :] / (1.0 + secant)[:, None, None]
+        return cls(
+            xy=local[:, :2],
+            values=np.concatenate([local[:, 2], p[:, 0], p[:, 1]]),
+            path=stretches.path,
+            extent=stretches.extent,
+            noise_root=stretches.noise * secant,
+            tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
+        )
+
+    def noise(self, model: SurfaceModel) -> FloatArray:
+        """Return the covariance of what errs in `values`, shape (3 n, 3 n)."""
+        n = len(self.xy)
+        N = np.zeros((3 * n, 3 * n), order="F")
+        C = path_correlation(self.path, self.extent, model.noise_length)
+        N[:n, :n] = model.noise**2 * np.outer(self.noise_root, self.noise_root) * C
+        C = model.tilt**2 * path_correlation(self.path, self.extent, model.tilt_length)
+        r = self.tilt_root
+        for i in range(2):
+            for j in range(i, 2):
+                block = (np.outer(r[:, i, 0], r[:, j, 0]) + np.outer(r[:, i, 1], r[:, j, 1])) * C
+                rows, columns = slice((1 + i) * n, (2 + i) * n), slice((1 + j) * n, (2 + j) * n)
+                N[rows, columns] = block
+                N[columns, rows] = block.T
+        return N
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Factored:
+    """The covariance of what was felt, factored.
+
+    Attributes:
+        lower: Lower Cholesky factor; the upper triangle holds anything.
+        log_evidence: Logarithm of the probability of what was felt, up to a constant (Rasmussen & Williams eq.
+            5.8); minus infinity where the covariance is singular to rounding.
+        mean_square: Of what was felt, in units of what the model expects.
+    """
+
+    lower: FloatArray
+    log_evidence: float
+    mean_square: float
+
+    @classmethod
+    def of(cls, data: PatchData, model: SurfaceModel, noise: FloatArray) -> "Factored":
+        """Factor surface and noise together."""
+        K = surface_covariance(data.xy, data.xy, model)
+        K += noise
+        K[np.diag_indices(len(K))] *= 1.0 + JITTER
+        lower, failed = dpotrf(K.T, lower=1, clean=0, overwrite_a=1)
+        if failed:
+            return cls(lower, -np.inf, np.inf)
+        white, _ = dtrtrs(lower, data.values, lower=1)
+        square = float(white @ white)
+        return cls(lower, -0.5 * square - float(np.log(np.diagonal(lower)).sum()), square / len(white))
+
+
+def likeliest_bend(data: PatchData, model: SurfaceModel) -> tuple[Bend, Factored]:
+    """Return which of `BENDS` makes what was felt most probable, and its factor."""
+    noise = data.noise(model)
+    tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in BENDS]
+    return max(tried, key=lambda each: each[0].odds + each[1].log_evidence)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """A fitted patch.
+
+    Attributes:
+        frame: Its plane.
+        model: What it was fitted with: the map's, bent as it suits the patch.
+        xy: Where it has data, shape (n, 2) [m].
+        weights: Of the data in a mean, shape (3 n,).
+        factor: Lower Cholesky factor of the data's covariance, packed by columns.
+        surprise: Mean square of the data in units of what the model expects: 1 where the model holds, above it at
+            edges, steps, and contacts that contradict each other.
+    """
+
+    frame: PatchFrame
+    model: SurfaceModel
+    xy: FloatArray
+    weights: FloatArray
+    factor: FloatArray
+    surprise: float
+
+    @classmethod
+    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel) -> "Patch":
+        """Return the posterior of the heights over `frame` given `stretches`.
+
+        Raises:
+            FloatingPointError: The covariance is not positive definite, which `JITTER` excludes for finite data.
+        """
+        data = PatchData.over(frame, stretches)
+        bend, factored = likeliest_bend(data, model)
+        if factored.log_evidence == -np.inf:
+            raise FloatingPointError(f"covariance of {len(data.xy)} stretches with {model} is singular")
+        weights, _ = dpotrs(factored.lower, data.values, lower=1)
+        packed, _ = dtrttp(factored.lower, uplo="L")
+        return cls(frame, model.bent(bend), data.xy, weights, packed, factored.mean_square)
+
+    def heights(self, xy: FloatArray) -> FloatArray:
+        """Return mean heights and slopes (h, h_x, h_y) at points of the plane, shape (3, m)."""
+        return weighted_sums(xy, self.xy, self.weights, self.model)
+
+    def height_sd(self, xy: FloatArray) -> FloatArray:
+        """Return standard deviations of the heights, shape (m,) [m].
+
+        Widened where the data surprise: residuals of twice the expected variance mean that (Birge, 1932).
+        """
+        cross = height_covariance(self.xy, xy, self.model)
+        lower, _ = dtpttr(3 * len(self.xy), self.factor, uplo="L")
+        white, _ = dtrtrs(lower, cross, lower=1, overwrite_b=1)
+        left = height_variance(xy, self.model) - (white**2).sum(axis=0)
+        return np.asarray(np.sqrt(np.maximum(left, 0.0) * max(1.0, self.surprise)))

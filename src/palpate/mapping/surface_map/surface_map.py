@@ -1,0 +1,267 @@
+"""The surface of what was touched, as it grows."""
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from palpate.errors import FloatArray, InvalidValueError, numbers
+from palpate.mapping.cloud import TouchCloud
+from palpate.mapping.surface_map.answer import Knowledge, SurfaceAnswer
+from palpate.mapping.surface_map.blend import Blend, blended
+from palpate.mapping.surface_map.learn import Parameter, learn
+from palpate.mapping.surface_map.model import SurfaceModel
+from palpate.mapping.surface_map.patch import STEEPEST_COS, Patch, PatchData, PatchFrame
+from palpate.mapping.surface_map.settings import MapSettings
+from palpate.mapping.surface_map.stretches import Contacts, Stretches, cut
+from palpate.mapping.surface_map.surrounded import surrounded
+
+SEED_COS = 0.82
+"""A contact whose normal leans more than 35 degrees from the axes of all patches near it starts its own: patches
+see 60 degrees, so that neighbours overlap around a bend."""
+
+FOOT_STEPS = 3
+"""Steps to the foot of a point: each leaves a fraction of distance times curvature squared."""
+
+SEARCH_REACHES = 1.5
+"""Contacts up to 1.5 reaches away tell on which sides of a point something was felt. From the middle between rows
+2 reaches apart, the widest that are observed, they show 96 degrees of either; farther ones would bridge holes."""
+
+
+class SurfaceMap:
+    """A Gaussian-process surface in overlapping patches, which grows with every batch of contacts.
+
+    Adding two batches is the same as adding their sum; only patches within reach of what is new are fitted again.
+    """
+
+    def __init__(self, settings: MapSettings | None = None) -> None:
+        self._settings = settings or MapSettings()
+        self._model = self._settings.model
+        self._stretches = Stretches.none()
+        self._open: Contacts | None = None
+        self._open_patches = 0  # patches that the open stretch has started
+        self._patches: list[Patch] = []
+        self._members: list[list[int]] = []
+        self._centers = np.zeros((0, 3))
+        self._axes = np.zeros((0, 3))
+        self._tree: KDTree | None = None
+
+    @classmethod
+    def learned(cls, cloud: TouchCloud, settings: MapSettings | None = None) -> "SurfaceMap":
+        """Return the map of `cloud` with noise and surface learned from it."""
+        made = cls(settings)
+        made._take_in(cloud)
+        made.relearn()
+        return made
+
+    def __len__(self) -> int:
+        """Number of stretches, means over short pieces of path, that the map holds."""
+        return len(self._stretches)
+
+    @property
+    def settings(self) -> MapSettings:
+        """What it was built with."""
+        return self._settings
+
+    @property
+    def model(self) -> SurfaceModel:
+        """What it believes about surface and noise now: that of the settings until `relearn`."""
+        return self._model
+
+    @property
+    def stretches(self) -> Stretches:
+        """What was felt, as means over short pieces of path."""
+        return self._stretches
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """The patches, in the order in which the finger came by."""
+        return tuple(self._patches)
+
+    def add(self, cloud: TouchCloud) -> None:
+        """Take in contacts that were felt after those before.
+
+        The last stretch of path stays open: it counts, and goes on with the next batch.
+        """
+        self._refit(self._take_in(cloud))
+
+    def _take_in(self, cloud: TouchCloud) -> set[int]:
+        """Put contacts where they belong and return the patches that need to be fitted again."""
+        if not len(cloud):
+            return set()
+        contacts = self._contacts(cloud)
+        changed: set[int] = set()
+        if self._open is not None:
+            contacts = self._open.followed_by(contacts)
+            changed |= self._forget_open()
+        found, last = cut(contacts, self._settings.stretch, self._settings.longest_pause)
+        self._open = contacts.after(last)
+        first = len(self._stretches)
+        self._stretches = self._stretches.followed_by(found)
+        for index in range(first, len(self._stretches)):
+            changed |= self._join(index)
+        self._tree = KDTree(self._stretches.position)
+        return changed
+
+    def relearn(self, held: tuple[Parameter, ...] = ()) -> None:
+        """Learn noise and surface from all that was felt, and fit every patch anew.
+
+        Takes a second or two: before a report, or when an exploration has seen a few hundred square millimetres.
+
+        Args:
+            held: Numbers that stay as the settings say.
+        """
+        data = [
+            PatchData.over(patch.frame, self._stretches[self._chosen(index)])
+            for index, patch in enumerate(self._patches)
+        ]
+        self._model = learn(data, self._settings.model, held)
+        self._refit(set(range(len(self._patches))))
+
+    def query(self, points: FloatArray) -> SurfaceAnswer:
+        """Return where the surface lies from each point, and how well that is known.
+
+        Args:
+            points: Shape (n, 3) [m], in the base frame.
+
+        Raises:
+            InvalidValueError: Another shape, or not finite.
+        """
+        x = numbers("points", points)
+        if x.ndim != 2 or x.shape[1] != 3:
+            raise InvalidValueError(f"points has shape {x.shape}: must be (n, 3) [m]")
+        if not np.isfinite(x).all():
+            at = int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])
+            raise InvalidValueError(f"points[{at}] = {x[at].tolist()}: must be finite [m]")
+        if self._tree is None or not len(x):
+            return _nothing(len(x), self._settings.bias)
+        plane, n = self._nearest_plane(x)
+        foot = x - plane[:, None] * n
+        for _ in range(FOOT_STEPS):
+            step = self.blend_at(foot)
+            foot = foot - _or_zero(step.distance)[:, None] * _or_zero(step.normal)
+            # back onto the line through x along the normal: a point's foot is nearest, not merely on the surface
+            aside = (x - foot) - ((x - foot) * step.normal).sum(axis=1, keepdims=True) * step.normal
+            foot = foot + _or_zero(aside)
+        return self._answer(x, foot)
+
+    def plane_distance(self, points: FloatArray) -> FloatArray:
+        """Return the height above the plane of the nearest contact, shape (n,) [m]: crude, and everywhere."""
+        return self._nearest_plane(points)[0]
+
+    def blend_at(self, points: FloatArray, *, with_sd: bool = False) -> Blend:
+        """Return blended heights above the surface at points near it: quick, and of first order in the height."""
+        if self._tree is None:
+            n = len(points)
+            return Blend(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan), np.full(n, np.nan))
+        _, nearest = self._tree.query(points)
+        sheet = self._stretches.normal[nearest]
+        return blended(points, sheet, self._patches, self._centers, self._settings.patch_reach, with_sd=with_sd)
+
+    def knowledge_at(self, feet: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
+        """Return `Knowledge` and the distance to the nearest stretch at points of the surface, shapes (n,)."""
+        knowledge = np.full(len(feet), Knowledge.UNOBSERVED, np.int8)
+        if self._tree is None:
+            return knowledge, np.full(len(feet), np.inf)
+        contact_distance = np.asarray(self._tree.query(feet)[0])
+        known = np.isfinite(normals).all(axis=1) & (contact_distance <= self._settings.reach)
+        knowledge[known] = Knowledge.EXTRAPOLATED
+        near = np.flatnonzero(known)
+        radius = SEARCH_REACHES * self._settings.reach
+        inside = surrounded(feet[near], normals[near], self._tree, self._stretches.normal, radius)
+        knowledge[near[inside]] = Knowledge.OBSERVED
+        return knowledge, contact_distance
+
+    def _nearest_plane(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if self._tree is None:
+            return np.full(len(points), np.nan), np.full((len(points), 3), np.nan)
+        _, nearest = self._tree.query(points)
+        normal = self._stretches.normal[nearest]
+        return ((points - self._stretches.position[nearest]) * normal).sum(axis=1), normal
+
+    def _answer(self, x: FloatArray, foot: FloatArray) -> SurfaceAnswer:
+        blend = self.blend_at(foot, with_sd=True)
+        foot = foot - blend.distance[:, None] * blend.normal
+        knowledge, contact_distance = self.knowledge_at(_or_zero(foot), blend.normal)
+        distance = ((x - foot) * blend.normal).sum(axis=1)
+        return SurfaceAnswer(
+            distance=distance,
+            foot=foot,
+            normal=blend.normal,
+            sd=blend.sd,
+            bias=self._settings.bias,
+            contact_distance=contact_distance,
+            knowledge=knowledge,
+            surprise=blend.surprise,
+        )
+
+    def _contacts(self, cloud: TouchCloud) -> Contacts:
+        ones, told = np.ones(len(cloud)), self._settings.model
+        return Contacts(
+            time=cloud.time,
+            position=cloud.position,
+            normal=cloud.normal,
+            noise=ones if cloud.noise is None else cloud.noise / told.noise,
+            tilt=ones if cloud.tilt is None else cloud.tilt / told.tilt,
+        )
+
+    def _forget_open(self) -> set[int]:
+        """Take the open stretch out again and return the patches that held it."""
+        last = len(self._stretches) - 1
+        self._stretches = self._stretches[:last]
+        if self._open_patches:
+            for held in (self._patches, self._members):
+                del held[-self._open_patches :]
+            self._centers, self._axes = self._centers[: len(self._patches)], self._axes[: len(self._patches)]
+        changed = set()
+        for index, members in enumerate(self._members):
+            if members and members[-1] == last:
+                members.pop()
+                changed.add(index)
+        return changed
+
+    def _join(self, index: int) -> set[int]:
+        """Let a stretch into the patches around it, starting one if there is none; return them."""
+        position, normal = self._stretches.position[index], self._stretches.normal[index]
+        distance = np.linalg.norm(self._centers - position, axis=1)
+        cos = self._axes @ normal
+        joined = np.flatnonzero((distance <= self._settings.patch_data) & (cos > STEEPEST_COS)).tolist()
+        for patch in joined:
+            self._members[patch].append(index)
+        self._open_patches = 0
+        if not ((distance <= self._settings.patch_spacing) & (cos > SEED_COS)).any():
+            joined.append(self._start_patch(index))
+            self._open_patches = 1
+        return set(joined)
+
+    def _start_patch(self, index: int) -> int:
+        frame = PatchFrame.at(self._stretches.position[index], self._stretches.normal[index])
+        so_far = self._stretches[: index + 1]
+        near = np.linalg.norm(so_far.position - frame.center, axis=1) <= self._settings.patch_data
+        members = np.flatnonzero(near & (so_far.normal @ frame.axis > STEEPEST_COS)).tolist()
+        self._members.append(members)
+        self._patches.append(Patch.fitted(frame, self._stretches[index : index + 1], self._model))
+        self._centers = np.vstack([self._centers, frame.center])
+        self._axes = np.vstack([self._axes, frame.axis])
+        return len(self._patches) - 1
+
+    def _chosen(self, patch: int) -> np.ndarray:
+        members = np.array(self._members[patch], dtype=np.intp)
+        most = self._settings.patch_stretches
+        if len(members) <= most:
+            return members
+        return members[np.arange(most) * len(members) // most]
+
+    def _refit(self, changed: set[int]) -> None:
+        for index in sorted(changed):
+            stretches = self._stretches[self._chosen(index)]
+            self._patches[index] = Patch.fitted(self._patches[index].frame, stretches, self._model)
+
+
+def _or_zero(values: FloatArray) -> FloatArray:
+    return np.nan_to_num(values, nan=0.0)
+
+
+def _nothing(count: int, bias: float) -> SurfaceAnswer:
+    nan = np.full(count, np.nan)
+    nowhere = np.full((count, 3), np.nan)
+    unobserved = np.full(count, Knowledge.UNOBSERVED, np.int8)
+    return SurfaceAnswer(nan, nowhere, nowhere, nan, bias, np.full(count, np.inf), unobserved, nan)

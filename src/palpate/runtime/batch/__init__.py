@@ -1,0 +1,28 @@
+"""Many independent runs over processes: cases in, outcomes out, in the same order and with the same numbers."""
+
+from palpate.runtime.batch.bar import progress_bar, quiet
+from palpate.runtime.batch.outcome import (
+    BatchError,
+    BatchProgress,
+    Failure,
+    FailureKind,
+    Outcome,
+    ShowProgress,
+    Success,
+    results_of,
+)
+from palpate.runtime.batch.run import run_batch
+
+__all__ = [
+    "BatchError",
+    "BatchProgress",
+    "Failure",
+    "FailureKind",
+    "Outcome",
+    "ShowProgress",
+    "Success",
+    "progress_bar",
+    "quiet",
+    "results_of",
+    "run_batch",
+]

@@ -1,0 +1,111 @@
+"""What runs in a worker process: one case after the other, until told to stop or alone in the world."""
+
+import os
+import pickle
+import queue
+import signal
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, TypeAlias
+
+from palpate.runtime.batch.pickling import packed
+
+STOP = b""
+"""Instead of a case: end. No pickle is empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The work is loaded, its modules imported."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The work cannot be loaded here.
+
+    Attributes:
+        traceback: Why.
+    """
+
+    traceback: str
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A case was carried out.
+
+    Attributes:
+        result: Packed.
+        duration: Wall time [s].
+    """
+
+    result: bytes
+    duration: float
+
+
+@dataclass(frozen=True, slots=True)
+class Raised:
+    """A case raised an exception.
+
+    Attributes:
+        error: In one line.
+        traceback: From the work on.
+    """
+
+    error: str
+    traceback: str
+
+
+Message: TypeAlias = Ready | Refused | Done | Raised
+
+
+def serve(pipe: Connection, work: bytes) -> None:
+    """Carry out cases as they come.
+
+    Args:
+        pipe: To the parent: cases in, messages out.
+        work: What to do with a case, packed.
+    """
+    # Ctrl-C in a terminal reaches every process: the parent decides
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(pipe, inbox), daemon=True).start()
+    try:
+        call = pickle.loads(work)
+    except Exception:
+        pipe.send(Refused(traceback.format_exc()))
+        return
+    pipe.send(Ready())
+    while (case := inbox.get()) != STOP:
+        pipe.send(_attempt(call, case))
+
+
+def _listen(pipe: Connection, inbox: "queue.SimpleQueue[bytes]") -> None:
+    """Take in cases; end this process at once, in mid-case, if the parent's end is gone: it was killed."""
+    while True:
+        try:
+            inbox.put(pipe.recv_bytes())
+        except (EOFError, OSError):
+            os._exit(1)
+
+
+def _attempt(call: Callable[[Any], object], case: bytes) -> Done | Raised:
+    began = time.perf_counter()
+    try:
+        result = call(pickle.loads(case))
+        duration = time.perf_counter() - began
+        return Done(packed("result", result), duration)
+    except BaseException as error:  # also SystemExit: it ends the case, not the worker
+        return _raised(error)
+
+
+def _raised(error: BaseException) -> Raised:
+    where = error.__traceback__
+    if where is not None and where.tb_next is not None:
+        where = where.tb_next  # from the work on: how it was called is of no interest
+    text = "".join(traceback.format_exception(type(error), error, where))
+    return Raised("".join(traceback.format_exception_only(error)).strip(), text)

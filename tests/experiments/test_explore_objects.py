@@ -1,0 +1,326 @@
+"""Explorations of what is not convex and of what comes from files: force, points, places, formats, refusals."""
+
+import re
+import shutil
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.experiment_file import read_config
+from palpate.experiments.explore import carry_out
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.explore_report import exploration_report
+from palpate.experiments.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
+from palpate.experiments.heights_file import heights_text, load_heights, read_heights_text
+from palpate.experiments.robot_values import config_for
+from palpate.mapping import HeightMap, write_height_map_csv
+from palpate.runtime import Ending
+from palpate.sim import ConvexMesh, HeightField, TracedMesh
+from palpate.sim.objects.traced import TracedObject
+
+SMALL = {"width": 0.02, "depth": 0.004, "spacing": 0.004}
+X, Y = np.meshgrid(np.linspace(-0.03, 0.03, 61), np.linspace(-0.02, 0.02, 41))
+Z = 0.002 * np.sin(120.0 * X) * np.cos(90.0 * Y) + 0.001
+BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.04)
+
+
+def rounded_box():
+    corner = trimesh.creation.icosphere(subdivisions=3, radius=0.012).vertices
+    corners = [corner + np.array([x, y, z]) for x in (-0.02, 0.02) for y in (-0.02, 0.02) for z in (-0.01, 0.01)]
+    return trimesh.Trimesh(np.concatenate(corners)).convex_hull
+
+
+MESHES = {"ball": BALL, "rounded box": rounded_box(), "ring": trimesh.creation.torus(0.06, 0.025)}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("objects")
+    for name, mesh in MESHES.items():
+        mesh.export(folder / f"{name}.stl")
+    rows = np.column_stack([X.ravel(), Y.ravel(), Z.ravel()])
+    np.savetxt(folder / "z.csv", rows, delimiter=",", header="x_m,y_m,z_m", comments="", fmt="%.17g")
+    np.save(folder / "z.npy", Z)
+    return folder
+
+
+def described(files, name):
+    """Fields of a configuration for an object."""
+    if name in ("bumps", "torus"):
+        return {"object": name}
+    if name == "heights":
+        return {"object": "height-field", "file": files / "z.csv"}
+    return {"object": "mesh", "file": files / f"{name}.stl", "center": (0.06, 0.0) if name == "ring" else ()}
+
+
+@pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
+def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
+    found = carry_out(plan(config_for("stage", **SMALL, **described(files, name))))
+    assert found.run.ending is Ending.DONE
+    assert found.truth.touching[found.scanning].all()
+    assert found.force_rms < 0.20
+    assert found.point_rms < (1e-6 if name in ("bumps", "torus", "heights") else 1e-5)
+    assert np.nanmax(found.true_normal_force) < 3.5
+    report = exploration_report(found)
+    assert np.isfinite(report.true_surface.vertices).all()
+    assert len(report.true_surface.triangles)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
+@pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
+def test_whole_objects_on_both_robots(name, files, robot):
+    size = {"ring": {"width": 0.034, "depth": 0.034}, "heights": {"depth": 0.02}}.get(name, {})
+    found = carry_out(plan(config_for(robot, speed=0.02, spacing=0.01, **{**size, **described(files, name)})))
+    assert found.run.ending is Ending.DONE
+    assert found.truth.touching[found.scanning].all()
+    assert found.force_rms < 0.20
+    assert found.point_rms < 1e-5
+
+
+def test_a_ur5e_explores_bumps():
+    found = carry_out(plan(config_for("ur5e-sim", object="bumps", **SMALL)))
+    assert found.run.ending is Ending.DONE
+    assert found.truth.touching[found.scanning].all()
+    assert found.force_rms < 0.20
+
+
+# --- where it stands ---
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.tuples(*[st.floats(-0.5, 0.5)] * 3))
+def test_a_mesh_stands_on_the_ground_in_the_middle_wherever_its_file_has_it(tmp_path_factory, shift):
+    mesh = MESHES["rounded box"].copy()
+    mesh.apply_translation(shift)
+    path = tmp_path_factory.getbasetemp() / "moved.ply"
+    mesh.export(path)
+    target = scene_object(ExploreConfig(object="mesh", file=path))
+    assert isinstance(target, TracedMesh)
+    low, high = target.triangles.vertices.min(axis=0), target.triangles.vertices.max(axis=0)
+    assert low[2] == target.bottom == 0.0
+    assert target.top == pytest.approx(0.044, abs=1e-4)
+    assert (low + high)[:2] == pytest.approx((0.0, 0.0), abs=1e-15)
+
+
+def test_heights_below_zero_are_found_as_well(tmp_path):
+    """How high the whole lies makes no difference."""
+    found = []
+    for height in (0.0, -0.05):
+        np.save(tmp_path / "z.npy", Z + height)
+        config = ExploreConfig(
+            object="height-field", file=tmp_path / "z.npy", size=(0.06, 0.04), **SMALL, speed=0.05
+        )
+        found.append(carry_out(plan(config)))
+    assert all(one.run.ending is Ending.DONE for one in found)
+    assert len(found[0].cloud) == pytest.approx(len(found[1].cloud), abs=2)
+    assert found[0].force_rms == pytest.approx(found[1].force_rms, rel=1e-3)
+
+
+def test_a_file_in_millimetres_is_refused_and_with_a_scale_it_is_the_same_object(tmp_path):
+    big = BALL.copy()
+    big.apply_scale(1000.0)
+    big.export(tmp_path / "mm.obj")
+    BALL.export(tmp_path / "m.obj")
+    with pytest.raises(InvalidValueError, match=r"mm\.obj: 80 m across.*--scale 0\.001"):
+        scene_object(ExploreConfig(object="mesh", file=tmp_path / "mm.obj"))
+    with pytest.raises(InvalidValueError, match=r"8e-05 m across.*another unit"):
+        scene_object(ExploreConfig(object="mesh", file=tmp_path / "m.obj", scale=0.001))
+    scaled, same = (
+        scene_object(ExploreConfig(object="mesh", file=tmp_path / f"{name}.obj", scale=scale))
+        for name, scale in (("mm", 0.001), ("m", 1.0))
+    )
+    points = np.random.default_rng(0).uniform(-0.05, 0.1, (100, 3))
+    assert np.allclose(scaled.signed_distance(points), same.signed_distance(points), rtol=0, atol=1e-8)
+
+
+def test_a_tip_that_is_no_sphere_touches_convex_meshes_only(files):
+    tip = (0.008, 0.008, 0.01)
+    assert isinstance(scene_object(ExploreConfig(**described(files, "ball"))), TracedMesh)
+    assert isinstance(scene_object(ExploreConfig(**described(files, "ball"), tip=tip)), ConvexMesh)
+    with pytest.raises(InvalidValueError, match=r"not convex.*a tip that is a sphere"):
+        scene_object(ExploreConfig(**described(files, "ring"), tip=tip))
+    with pytest.raises(InvalidValueError, match=r"tip = 0\.008 0\.008 0\.01: a torus is touched by a sphere only"):
+        plan(ExploreConfig(object="torus", tip=tip))
+
+
+# --- formats of heights ---
+
+
+def grid_text(header=""):
+    return header + "\n".join(",".join(map(repr, row)) for row in Z.tolist())
+
+
+def test_all_formats_of_heights_give_the_same_field(tmp_path, files):
+    rng = np.random.default_rng(0)
+    rows = np.column_stack([np.arange(Z.size), X.ravel() + 1.0, Y.ravel() - 2.0, Z.ravel()])
+    rng.shuffle(rows)
+    np.savetxt(tmp_path / "far.csv", rows, delimiter=",", header="note, x_m, y_m, z_m", comments="", fmt="%.17g")
+    (tmp_path / "said.csv").write_text(grid_text("# width_m=0.06, depth_m=0.04\n"))
+    (tmp_path / "bare.csv").write_text(grid_text())
+    np.savetxt(tmp_path / "mm.csv", 1e3 * Z, delimiter=",", fmt="%.17g")
+    for field in (
+        load_heights(files / "z.csv", 1.0, ()),
+        load_heights(tmp_path / "far.csv", 1.0, ()),
+        load_heights(tmp_path / "said.csv", 1.0, ()),
+        load_heights(tmp_path / "bare.csv", 1.0, (0.06, 0.04)),
+        load_heights(files / "z.npy", 1.0, (0.06, 0.04)),
+        load_heights(tmp_path / "mm.csv", 1e-3, (0.06, 0.04)),
+    ):
+        assert np.allclose(field.heights, Z, rtol=0, atol=1e-15)
+        assert (field.width, field.depth) == pytest.approx((0.06, 0.04), rel=1e-12)
+
+
+def test_a_height_map_that_was_explored_can_be_explored_again(tmp_path):
+    written = HeightMap(X[0], Y[:, 0], Z, np.zeros_like(Z), 0.0)
+    write_height_map_csv(written, tmp_path / "height_map.csv")
+    field = load_heights(tmp_path / "height_map.csv", 1.0, ())
+    assert np.array_equal(field.heights, Z)
+    holed = np.where(Z > 0.0029, np.nan, Z)
+    write_height_map_csv(HeightMap(X[0], Y[:, 0], holed, np.zeros_like(Z), 0.0), tmp_path / "holed.csv")
+    with pytest.raises(InvalidValueError, match=rf"{np.isnan(holed).sum()} of 2501 points.*no height"):
+        load_heights(tmp_path / "holed.csv", 1.0, ())
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.01, 0.5), st.floats(0.01, 0.5))
+def test_heights_as_text_read_back_to_the_same_bits(seed, width, depth):
+    field = HeightField(1e-3 * np.random.default_rng(seed).normal(size=(5, 7)), width, depth)
+    again = read_heights_text(heights_text(field), "object.csv")
+    assert np.array_equal(again.parameters, field.parameters)
+
+
+# --- logs ---
+
+
+def packed(planned):
+    """Every bit of a surface."""
+    assert isinstance(planned.target, TracedObject)
+    return planned.target.parameters
+
+
+@pytest.mark.parametrize("name", ["ball", "heights"])
+def test_a_log_keeps_the_object_itself_so_that_its_file_may_change_or_go(name, tmp_path, files):
+    fields = described(files, name)
+    copy = tmp_path / "object.stl" if name == "ball" else tmp_path / "object.csv"
+    shutil.copy(fields["file"], copy)
+    planned = plan(ExploreConfig(**{**SMALL, **fields, "width": 0.005, "speed": 0.05, "file": copy}))
+    texts = planned.texts()
+    assert {MESH_TEXT, HEIGHTS_TEXT} & set(texts) == {MESH_TEXT if name == "ball" else HEIGHTS_TEXT}
+    first = carry_out(planned)
+    copy.write_text("something else")
+    assert np.array_equal(packed(plan_from_texts(texts)), packed(planned))
+    copy.unlink()
+    again = plan_from_texts(texts)
+    assert np.array_equal(packed(again), packed(planned))
+    assert again.limits == planned.limits
+    assert again.texts() == texts
+    second = carry_out(again)
+    assert np.array_equal(second.record.command, first.record.command)
+    assert np.array_equal(second.truth.force, first.truth.force)
+    assert np.array_equal(second.point_error, first.point_error)
+    del texts[MESH_TEXT if name == "ball" else HEIGHTS_TEXT]
+    with pytest.raises(InvalidValueError, match=r"object\.\w+' is missing"):
+        plan_from_texts(texts)
+
+
+def test_an_object_that_its_configuration_describes_needs_no_text_and_old_logs_can_be_read():
+    assert not {MESH_TEXT, HEIGHTS_TEXT} & set(plan(ExploreConfig(object="torus")).texts())
+    assert read_config("experiment: explore\nobject: sphere\nsize: [0.04]\n") == ExploreConfig()
+
+
+@pytest.mark.parametrize("text", ["", "OFF", "OFF\n1 1 0\n0 0 0\n", "OFF\nx y z", "solid"])
+def test_a_damaged_mesh_in_a_log_is_refused(text, files):
+    texts = plan(ExploreConfig(**SMALL, **described(files, "ball"))).texts()
+    with pytest.raises(InvalidValueError, match=r"object\.off"):
+        plan_from_texts({**texts, MESH_TEXT: text})
+
+
+# --- what fits ---
+
+
+@pytest.mark.parametrize(
+    ("name", "fields"),
+    [
+        ("torus", {"center": (0.0, 0.0)}),
+        ("torus", {"size": (0.03, 0.012)}),
+        ("bumps", {"width": 0.17}),
+        ("heights", {}),
+        ("heights", {"width": 0.02, "depth": 0.02, "center": (0.1, 0.0)}),
+        ("ring", {"center": (0.0, 0.0), "width": 0.03, "depth": 0.03}),
+        ("ball", {"width": 0.1}),
+    ],
+)
+def test_a_raster_that_does_not_fit_is_refused_with_one_that_does(name, fields, files):
+    values = {**described(files, name), **fields}
+    with pytest.raises(InvalidValueError, match="can be touched from above") as refusal:
+        plan(ExploreConfig(**values))
+    message, taken = str(refusal.value), 0
+    smaller = re.search(r"at most (\S+) x (\S+) m", message)
+    if smaller:
+        plan(ExploreConfig(**{**values, "width": float(smaller[1]), "depth": float(smaller[2])}))
+        taken += 1
+    other = re.search(r"--center (\S+) (\S+)(?: --width (\S+) --depth (\S+))? fits", message)
+    if other:
+        moved = {**values, "center": (float(other[1]), float(other[2]))}
+        if other[3]:
+            moved |= {"width": float(other[3]), "depth": float(other[4])}
+        plan(ExploreConfig(**moved))
+        taken += 1
+    assert taken
+
+
+def test_rows_go_where_they_are_asked_to():
+    found = carry_out(plan(ExploreConfig(object="bumps", **SMALL, speed=0.05, center=(0.03, -0.02))))
+    touched = found.cloud.position
+    # up to a tip's radius times the steepest slope beside the path of its centre
+    assert np.allclose(0.5 * (touched.min(axis=0) + touched.max(axis=0))[:2], (0.03, -0.02), atol=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"object": "mesh"}, "a file must describe it (--file)"),
+        ({"object": "sphere", "file": "x.stl"}, "a sphere is described by --size"),
+        ({"object": "bumps", "scale": 0.001}, "scale = 0.001: is for files; bumps takes --size"),
+        ({"object": "mesh", "file": "x.stl", "scale": 0.0}, "scale = 0.0"),
+        ({"object": "mesh", "file": "x.stl", "size": (0.1,)}, "a mesh takes nothing, the file says it"),
+        ({"object": "height-field", "file": "x.csv", "size": (0.1,)}, "takes width and depth"),
+        ({"object": "torus", "size": (0.1,)}, "its radius of the ring and of its tube"),
+        ({"center": (0.1,)}, "center = 0.1: give two numbers"),
+        ({"center": (0.1, float("nan"))}, "center = 0.1 nan"),
+    ],
+)
+def test_configurations_that_contradict_themselves_are_refused(fields, message):
+    with pytest.raises(InvalidValueError, match=re.escape(message)):
+        ExploreConfig(**fields)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("gone.csv", None, "cannot be read: No such file"),
+        ("a.csv", "1,2\n3\n", "line 2: 1 numbers, the first row has 2"),
+        ("b.csv", "# width_m=0.1 depth_m=0.1\n1,2\n3,x\n", "line 3: 'x': must be a number"),
+        ("c.csv", "x_m,y_m\n0,0\n", "no column z_m: there are x_m, y_m"),
+        ("d.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n", "x_m must be numbers that span a grid"),
+        ("e.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n1,0,0\n3,1,0\n", "x_m is on no regular grid"),
+        ("f.csv", grid_text(), "does not say how large it is; give --size WIDTH DEPTH"),
+        ("g.csv", grid_text("# width_m=60 depth_m=40\n"), "60 m across"),
+        ("h.csv", "", "empty, there are no heights in it"),
+        ("i.csv", "# width_m=0.1 depth_m=0.1\n0,0\n0,0\n", "heights has shape (2, 2)"),
+        ("j.npy", "not numpy", "cannot be read as an array of numbers"),
+        ("k.csv", "# width_m=0.1 depth_m=0.1\n0,0,0,0\n" + "0,0,nan,0\n" * 3, "heights[1, 2] = nan"),
+    ],
+)
+def test_files_of_heights_that_are_none_are_refused_by_name(name, text, message, tmp_path):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(InvalidValueError, match=re.escape(message)) as refusal:
+        scene_object(ExploreConfig(object="height-field", file=tmp_path / name))
+    assert name in str(refusal.value)

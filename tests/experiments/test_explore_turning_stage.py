@@ -1,0 +1,55 @@
+"""The same exploration by a stage that can also turn: one word is changed."""
+
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore import carry_out
+from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.robot_in_scene import check
+from palpate.experiments.robot_values import config_for
+from palpate.runtime import Ending
+from palpate.runtime.robot import load_robot
+from palpate.runtime.robot_backend import TurningStageEntry
+from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.sim import TurningStage
+
+
+def test_it_holds_the_force_and_finds_the_surface():
+    config = config_for("turning-stage", object="sphere", size=(), speed=0.02, spacing=0.02, width=0.04)
+    found = carry_out(plan(config))
+    assert found.run.ending is Ending.DONE
+    assert found.run.stopped
+    assert found.truth.touching[found.scanning].all()
+    assert found.force_rms < 0.05
+    assert found.point_rms < 0.01e-3
+
+
+def test_it_can_be_planned_again_from_its_texts():
+    planned = plan(config_for("turning-stage", width=0.01, depth=0.004))
+    again = plan_from_texts(planned.texts())
+    assert again.parameters == planned.parameters
+    assert again.limits == planned.limits
+
+
+def test_what_its_file_leaves_out_is_what_the_stage_is_by_itself():
+    entry, stage = TurningStageEntry(), TurningStage()
+    assert (entry.mass, entry.inertia, entry.bandwidth) == (stage.mass, stage.inertia, stage.bandwidth)
+    assert (entry.leash, entry.angular_leash) == (stage.leash.distance, stage.leash.angle)
+
+
+def test_its_file_reads_back_to_the_same():
+    robot = load_robot("turning-stage")
+    check(robot)
+    assert isinstance(robot.file.backend, TurningStageEntry)
+    assert read_robot_file(robot_file_text(robot.file)) == robot.file
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("inertia_kg_m2", "0"), ("inertia_kg_m2", "1e3"), ("angular_leash_rad", "3.4"), ("angular_leash_rad", "-1")],
+)
+def test_what_cannot_be_is_refused_with_its_key(key, value):
+    text = robot_file_text(load_robot("turning-stage").file)
+    line = next(line for line in text.splitlines() if line.strip().startswith(key))
+    with pytest.raises(InvalidValueError, match=rf"{key} = .*must be from"):
+        read_robot_file(text.replace(line, f"{line.split(':')[0]}: {value}"))

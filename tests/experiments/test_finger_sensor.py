@@ -1,0 +1,316 @@
+"""Explorations with sensors as they are: what is known of them, what is refused, and the same again from a log."""
+
+import re
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.cli import main
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore import Attempt, carry_out
+from palpate.experiments.explore_command import log_writer
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.finger_sensor import check_age, model_of_finger, sensor_for
+from palpate.experiments.known_sensor import check_known, described, known_sensor
+from palpate.experiments.replay import replay_log
+from palpate.experiments.robot_in_scene import check
+from palpate.experiments.robot_values import config_for, values_of
+from palpate.runtime import Command, Ending, SensorFinger
+from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
+from palpate.runtime.robot_sensor import PresetSensor, SimulatedSensorEntry
+from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.ft import FTPipeline, read_sensor, sensor_text
+from palpate.sim import SeededSensor
+from palpate.sim.sensor.model import SensorModel
+from palpate.sim.sensor.presets import nano17, sensor_preset
+
+SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
+REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
+EVERYTHING = """{preset: nano17, specimen: 3, cross_talk: 0.005, bias: {force_N: [0.05, 0, 0.1]}, lost_share: 0.05,
+      bandwidth: {kind: second_order, natural_frequency_Hz: 300}, sample_rate_Hz: 700, latency_s: 0.002,
+      drift: {force_N: [0.1, 0, 0.1], time_constant_s: 50}, quantisation: {force_N: 0.004, moment_Nm: 2.0e-5},
+      saturation: {force_N: [13, 13, 18], moment_Nm: [0.13, 0.13, 0.13]}, tare_s: 0.5}"""
+HEAD = """palpate_robot: 1
+name: mine
+backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 100, leash_m: 0.0025, time_step_s: 0.0005}
+period_s: 0.001
+fingers:
+  - surface: {kind: sphere, radius_m: RADIUS}
+"""
+PAYLOAD = "    payload: {mass_kg: 0.03}\n"
+
+
+def text_of(sensor, more=PAYLOAD, radius=0.008, end=""):
+    return HEAD.replace("RADIUS", str(radius)) + more + f"    simulated_sensor: {sensor}\n" + end
+
+
+def robot_with(sensor, **options):
+    return read_robot({ROBOT_TEXT: text_of(sensor, **options)})
+
+
+def robot_with_file(sensor, file):
+    return read_robot({ROBOT_TEXT: text_of(sensor, "    sensor: x.yaml\n"), "sensor-0.yaml": sensor_text(file)})
+
+
+def config_of(robot, **values):
+    return ExploreConfig(**{**values_of(robot), **SMALL, **values})
+
+
+def felt(planned, periods=80):
+    """What the back end says while the tip moves down, bit for bit."""
+    samples = [planned.backend.start()]
+    return samples + [planned.backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods)]
+
+
+def described_of(entry, period=1e-3):
+    finger = robot_with(entry).file.fingers[0]
+    return described(finger, model_of_finger(finger), period)
+
+
+# --- what is known ---
+
+
+@pytest.mark.parametrize("preset", REAL)
+@pytest.mark.parametrize("period", [1e-3, 2e-3, 8e-3])
+def test_what_is_said_of_a_preset_is_what_it_does(preset, period):
+    """Saved as a sensor file it is accepted, and controllers are told its delay."""
+    model = sensor_preset(preset, 2)
+    known = described_of(f"{{preset: {preset}, specimen: 2}}", period)
+    check_known(read_sensor(sensor_text(known)), model, period, tared=False)
+    assert FTPipeline(known).delay == pytest.approx(model.delay)
+    assert not any(known.bias)
+
+
+def test_a_bias_is_not_known_unless_it_is_tared():
+    finger = robot_with("{preset: nano17, bias: {force_N: [0.1, 0, 0]}}").file.fingers[0]
+    sensor = SeededSensor(model_of_finger(finger))
+    assert sensor.model.bias[0] == 0.1
+    assert not any(known_sensor(finger, None, sensor, 1e-3).bias)
+
+
+@settings(max_examples=25, deadline=None)
+@given(specimen=st.integers(0, 1000), seed=st.integers(0, 2**63 - 1), bias=st.floats(-1.0, 1.0))
+def test_a_tare_finds_the_bias_and_what_cross_talk_makes_of_the_weight(specimen, seed, bias):
+    finger = robot_with(
+        f"{{preset: nano17, specimen: {specimen}, bias: {{force_N: [0, {bias!r}, 0]}}, tare_s: 1}}"
+    )
+    finger = finger.file.fingers[0]
+    model = model_of_finger(finger)
+    known = known_sensor(finger, None, SeededSensor(model, seed), 1e-3)
+    weight = -np.array(contact_wrench((0.0,) * 6, (0.0, 0.0, 9.81), Payload(0.03)))
+    expected = (np.array(model.cross_talk.matrix) - np.eye(6)) @ weight + model.bias
+    # six standard errors of 1000 readings; rounding to a step as large as the noise adds 1e-8 of bias
+    assert np.all(np.abs(known.bias - expected) < 6.0 * np.array(model.noise_sd) / np.sqrt(1000))
+    assert known.bias == known_sensor(finger, None, SeededSensor(model, seed), 1e-3).bias
+    assert known.bias != known_sensor(finger, None, SeededSensor(model, seed ^ 1), 1e-3).bias
+
+
+def test_white_noise_alone_needs_no_sensor_file():
+    assert described_of("{}") is None
+    robot = robot_with("{}", more=PAYLOAD + "    noise: {force_N: 0.01}\n")
+    assert not isinstance(plan(config_of(robot), robot).finger, SensorFinger)
+
+
+@pytest.mark.parametrize("sensor", ["{latency_s: 0.001}", "{bias: {force_N: [1, 0, 0]}}", "{lost_share: 0.1}"])
+def test_more_than_noise_needs_a_range(sensor):
+    with pytest.raises(InvalidValueError, match=r"simulated_sensor: no range.*give range"):
+        check(robot_with(sensor))
+    whole = sensor.replace("{", "{range: {force_N: [9, 9, 9], moment_Nm: [1, 1, 1]}, ", 1)
+    check(robot_with(whole, more=PAYLOAD + "    noise: {force_N: 0.01, moment_Nm: 1e-4}\n"))
+
+
+# --- never a mismatch in silence ---
+
+NANO17 = described_of("{preset: nano17}")
+
+
+@pytest.mark.parametrize(
+    ("changes", "sensor", "words"),
+    [
+        ({"device_delay": 0.0}, "{preset: nano17}", ["device_delay_s = 0", "0.000359"]),
+        ({"device_delay": 0.002}, "{preset: nano17}", ["device_delay_s = 0.002"]),
+        ({}, "{preset: nano17, latency_s: 0.005}", ["device_delay_s = 0.000359", "0.00507"]),
+        ({"bias_force": (0.0, 0.0, 0.5)}, "{preset: nano17}", ["bias of Fz = 0.5", "shows 0"]),
+        ({"bias_force": (0.0, 0.0, 0.5)}, "{preset: nano17, tare_s: 1}", ["bias of Fz = 0.5", "shows 0"]),
+        ({}, "{preset: nano17, bias: {moment_Nm: [0, 0.01, 0]}}", ["bias of My = 0", "0.01", "tare_s"]),
+        ({"device_rate": 500.0}, "{preset: nano17}", ["device_rate_Hz = 500", "leave it out"]),
+        ({"device_delay": 0.001288}, "{preset: nano17, sample_rate_Hz: 500}", ["device_rate_Hz left"]),
+        ({"sample_rate": 500.0}, "{preset: nano17}", ["sample_rate_Hz = 500", "write 1000"]),
+        ({"force_range": (15.0, 12.0, 17.0)}, "{preset: nano17}", ["range of Fx = 15", "end at 12.6"]),
+        ({}, "{preset: nano17, quantisation: {force_N: 0.01}}", ["dead sensor", "some noise"]),
+    ],
+)  # fmt: skip
+def test_a_sensor_file_that_says_otherwise_than_the_simulation_is_refused(changes, sensor, words):
+    with pytest.raises(InvalidValueError) as found:
+        check(robot_with_file(sensor, msgspec.structs.replace(NANO17, **changes)))
+    for word in words:
+        assert word in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sensor"),
+    [
+        ({}, "{preset: nano17}"),
+        ({"bias_force": (0.0, 0.0, 0.5)}, "{preset: nano17, bias: {force_N: [0, 0, 0.5]}}"),
+        ({}, "{preset: nano17, bias: {force_N: [0, 0, 0.5]}, tare_s: 1}"),
+        ({"device_delay": 0.005071}, "{preset: nano17, latency_s: 0.005}"),
+        ({"device_delay": 0.001288, "device_rate": 500.0}, "{preset: nano17, sample_rate_Hz: 500}"),
+    ],
+)
+def test_one_that_says_the_same_is_accepted(changes, sensor):
+    check(robot_with_file(sensor, msgspec.structs.replace(NANO17, **changes)))
+
+
+def test_thresholds_within_the_simulated_noise_are_refused():
+    robot = robot_with_file("{preset: nano17}", NANO17)
+    plan(config_of(robot), robot)
+    with pytest.raises(InvalidValueError, match=r"touch_force_N.*at least 0\.05"):
+        plan(config_of(robot, force_noise=0.01), robot)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "age"),
+    [("ft300s", 0.0183), ("ft300s, lost_share: 0.01", 0.0483), ("nano17, latency_s: 0.05", 0.0502)],
+)
+def test_samples_older_than_the_supervisor_allows_are_refused_before_the_run(sensor, age):
+    strict, enough = (f"limits: {{sample_age_s: {x!r}}}\n" for x in (0.99 * age, 1.02 * age))
+    with pytest.raises(InvalidValueError, match=r"limits\.sample_age_s") as found:
+        check(robot_with(f"{{preset: {sensor}}}", radius=0.025, end=strict))
+    least = re.search(r"give at least ([\d.]+)", str(found.value))
+    assert float(least[1]) == pytest.approx(age, rel=0.03)
+    check(robot_with(f"{{preset: {sensor}}}", radius=0.025, end=enough))
+
+
+@pytest.mark.parametrize("kind", [{"sample_rate": 200.0}, {"latency": 0.004}, {"lost_share": 0.2}])
+def test_no_reading_is_ever_older_than_was_reckoned_with(kind):
+    robot = robot_with("{preset: nano17}")
+    entry = msgspec.structs.replace(SimulatedSensorEntry(preset=PresetSensor.NANO17), **kind)
+    finger = msgspec.structs.replace(robot.file.fingers[0], simulated_sensor=entry)
+    robot = replace(robot, file=msgspec.structs.replace(robot.file, fingers=(finger,)))
+    samples = felt(plan(config_of(robot), robot), 2000)
+    oldest = max(sample.time - sample.wrenches[0].time for sample in samples)
+    least = msgspec.structs.replace(robot.file.limits, sample_age=oldest * (1.0 - 1e-9))
+    with pytest.raises(InvalidValueError, match="sample_age_s"):
+        check_age(replace(robot, file=msgspec.structs.replace(robot.file, limits=least)), model_of_finger(finger))
+
+
+# --- too coarse ---
+
+
+@pytest.mark.parametrize("preset", ["axia80", "ft300s"])
+def test_a_wrist_sensor_is_too_coarse_for_a_fingertip_and_2_N(preset):
+    robot = robot_with(f"{{preset: {preset}}}")
+    with pytest.raises(InvalidValueError, match=r"too coarse.*0\.008 m at 2 N.*press with ([\d.]+) N") as found:
+        plan(config_of(robot), robot)
+    least = float(re.search(r"press with ([\d.]+) N", str(found.value))[1])
+    config = config_of(robot)
+    strong = object.__new__(ExploreConfig)  # beyond what explorations allow, perhaps
+    for name in config.__slots__:
+        object.__setattr__(strong, name, getattr(config, name))
+    object.__setattr__(strong, "force", 1.05 * least)
+    sensor_for(robot, strong)
+
+
+def test_a_ur5es_own_sensor_is_refused_with_the_numbers(tmp_path, capsys):
+    (tmp_path / "own.yaml").write_text(text_of("{preset: ur5e}"))
+    words = ["explore", "--robot", str(tmp_path / "own.yaml"), "--out", str(tmp_path / "o")]
+    with pytest.raises(SystemExit):
+        main(words)
+    said = " ".join(capsys.readouterr().err.split())
+    assert "force = 2 N: must lie between 12.25 and 15 N with a force noise of 1.16667 N" in said
+    assert main([*words, "--force", "13"]) == 2
+    assert "too coarse for a fingertip of 0.008 m at 13 N" in capsys.readouterr().err
+
+
+# --- noise: default < robot file < command line ---
+
+
+def test_noise_of_the_robot_file_is_the_sensors_unless_it_says_another():
+    assert values_of(robot_with("{preset: nano17}"))["force_noise"] == nano17().noise.sd[0]
+    other = robot_with("{preset: nano17}", more=PAYLOAD + "    noise: {force_N: 0.01, moment_Nm: 1e-4}\n")
+    assert values_of(other)["force_noise"] == 0.01
+    axia = robot_with("{preset: axia80}", radius=0.03)
+    assert sensor_for(axia, config_of(axia, tip=(0.03,), force=9.0)).model == sensor_preset(PresetSensor.AXIA80)
+
+
+def test_noise_that_is_typed_replaces_the_noise_and_nothing_else():
+    robot = robot_with("{preset: nano17}")
+    model = sensor_for(robot, config_of(robot, force_noise=0.002)).model
+    assert model.noise.sd == (0.002,) * 3 + (nano17().noise.sd[3],) * 3
+    assert replace(model, noise=None) == replace(nano17(), noise=None)
+
+
+# --- it runs ---
+
+
+def test_a_robot_without_flaws_feels_as_ever():
+    config = ExploreConfig(**SMALL)
+    assert sensor_for(load_robot("stage"), config).model == SensorModel()
+
+
+@pytest.mark.parametrize("name", ["stage-nano17", "ur5e-nano17"])
+def test_the_shipped_nano17_is_one(name):
+    robot = load_robot(name)
+    check(robot)
+    assert model_of_finger(robot.file.fingers[0]) == nano17(0)
+    found = carry_out(plan(config_for(name, **SMALL)))
+    assert found.run.ending is Ending.DONE
+    assert found.force_rms < 0.2
+    assert found.point_rms < 5e-5
+
+
+def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
+    robot = robot_with("{preset: ft300s, tare_s: 1}", radius=0.025)
+    planned = plan(config_of(robot, force=8.0, width=0.03, speed=0.02), robot)
+    assert planned.finger.pipeline().delay == pytest.approx(0.01333, rel=1e-3)
+    found = carry_out(planned)
+    assert found.run.ending is Ending.DONE
+    assert found.force_rms < 1.0
+    stamps = [sample.wrenches[0].time for sample in felt(planned, 200)]
+    assert len(set(stamps)) == pytest.approx(20, abs=2)
+
+
+def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
+    robot = robot_with(EVERYTHING)
+    one, other = (plan(config_of(robot, seed=7), robot) for _ in range(2))
+    assert felt(one) == felt(other) == felt(one)
+    assert felt(plan(config_of(robot, seed=8), robot)) != felt(one)
+    again = plan_from_texts(one.texts())
+    assert felt(again) == felt(one)
+    assert isinstance(again.finger, SensorFinger)
+    assert isinstance(one.finger, SensorFinger)
+    assert again.finger.sensor.bias == one.finger.sensor.bias
+
+
+def test_a_recorded_run_with_every_imperfection_comes_out_bit_for_bit(tmp_path):
+    (tmp_path / "all.yaml").write_text(text_of(EVERYTHING))
+    robot = load_robot(str(tmp_path / "all.yaml"))
+    config = replace(config_of(robot, seed=11, out=tmp_path / "o"), robot=str(tmp_path / "all.yaml"))
+    planned = plan(config, robot)
+    (tmp_path / "o").mkdir()
+    assert Attempt(planned).run((), (log_writer(planned),)).ending is Ending.DONE
+    (tmp_path / "all.yaml").unlink()  # the log knows enough
+    found = replay_log(tmp_path / "o")
+    assert found.identical
+    assert found.commands.identical == found.commands.count > 500
+    stamps = {sample.wrenches[0].time for sample in found.log.samples()}
+    assert len(stamps) < 0.75 * found.extent.count  # slower than it is read
+
+
+# --- from the shell ---
+
+
+def test_what_is_known_of_a_preset_can_be_printed_for_a_start(tmp_path, capsys):
+    (tmp_path / "r.yaml").write_text(text_of("{preset: ft300s}", radius=0.025))
+    assert main(["robot", "show", str(tmp_path / "r.yaml"), "--sensor", "0"]) == 0
+    text = capsys.readouterr().out
+    assert read_sensor(text).device_rate == 100.0
+    (tmp_path / "mine.yaml").write_text(text)
+    (tmp_path / "r.yaml").write_text(text_of("{preset: ft300s}", "    sensor: mine.yaml\n", radius=0.025))
+    assert main(["robot", "check", str(tmp_path / "r.yaml")]) == 0
+    assert "sensor of finger 0: Robotiq FT 300-S" in capsys.readouterr().out

@@ -1,0 +1,180 @@
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.mapping.compare import TouchedMap, compare
+from palpate.mapping.compare_alignment import align
+from palpate.mapping.compare_files import read_map, read_reference
+from palpate.mapping.compare_surface import TriangleSurface
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def distances(points, corners):
+    """From each point to each triangle: the least over the inside, three edges."""
+    a, b, c = (corners[:, k] for k in range(3))
+    p = points[:, None]
+    candidates = []
+    for e, f in ((a, b), (b, c), (c, a)):
+        along = f - e
+        length = np.maximum((along**2).sum(axis=1), 1e-300)
+        t = np.clip(((p - e) * along).sum(axis=2) / length, 0.0, 1.0)
+        candidates.append(np.linalg.norm(p - e - t[..., None] * along, axis=2))
+    n = np.cross(b - a, c - a)
+    square = np.maximum((n**2).sum(axis=1), 1e-300)
+    s = (np.cross(p - a, (c - a)[None]) * n).sum(axis=2) / square
+    t = (np.cross((b - a)[None], p - a) * n).sum(axis=2) / square
+    height = np.abs(((p - a) * n).sum(axis=2)) / np.sqrt(square)
+    candidates.append(np.where((s >= 0) & (t >= 0) & (s + t <= 1), height, np.inf))
+    return np.min(candidates, axis=0)
+
+
+@settings(max_examples=80, deadline=None)
+@given(seed=seeds, count=st.integers(1, 60), squeeze=st.floats(-6.0, 0.0), spread=st.floats(-2.0, 1.0))
+def test_the_nearest_of_any_triangles_is_found(seed, count, squeeze, spread):
+    """Triangles of all sizes, slivers down to a millionth; points near and far: the tree misses none."""
+    rng = np.random.default_rng(seed)
+    size = 10.0 ** rng.uniform(-3.0, 0.5, (count, 1, 1))
+    shape = rng.normal(size=(count, 3, 3)) * [1.0, 10.0**squeeze, 1.0]
+    corners = rng.normal(size=(count, 1, 3)) + size * shape
+    surface = TriangleSurface(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+    points = 10.0**spread * rng.normal(size=(20, 3))
+    near = surface.nearest(points)
+    np.testing.assert_allclose(np.abs(near.distance), distances(points, corners).min(axis=1), rtol=1e-6, atol=1e-9)
+    # no corner of the chosen triangle is on the near side of the plane through the foot: it is the nearest point
+    offset = points - near.point
+    towards = surface.vertices[surface.triangles[near.triangle]] - near.point[:, None]
+    assert ((offset[:, None] * towards).sum(axis=2) < 1e-7 * (1.0 + 10.0**spread) ** 2).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=seeds)
+def test_the_sign_says_on_which_side_of_a_closed_surface_a_point_is(seed):
+    """At sharp edges and corners of a slanted wedge too."""
+    rng = np.random.default_rng(seed)
+    hull = trimesh.convex.convex_hull(rng.normal(size=(6, 3)) * [3.0, 1.0, 0.3])
+    surface = TriangleSurface(hull.vertices, hull.faces)
+    assert surface.is_watertight
+    points = rng.normal(size=(200, 3)) * [3.0, 1.0, 0.3]
+    height = ((points[:, None] - hull.triangles[:, 0]) * hull.face_normals).sum(axis=2).max(axis=1)
+    clear = np.abs(height) > 1e-9
+    assert (np.sign(surface.nearest(points).distance) == np.sign(height))[clear].all()
+
+
+def test_an_open_surface_gives_no_sign():
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.02)
+    open_one = TriangleSurface(ball.vertices, ball.faces[1:])
+    assert not open_one.is_watertight
+    assert (open_one.nearest(0.5 * ball.vertices).distance > 0.0).all()
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=seeds)
+def test_distances_move_and_scale_with_both(seed):
+    rng = np.random.default_rng(seed)
+    rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    rotation *= np.sign(np.linalg.det(rotation))
+    shift, scale = rng.normal(size=3), 10.0 ** rng.uniform(-2, 2)
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    points = rng.normal(size=(50, 3))
+    still = TriangleSurface(ball.vertices, ball.faces).nearest(points).distance
+    moved = TriangleSurface(scale * (ball.vertices @ rotation.T + shift), ball.faces)
+    np.testing.assert_allclose(
+        moved.nearest(scale * (points @ rotation.T + shift)).distance, scale * still, atol=1e-9 * scale
+    )
+
+
+def test_samples_are_even_on_the_surface():
+    box = trimesh.creation.box((3.0, 2.0, 1.0))
+    surface = TriangleSurface(box.vertices, box.faces)
+    points, normals = surface.samples(20_000)
+    assert np.abs(surface.nearest(points).distance).max() < 1e-12
+    upper = normals[:, 2] > 0.5
+    assert upper.mean() == pytest.approx(6.0 / 22.0, abs=1e-3)
+    quarter = upper & (points[:, 0] > 0.0) & (points[:, 1] > 0.0)
+    assert quarter.sum() == pytest.approx(upper.sum() / 4.0, rel=0.02)
+
+
+def test_figures_of_a_ball_known_to_be_too_large():
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.02)
+    reference = TriangleSurface(ball.vertices, ball.faces)
+    larger = TouchedMap.of_mesh(TriangleSurface(1.01 * ball.vertices, ball.faces))
+    found = compare(larger, reference, within=0.0003)
+    for figure in (found.bias, found.map_to_reference.mean, found.map_to_reference.rms, found.hausdorff):
+        assert figure == pytest.approx(0.0002, abs=5e-6)
+    assert found.coverage == 1.0
+    assert np.degrees(found.normal_error).max() < 2.5
+    assert compare(larger, reference, within=0.0001).coverage == 0.0
+
+
+def test_coverage_is_the_share_of_the_reachable_area():
+    """The upper half of a ball felt: half of it covered, and all of what can be reached."""
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.02)
+    reference = TriangleSurface(ball.vertices, ball.faces)
+    points = reference.samples(20_000)[0]
+    felt = TouchedMap(points[points[:, 2] > 0.0])
+    assert compare(felt, reference).coverage == pytest.approx(0.525, abs=0.005)  # and 1 mm more
+    upper = compare(felt, reference, region=((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0)))
+    assert upper.coverage == 1.0
+    assert upper.reference_to_map.largest < 1e-3
+    with pytest.raises(InvalidValueError, match="nothing there"):
+        compare(felt, reference, region=((5.0, 5.0, 5.0), (6.0, 6.0, 6.0)))
+
+
+def test_alignment_takes_a_known_motion_off_and_leaves_what_nobody_can_see():
+    box = trimesh.creation.box((0.06, 0.04, 0.03))
+    reference = TriangleSurface(box.vertices, box.faces)
+    points = reference.samples(500)[0]
+    turn = trimesh.transformations.rotation_matrix(0.05, [1.0, 2.0, 3.0])[:3, :3]
+    moved = points @ turn.T + [0.001, -0.002, 0.0005]
+    found = align(moved, reference)
+    assert found.converged
+    assert found.angle == pytest.approx(0.05, abs=1e-6)
+    np.testing.assert_allclose(moved @ found.rotation.T + found.shift, points, atol=1e-8)
+    assert compare(TouchedMap(moved), reference).map_to_reference.rms > 1e-4, "only where asked for"
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.02)
+    round_one = TriangleSurface(ball.vertices, ball.faces)
+    assert align(round_one.samples(500)[0] + [1e-3, 0.0, 0.0], round_one).angle < 1e-2  # its facets say a little
+
+
+def test_millimetres_taken_for_metres_are_named():
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.02)
+    reference = TriangleSurface(ball.vertices, ball.faces)
+    in_mm = TriangleSurface(1e3 * ball.vertices, ball.faces)
+    with pytest.raises(InvalidValueError, match="reference seems to be in millimetres; add --reference-unit mm"):
+        compare(TouchedMap(ball.vertices), in_mm)
+    with pytest.raises(InvalidValueError, match="map seems to be in millimetres; add --map-unit mm"):
+        compare(TouchedMap(1e3 * ball.vertices), reference)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "triangles", "said"),
+    [
+        (np.zeros((3, 2)), [[0, 1, 2]], "must be"),
+        (np.eye(3), [[0, 1, 3]], "name vertices"),
+        (np.full((3, 3), np.nan), [[0, 1, 2]], "finite"),
+        (np.zeros((3, 3)), [[0, 1, 2]], "none has an area"),
+        (np.eye(3), np.zeros((0, 3)), "at least 1"),
+    ],
+)
+def test_what_is_no_surface_is_refused(vertices, triangles, said):
+    with pytest.raises(InvalidValueError, match=said):
+        TriangleSurface(vertices, triangles)
+
+
+def test_files_of_explore_and_meshes_are_read(tmp_path):
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=20.0)
+    ball.export(tmp_path / "ball.stl")
+    reference = read_reference(tmp_path / "ball.stl", 1e-3)
+    assert reference.is_watertight
+    assert reference.area == pytest.approx(1e-6 * ball.area)
+    assert len(read_map(tmp_path / "ball.stl", 1e-3, 500).points) == 500
+    (tmp_path / "map.csv").write_text("x_m,y_m,z_m,distance_to_contact_m\n0,0,0.02,0\n0,0.02,nan,1\n")
+    assert read_map(tmp_path / "map.csv").points.tolist() == [[0.0, 0.0, 0.02]]
+    (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
+    for name, said in (("bad.csv", "no column x_m"), ("none.stl", "cannot be read")):
+        with pytest.raises(InvalidValueError, match=said):
+            read_map(tmp_path / name)

@@ -1,0 +1,326 @@
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from mapping.raster import cloud_of, raster, sphere_cap
+from palpate.errors import InvalidValueError
+from palpate.mapping import Knowledge, MapSettings, SurfaceMap, SurfaceModel, TouchCloud, standard_deviations
+from palpate.mapping.surface_map import Parameter
+
+CENTER, RADIUS = np.array([0.4, -0.1, 0.05]), 0.04
+QUIET = MapSettings(model=SurfaceModel(noise=1e-6, tilt=1e-4))
+
+
+def cap(noise=0.0, seed=0, **kwargs):
+    rng = np.random.default_rng(seed)
+    felt = sphere_cap(**({"half": 0.008, "row": 1.5e-3} | kwargs))
+    # one offset per row and millimetre: keeps along the path
+    block = np.unique(np.round(felt.position * [1e3, 1e4, 0]), axis=0, return_inverse=True)[1].ravel()
+    offset = noise * rng.normal(size=block.max() + 1)[block]
+    return dataclasses.replace(felt, position=felt.position + offset[:, None] * felt.normal)
+
+
+def mapped(cloud, settings=None):
+    made = SurfaceMap(settings)
+    made.add(cloud)
+    return made
+
+
+def inner_points(count=60, half=0.006, seed=1, lift=0.0):
+    xy = np.random.default_rng(seed).uniform(-half, half, (count, 2))
+    normal = np.column_stack([xy, np.sqrt(RADIUS**2 - (xy**2).sum(axis=1))]) / RADIUS
+    return CENTER + (RADIUS + lift) * normal, normal
+
+
+def plane_cloud(xy, z=0.0, up=1.0):
+    n = len(xy)
+    return cloud_of(np.column_stack([xy, np.full(n, z)]), np.tile([0.0, 0.0, up], (n, 1)))
+
+
+def joined(*clouds):
+    names = [field.name for field in dataclasses.fields(TouchCloud) if field.name not in ("time", "noise", "tilt")]
+    parts = {name: np.concatenate([getattr(cloud, name) for cloud in clouds]) for name in names}
+    time, last = [], 0.0
+    for cloud in clouds:
+        time.append(cloud.time + last)
+        last = time[-1][-1] + 1.0
+    return TouchCloud(time=np.concatenate(time), **parts)
+
+
+def assert_same(one, other, atol=1e-12):
+    for name in ("distance", "sd", "surprise", "contact_distance"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-6, atol=atol)
+    np.testing.assert_allclose(one.normal, other.normal, atol=1e-9)
+    np.testing.assert_array_equal(one.knowledge, other.knowledge)
+
+
+def test_a_sphere_felt_without_noise_is_known_to_a_micrometre():
+    x, normal = inner_points(lift=0.4e-3)
+    answer = mapped(cap(), QUIET).query(x)
+    np.testing.assert_allclose(answer.distance, 0.4e-3, atol=1e-6)
+    np.testing.assert_allclose(answer.normal, normal, atol=2e-4)
+    np.testing.assert_allclose(answer.foot, x - 0.4e-3 * normal, atol=2e-6)
+    assert answer.observed.all()
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=10, deadline=None)
+def test_adding_in_parts_is_adding_at_once(seed):
+    cloud, x = cap(noise=2e-5), inner_points()[0]
+    rng = np.random.default_rng(seed)
+    part = SurfaceMap()
+    index = np.arange(len(cloud))
+    cuts = [0, *np.sort(rng.integers(0, len(cloud), 4)), len(cloud)]
+    for i, j in itertools.pairwise(cuts):
+        part.add(cloud.select((index >= i) & (index < j)))
+    assert_same(part.query(x), mapped(cloud).query(x), atol=1e-10)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=10, deadline=None)
+def test_the_map_moves_with_the_object(seed):
+    rng = np.random.default_rng(seed)
+    R, p = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
+    cloud, x = cap(noise=2e-5), inner_points(lift=1e-4)[0]
+    moved = dataclasses.replace(cloud, position=cloud.position @ R.T + p, normal=cloud.normal @ R.T)
+    here, there = mapped(cloud).query(x), mapped(moved).query(x @ R.T + p)
+    assert_same(here, dataclasses.replace(there, normal=there.normal @ R), atol=1e-10)
+
+
+def test_far_from_the_origin_only_rounding_is_lost():
+    far = np.array([1e3, -2e3, 500.0])
+    cloud, x = cap(noise=2e-5), inner_points()[0]
+    moved = dataclasses.replace(cloud, position=cloud.position + far)
+    here, there = mapped(cloud).query(x), mapped(moved).query(x + far)
+    np.testing.assert_allclose(here.distance, there.distance, atol=1e-8)
+
+
+def test_the_order_of_strokes_changes_less_than_what_is_unknown():
+    cloud, x = cap(noise=2e-5), inner_points()[0]
+    backwards = cloud.select(np.ones(len(cloud), bool))
+    turned = dataclasses.replace(backwards, position=cloud.position[::-1], normal=cloud.normal[::-1])
+    here, there = mapped(cloud).query(x), mapped(turned).query(x)
+    np.testing.assert_allclose(here.distance, there.distance, atol=0.5 * here.sd.min())
+    np.testing.assert_allclose(here.sd, there.sd, rtol=0.2)
+
+
+def test_ten_times_the_size_is_ten_times_the_answer():
+    small, x = cap(noise=2e-5), inner_points()[0]
+    large = dataclasses.replace(small, position=10.0 * small.position)
+    model = SurfaceModel()
+    ten = MapSettings(
+        model=dataclasses.replace(
+            model,
+            length=10 * model.length,
+            curvature=model.curvature / 10,
+            noise=10 * model.noise,
+            noise_length=10 * model.noise_length,
+            tilt_length=10 * model.tilt_length,
+        ),
+        **{
+            name: 10.0 * getattr(MapSettings(), name)
+            for name in ("stretch", "reach", "patch_spacing", "patch_reach", "patch_data")
+        },
+    )
+    here, there = mapped(small).query(x), mapped(large, ten).query(10.0 * x)
+    np.testing.assert_allclose(10.0 * here.distance, there.distance, atol=1e-10)
+    np.testing.assert_allclose(10.0 * here.sd, there.sd, rtol=1e-6)
+
+
+def test_patches_blend_without_steps():
+    made = mapped(cap(noise=3e-5))
+    angle = np.linspace(-0.14, 0.14, 4001)
+    x = CENTER + RADIUS * np.column_stack([np.sin(angle), np.full_like(angle, 0.02), np.cos(angle)])
+    blend = made.blend_at(x, with_sd=True)
+    assert len(made.patches) > 10
+    step = RADIUS * (angle[1] - angle[0])
+    assert np.abs(np.diff(blend.distance)).max() < 0.05 * step  # slopes of a twentieth
+    assert np.abs(np.diff(blend.sd)).max() < 0.05 * step
+    assert np.abs(np.diff(blend.normal, axis=0)).max() < 100.0 * step  # curvatures of 1 / (10 mm)
+
+
+def test_either_side_of_the_surface_is_as_uncertain():
+    made = mapped(cap(noise=2e-5))
+    above, below = (made.query(inner_points(lift=h)[0]) for h in (2e-4, -2e-4))
+    np.testing.assert_allclose(above.sd, below.sd, rtol=1e-3)
+    assert (above.distance > 0.0).all()
+    assert (below.distance < 0.0).all()
+
+
+def test_contacts_felt_twice_say_nothing_new():
+    row = plane_cloud(np.column_stack([np.arange(-5e-3, 5e-3, 4e-5), np.zeros(250)]))
+    x = np.array([[0.0, 0.0, 0.0]])
+    once = mapped(row).query(x).sd[0]
+    still = plane_cloud(np.zeros((500, 2)))
+    resting, one = mapped(still), mapped(plane_cloud(np.zeros((1, 2))))
+    assert resting.query(x).sd[0] == pytest.approx(one.query(x).sd[0])
+    assert once < one.query(x).sd[0]
+
+
+def test_more_noise_told_of_some_contacts_makes_the_map_trust_the_others():
+    low, high = plane_cloud(raster(0.004)), plane_cloud(raster(0.004), z=1e-4)
+    trusted = dataclasses.replace(low, noise=np.full(len(low), 1e-5), tilt=np.full(len(low), 1e-2))
+    doubted = dataclasses.replace(high, noise=np.full(len(high), 1e-4), tilt=np.full(len(high), 1e-2))
+    made = mapped(trusted)
+    made.add(dataclasses.replace(doubted, time=doubted.time + 10.0))
+    # the mean of two independent measurements, weighted by 1 / variance
+    assert made.query(np.zeros((1, 3))).distance[0] == pytest.approx(-1e-4 * 1e-10 / (1e-10 + 1e-8), abs=2e-6)
+
+
+def test_standard_deviations_are_those_across_the_surface():
+    n = np.array([[0.0, 0.0, 1.0]])
+    noise, tilt = standard_deviations(n, np.diag([9.0, 9.0, 4.0])[None], np.diag([0.01, 0.03, 5.0])[None])
+    np.testing.assert_allclose(noise, 2.0)
+    np.testing.assert_allclose(tilt, np.sqrt(0.02))
+    cloud = plane_cloud(np.zeros((3, 2)))
+    with pytest.raises(InvalidValueError, match="noise of contact 0"):
+        dataclasses.replace(cloud, noise=np.zeros(3))
+    given_noise = dataclasses.replace(cloud, noise=np.array([1.0, 2.0, 3.0]))
+    np.testing.assert_array_equal(given_noise.select(np.array([True, False, True])).noise, [1.0, 3.0])
+
+
+def test_a_hidden_bump_in_a_hole_is_never_claimed():
+    xy = raster(0.012, 1e-3, 4e-5)
+    outside = np.hypot(*xy.T) > 4e-3
+    made = mapped(plane_cloud(xy[outside]), MapSettings.for_rows(1e-3))
+    made.relearn()
+    g = np.linspace(-0.011, 0.011, 100)
+    x, y = (each.ravel() for each in np.meshgrid(g, g))
+    r2 = np.minimum((x * x + y * y) / 4e-3**2, 1.0)
+    bump = 1e-3 * (1.0 - r2) ** 2
+    answer = made.query(np.column_stack([x, y, bump]))
+    wrong = np.abs(answer.distance) > answer.band() + 1e-6
+    assert wrong.any()  # there is a bump, and the map knows nothing of it
+    flat = made.query(np.column_stack([x, y, np.zeros_like(x)]))
+    r = np.sqrt(x * x + y * y)
+    assert (flat.knowledge[r < 2.4e-3] == Knowledge.UNOBSERVED).all()
+    assert (flat.knowledge[r < 3.6e-3] != Knowledge.OBSERVED).all()
+    assert flat.observed[r > 4.8e-3].all()
+    claimed_wrong = flat.observed & (bump > flat.band() + 1e-6)
+    assert not claimed_wrong.any()
+
+
+def test_one_contact_is_a_tangent_plane_that_nobody_claims():
+    made = mapped(plane_cloud(np.zeros((1, 2))))
+    near = made.query([[0.5e-3, 0.0, 1e-4], [0.0, 3e-3, 0.0]])
+    assert near.distance[0] == pytest.approx(1e-4, abs=1e-9)
+    assert near.knowledge.tolist() == [Knowledge.EXTRAPOLATED, Knowledge.UNOBSERVED]
+    assert near.sd[0] > SurfaceModel().noise * 0.99
+    assert near.sd[1] > 3.0 * near.sd[0] > 0.0
+
+
+def test_nothing_is_known_of_nothing():
+    answer = SurfaceMap().query(np.zeros((2, 3)))
+    assert np.isnan(answer.distance).all()
+    assert (answer.knowledge == Knowledge.UNOBSERVED).all()
+    assert len(SurfaceMap().query(np.zeros((0, 3)))) == 0
+    far = mapped(cap()).query(np.full((1, 3), 5.0))
+    assert far.knowledge[0] == Knowledge.UNOBSERVED
+
+
+@pytest.mark.parametrize("points", [[[0.0, 0.0]], [[0.0, np.nan, 0.0]], [0.0, 0.0, 0.0]])
+def test_points_that_are_none_are_refused(points):
+    with pytest.raises(InvalidValueError, match="points"):
+        mapped(cap()).query(points)
+
+
+def test_along_one_row_only_the_row_is_observed():
+    row = plane_cloud(np.column_stack([np.arange(-5e-3, 5e-3, 4e-5), np.zeros(250)]))
+    aside = np.array([0.0, 1e-3, 1.4e-3, 1.7e-3])
+    answer = mapped(row).query(np.column_stack([np.zeros(4), aside, np.zeros(4)]))
+    assert answer.knowledge.tolist() == [0, 1, 1, 2]
+    assert (np.diff(answer.sd) > 0.0).all()
+    np.testing.assert_allclose(answer.distance, 0.0, atol=1e-9)
+
+
+def test_two_sheets_two_millimetres_apart_stay_apart():
+    top, bottom = plane_cloud(raster(0.005), 0.0), plane_cloud(raster(0.005), -2e-3, up=-1.0)
+    made = mapped(joined(top, bottom))
+    z = np.array([0.3e-3, -0.4e-3, -1.6e-3, -2.3e-3])
+    answer = made.query(np.column_stack([np.zeros((4, 2)), z]))
+    np.testing.assert_allclose(answer.distance, [0.3e-3, -0.4e-3, -0.4e-3, 0.3e-3], atol=1e-8)
+    np.testing.assert_allclose(answer.normal[:, 2], [1.0, 1.0, -1.0, -1.0], atol=1e-6)
+
+
+def test_contacts_that_contradict_each_other_widen_the_band():
+    xy = raster(0.005, 1e-3)
+    honest = mapped(plane_cloud(xy))
+    torn = mapped(joined(plane_cloud(xy), plane_cloud(xy, z=5e-4)))
+    tilted = plane_cloud(xy)
+    sign = np.where(np.arange(len(xy)) // 100 % 2, 1.0, -1.0)
+    normal = np.column_stack([0.3 * sign, np.zeros(len(xy)), np.full(len(xy), np.sqrt(1.0 - 0.09))])
+    leaning = mapped(dataclasses.replace(tilted, normal=normal))
+    x = np.zeros((1, 3))
+    for confused in (torn, leaning):
+        assert confused.query(x).surprise[0] > 4.0
+        assert confused.query(x).sd[0] > 2.0 * honest.query(x).sd[0]
+
+
+def test_a_sharp_edge_keeps_its_faces():
+    xy = raster(0.004)
+    top = xy[xy[:, 0] < 0.0]
+    side = xy[xy[:, 0] < 0.0]
+    normal = np.tile([1.0, 0.0, 0.0], (len(side), 1))
+    flank = cloud_of(np.column_stack([np.zeros(len(side)), side[:, 1], side[:, 0]]), normal)
+    made = mapped(joined(plane_cloud(top), flank))
+    inside = made.query(
+        [[-0.5e-3, 0.0, -0.2e-3], [-0.2e-3, 0.0, -0.5e-3], [-1e-3, 0.0, 0.3e-3], [0.3e-3, 0.0, -1e-3]]
+    )
+    np.testing.assert_allclose(inside.distance, [-0.2e-3, -0.2e-3, 0.3e-3, 0.3e-3], atol=1e-7)
+
+
+def test_learning_finds_noise_and_length_from_a_guess_twice_off():
+    """Ornstein-Uhlenbeck noise along rows of a plane; both guesses end within a fifth of the truth."""
+    rng = np.random.default_rng(0)
+    xy = raster(0.015, 1e-3, 4e-5)
+    per_row = np.unique(xy[:, 1]).size
+    steps = len(xy) // per_row
+    decay = np.exp(-4e-5 / 1e-3)
+    noise = rng.normal(size=(per_row, steps, 3))
+    for i in range(1, steps):
+        noise[:, i] = decay * noise[:, i - 1] + np.sqrt(1.0 - decay**2) * noise[:, i]
+    noise = noise.reshape(-1, 3) * [8e-3, 8e-3, 3e-5]
+    normal = np.column_stack([noise[:, :2], np.ones(len(xy))])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    felt = cloud_of(np.column_stack([xy, noise[:, 2]]), normal)
+    for guess in (0.5e-3, 2e-3):
+        made = SurfaceMap.learned(felt, MapSettings(model=SurfaceModel(noise_length=guess)))
+        assert made.model.noise == pytest.approx(3e-5, rel=0.2)
+        assert made.model.noise_length == pytest.approx(1e-3, rel=0.35)
+        answer = made.query(np.column_stack([rng.uniform(-0.014, 0.014, (500, 2)), np.zeros(500)]))
+        assert (np.abs(answer.distance) <= answer.band()).mean() >= 0.9
+
+
+def test_what_is_held_stays():
+    made = mapped(cap(noise=2e-5))
+    made.relearn(held=tuple(Parameter))
+    assert made.model == SurfaceModel()
+    made.relearn(held=(Parameter.NOISE_LENGTH,))
+    assert made.model.noise_length == SurfaceModel().noise_length
+    assert made.model.noise != SurfaceModel().noise
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"reach": 0.0}, "reach"),
+        ({"bias": -1.0}, "bias"),
+        ({"patch_spacing": 5e-3}, "grow"),
+        ({"patch_stretches": 0}, "1"),
+    ],
+)
+def test_settings_that_leave_gaps_are_refused(change, named):
+    with pytest.raises(InvalidValueError, match=named):
+        MapSettings(**change)
+
+
+def test_settings_for_wide_rows_observe_between_them():
+    felt = plane_cloud(raster(0.015, 5e-3))
+    between = np.array([[0.0, 2.5e-3, 0.0]])
+    assert mapped(felt).query(between).knowledge[0] == Knowledge.UNOBSERVED
+    assert mapped(felt, MapSettings.for_rows(5e-3)).query(between).observed[0]

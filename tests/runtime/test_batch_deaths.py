@@ -1,0 +1,182 @@
+"""Real processes, real signals: workers die and nothing is lost; the parent dies and nobody is left."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from palpate.runtime.batch import BatchError, Failure, FailureKind, Success, quiet, results_of, run_batch
+from palpate.runtime.batch.pickling import packed
+from palpate.runtime.batch.process import WorkerProcess
+from palpate.runtime.batch.worker import Ready
+from runtime.batch_work import Deadly, Toss, large, toss, walk
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+TESTS = Path(__file__).parents[1]
+PYTHONPATH = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
+PATIENCE = 30.0
+"""For a process to do what it should [s]."""
+
+
+def attempts(folder, seed):
+    """The processes that tried a case, in order."""
+    return [int(path.name.split("-")[2]) for path in sorted(folder.glob(f"{seed}-*"))]
+
+
+def wait_for(condition):
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def workers():
+    """This process's children, but for the one that watches over shared resources."""
+    return [child for child in psutil.Process().children() if "resource_tracker" not in "".join(child.cmdline())]
+
+
+def numbers(outcomes):
+    """What does not depend on how sets of strings are ordered, which this process does otherwise."""
+    return [outcome.result[1] for outcome in outcomes]
+
+
+@pytest.mark.parametrize("processes", [pytest.param(1, marks=pytest.mark.slow), 2])
+def test_a_case_whose_process_is_killed_is_run_again_once_in_another_and_nothing_is_lost(tmp_path, processes):
+    cases = [Toss(seed, tmp_path, deaths=int(seed == 1)) for seed in range(4)]
+    outcomes = run_batch(toss, cases, processes, quiet)
+    assert all(isinstance(outcome, Success) for outcome in outcomes)
+    assert numbers(outcomes) == [walk(seed)[1] for seed in range(4)]
+    first, second = attempts(tmp_path, 1)
+    assert first != second
+    assert [len(attempts(tmp_path, seed)) for seed in range(4)] == [1, 2, 1, 1]
+    assert workers() == []
+
+
+def test_a_case_that_always_kills_its_process_fails_alone(tmp_path):
+    cases = [Toss(seed, tmp_path, deaths=9 * (seed == 1), pause=0.05) for seed in range(5)]
+    outcomes = run_batch(toss, cases, 2, quiet)
+    assert [isinstance(outcome, Success) for outcome in outcomes] == [True, False, True, True, True]
+    failure = outcomes[1]
+    assert isinstance(failure, Failure)
+    assert failure.case is cases[1]
+    assert failure.kind is FailureKind.DIED
+    assert "SIGKILL" in failure.error
+    assert failure.traceback == ""
+    with pytest.raises(BatchError, match=r"seed=1.*ended its process, twice: .*SIGKILL"):
+        results_of(outcomes)
+    # no other case was disturbed
+    assert [len(attempts(tmp_path, seed)) for seed in range(5)] == [1, 2, 1, 1, 1]
+
+
+@pytest.mark.slow
+def test_a_worker_killed_from_outside_in_mid_case_costs_that_case_one_more_try(tmp_path):
+    def assassin():
+        wait_for(lambda: attempts(tmp_path, 0))
+        os.kill(attempts(tmp_path, 0)[0], signal.SIGKILL)
+
+    thread = threading.Thread(target=assassin)
+    thread.start()
+    outcomes = run_batch(toss, [Toss(seed, tmp_path, pause=0.3) for seed in range(3)], 2, quiet)
+    thread.join()
+    assert numbers(outcomes) == [walk(seed)[1] for seed in range(3)]
+    assert [len(attempts(tmp_path, seed)) for seed in range(3)] == [2, 1, 1]
+
+
+@pytest.mark.slow
+def test_an_idle_worker_that_is_killed_costs_nothing(tmp_path):
+    def kill_the_idle(progress):
+        if progress.index == 1:
+            os.kill(attempts(tmp_path, 1)[0], signal.SIGKILL)
+
+    outcomes = run_batch(toss, [Toss(0, tmp_path, pause=1.0), Toss(1, tmp_path)], 2, kill_the_idle)
+    assert numbers(outcomes) == [walk(seed)[1] for seed in range(2)]
+    assert [len(attempts(tmp_path, seed)) for seed in range(2)] == [1, 1]
+
+
+def test_a_worker_killed_while_it_sends_its_result_is_found_too():
+    """Half a result must neither be waited for nor be taken for one."""
+    worker = WorkerProcess(packed("work", large))
+    worker.start()
+    assert isinstance(worker.receive(), Ready)
+    assert worker.begin(0, packed("case", 7))
+    assert worker.pipe.poll(PATIENCE)  # it has begun to send, and cannot end before somebody reads
+    worker.kill()
+    assert worker.receive() is None
+    assert worker.bury() == "ended by SIGKILL"
+
+
+def test_workers_that_all_die_at_once_are_given_up():
+    with pytest.raises(BatchError, match=r"workers died before they did anything; the last ended by SIGKILL"):
+        run_batch(Deadly(), range(3), 1, quiet)
+    assert workers() == []
+
+
+def test_an_exception_of_the_one_who_watches_ends_the_workers_at_once(tmp_path):
+    def stop(progress):
+        if progress.done:
+            raise KeyError("seen enough")
+
+    began = time.monotonic()
+    with pytest.raises(KeyError, match="seen enough"):
+        run_batch(toss, [Toss(0, tmp_path), Toss(1, tmp_path, pause=100.0)], 2, stop)
+    assert time.monotonic() - began < PATIENCE
+    assert workers() == []
+
+
+def members(group):
+    """Processes of a group that still live."""
+    found = []
+    for process in psutil.process_iter(["status"]):
+        try:
+            if os.getpgid(process.pid) == group and process.info["status"] != psutil.STATUS_ZOMBIE:
+                found.append(process)
+        except ProcessLookupError:
+            continue
+    return found
+
+
+@pytest.mark.parametrize(
+    ("how", "when"),
+    [
+        (signal.SIGINT, "at work"),
+        (signal.SIGKILL, "at work"),
+        pytest.param(signal.SIGTERM, "at work", marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, "starting", marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, "starting", marks=pytest.mark.slow),
+        pytest.param(signal.SIGKILL, "starting", marks=pytest.mark.slow),
+    ],
+)
+def test_no_worker_outlives_its_parent(tmp_path, how, when):
+    """Ctrl-C reaches everybody in the terminal, the others the parent only."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", "runtime.batch_process", str(tmp_path)],
+        env=os.environ | {"PYTHONPATH": PYTHONPATH},
+        cwd=TESTS,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        if when == "at work":
+            wait_for(lambda: attempts(tmp_path, 0) and attempts(tmp_path, 1))
+        else:
+            wait_for(lambda: len(members(program.pid)) >= 3)
+        (os.killpg if how is signal.SIGINT else os.kill)(program.pid, how)
+        _, said = program.communicate(timeout=PATIENCE)  # ends when nobody holds standard error any more
+        assert program.returncode == -how
+        wait_for(lambda: members(program.pid) == [])
+        if how is signal.SIGINT:
+            # the parent's, and nobody else's
+            assert said.count("Traceback") == 1
+            assert said.rstrip().endswith("KeyboardInterrupt")
+        if when == "at work":
+            assert len(list(tmp_path.iterdir())) == 2
+    finally:
+        for process in members(program.pid):
+            process.kill()
