@@ -58,10 +58,13 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/recording.py
 	$(BIN)/python benchmarks/sensors.py
 	$(BIN)/python benchmarks/batch.py
+	$(BIN)/python benchmarks/fits.py
+	$(BIN)/python benchmarks/simulation
 
 pictures: $(VENV)/.run $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python benchmarks/contact --picture docs/contact_speed_error.png
+	$(BIN)/python benchmarks/simulation --picture docs/simulation_speed_error.png
 
 clean:  ## Remove environments, builds, caches and runs
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

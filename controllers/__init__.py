@@ -1,19 +1,54 @@
 """Pure step functions: Observation -> Command."""
 
 from palpate.controllers.explore import ExploreController, ExploreParameters, live_parameters
+from palpate.controllers.force_guard import ForceGuard, GuardSettings
+from palpate.controllers.force_law import Admittance, DirectForce, ForceLaw, VirtualBody
+from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce, SineForce
 from palpate.controllers.gains import ForceGain, force_gain, series_stiffness, tracking_delay
+from palpate.controllers.landing import Handover, LandingModel
+from palpate.controllers.margins import LoopMargins
+from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
+from palpate.controllers.orientation import NormalAxis, Orientation
 from palpate.controllers.raster import PathFollower, Raster
+from palpate.controllers.surface_motion import (
+    StiffnessRange,
+    SurfaceFilter,
+    SurfaceMotion,
+    stiffness_range,
+    surface_filter,
+)
 
 __all__ = [
+    "Admittance",
+    "ConstantForce",
+    "DirectForce",
     "ExploreController",
     "ExploreParameters",
     "ForceGain",
+    "ForceGuard",
+    "ForceLaw",
+    "ForceProfile",
+    "GuardSettings",
+    "Handover",
+    "LandingModel",
+    "LoopMargins",
+    "NormalAxis",
+    "NormalForce",
     "NormalTracker",
+    "Orientation",
     "PathFollower",
+    "RampForce",
     "Raster",
+    "SineForce",
+    "StiffnessRange",
+    "SurfaceFilter",
+    "SurfaceMotion",
+    "VirtualBody",
     "force_gain",
     "live_parameters",
     "series_stiffness",
+    "stiffness_range",
+    "surface_filter",
     "tracking_delay",
 ]

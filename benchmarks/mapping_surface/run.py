@@ -4,8 +4,10 @@
 
 Contacts of surfaces in closed form along a raster at 20 mm/s and 500 Hz, with noise that keeps along the path.
 Asked: RMS below 0.01 mm without noise, 0.012 mm and at most 0.05 mm with it, 90 to 99 % of errors inside the 95 %
-band, a median band of at most 1.5 x the error under a bias; 100000 contacts built in 5 s, 100 more in 50 ms, meshed
-in 3 s, 400 MB. Set OMP_NUM_THREADS=1: matrices of 200 rows gain nothing from threads and lose much where cores are shared.
+band, a median band of at most 1.5 x the error under a bias; 100000 contacts built in 5 s, 100 more in 50 ms, a
+mesh in 3 s, 400 MB.
+
+Set OMP_NUM_THREADS=1: matrices of 200 rows gain nothing from threads and lose much where cores are shared.
 """
 
 import argparse

@@ -5,13 +5,16 @@ so it tells what such interpolation would miss **along** it: the error of the cu
 same gap. Detail is taken to be as fine across the rows as along them.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from palpate.controllers.paths.row import Row
 from palpate.errors import FloatArray, not_negative, positive
+
+
+CROSS = 0.125
+"""Error in height per gap and cross slope: as end slopes count in Hermite interpolation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,30 +39,32 @@ class TouchNoise:
     def missed_variance(self, gap: float, stretch: float) -> float:
         """Return the variance that noise alone gives `missed` at a gap [m^2].
 
-        Variance of m - (a + b) / 2 - gap (a' - b') / 8 with exponentially correlated heights, each the mean over
-        a stretch.
+        The profile is a sum of slopes, so its second difference over the gap has stretch * gap / 4 times their
+        variance; then the slopes at both ends count gap / 8, and the cross slopes `CROSS` gap.
         """
-        q = stretch / self.correlation
-        mean = 2.0 / q * (1.0 - (1.0 - math.exp(-q)) / q)
-        half = math.exp(-0.5 * gap / self.correlation)
-        heights = self.height**2 * mean * (1.5 - 2.0 * half + 0.5 * half * half)
-        return heights + (gap * self.slope) ** 2 / 32.0
+        return self.slope**2 * (0.25 * stretch * gap + gap * gap / 32.0 + 1.5 * (CROSS * gap) ** 2)
 
 
 def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
-    """Return height minus its cubic Hermite interpolation over `gap` centred at `at`, shape (n,) [m].
+    """Return what interpolation over `gap` centred at `at` misses, shape (n,) [m].
 
-    NaN where the row does not reach half a gap to both sides.
+    Two errors are taken together: of the profile, its cubic Hermite interpolation, and of the cross slope, its mean
+    over both ends. The second tells of detail beside the row. NaN where the row does not reach half a gap to both
+    sides.
     """
     u = row.u
     if len(row) < 2:
         return np.full(len(at), np.nan)
     low, high = at - 0.5 * gap, at + 0.5 * gap
-    across = 0.5 * (np.interp(low, u, row.height) + np.interp(high, u, row.height))
+    profile = row.profile
+    across = 0.5 * (np.interp(low, u, profile) + np.interp(high, u, profile))
     across += 0.125 * gap * (np.interp(low, u, row.slope) - np.interp(high, u, row.slope))
-    error = np.interp(at, u, row.height) - across
+    along = np.interp(at, u, profile) - across
+    cross = row.cross_slope
+    aside = np.interp(at, u, cross) - 0.5 * (np.interp(low, u, cross) + np.interp(high, u, cross))
     # rows begin and end within a stretch of where they were meant to
     slack = 1.5 * (u[1] - u[0])
+    error = np.hypot(along, CROSS * gap * aside)
     error[(low < u[0] - slack) | (high > u[-1] + slack)] = np.nan
     return np.asarray(error)
 
@@ -88,7 +93,7 @@ def missed_around(row: Row, gap: float, at: FloatArray, noise: float) -> FloatAr
     return np.sqrt(np.maximum((total[end] - total[begin]) / (end - begin) - noise, 0.0))
 
 
-def typical(rows: list[Row], gap: float, spacing: float, noise: float) -> float:
+def typical(rows: list[Row], gap: float, spacing: float, noise: float, quantile: float = 0.5) -> float:
     """Return what rows a gap apart typically miss: the median over all that was felt [m].
 
     The median does not see detail on less than half of the surface: that is for strokes of its own.
@@ -98,4 +103,4 @@ def typical(rows: list[Row], gap: float, spacing: float, noise: float) -> float:
         if len(row) > 1 and row.u[-1] - row.u[0] >= gap:
             at = np.arange(row.u[0] + 0.5 * gap, row.u[-1] - 0.5 * gap + spacing, spacing)
             values.append(missed_around(row, gap, at, noise))
-    return float(np.median(np.concatenate(values))) if values else 0.0
+    return float(np.quantile(np.concatenate(values), quantile)) if values else 0.0

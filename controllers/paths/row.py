@@ -33,6 +33,16 @@ class Row:
         """Number of stretches."""
         return len(self.u)
 
+    @property
+    def profile(self) -> FloatArray:
+        """Heights from the slopes alone, shape (n,) [m]: right but for a constant.
+
+        Normals err far less over a few millimetres than heights do: 0.5 degrees per contact are 3 um over 5 mm,
+        where the heights of contacts differ by 30 um.
+        """
+        steps = 0.5 * np.diff(self.u) * (self.slope[1:] + self.slope[:-1])
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
     @classmethod
     def of(cls, v: float, stretches: list[tuple[float, float, float, float]]) -> Self:
         """Return the row of (u, height, slope, cross slope) in any order."""

@@ -19,12 +19,10 @@ from palpate.sim.hand.hand import Hand, finger_name
 from palpate.sim.hand.mount import PALM, mount_hand
 from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.traced import TracedObject
+from palpate.sim.presets import GRASP
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 from palpate.spatial import Vector, add
-
-GRASP = Fidelity(time_step=1e-3)
-"""How a grasp is computed if nothing else is said."""
 
 TABLE_GEOM = "table"
 OBJECT = "object"
@@ -127,7 +125,7 @@ def build_grasp_scene(
         table: None if not given.
         palm: Where the hand frame starts, base frame [m]; if not given, so that the tips' centres are level with
             the object's frame, around it.
-        fidelity: How it is computed; in steps of 1 ms if not given.
+        fidelity: How it is computed; as in `palpate.sim.presets.GRASP` if not given.
         friction: How fingertips and object rub, by the friction plant; MuJoCo's own friction with `law` if not
             given. Table and object rub by MuJoCo's law either way. A light object needs a softer bristle than the
             law has by itself: at the first contact the plant refuses one too stiff, and says what would do.
@@ -140,7 +138,7 @@ def build_grasp_scene(
     law, carrier = law or GraspContact(), carrier or Fixed()
     if texture is not None and friction is None:
         raise InvalidValueError("texture without friction: MuJoCo's own friction has none; give a FrictionLaw")
-    fidelity = fidelity or GRASP
+    fidelity = fidelity or GRASP.fidelity
     if palm is None:
         x, y, z = target.pose_base_object.position
         palm = (x, y, z + hand.depth + hand.tip_along)

@@ -320,7 +320,7 @@ def test_a_contact_too_stiff_for_mass_and_time_step_is_refused_with_one_that_wou
 def test_the_preset_is_that_of_the_facts(time_step):
     pair = grasp_pair_parameters(GraspContact(), 10.0, time_step)
     assert pair.solimp[:2] == (0.5, 0.5)
-    assert pair.impratio == 1e5
+    assert pair.impratio == 1e6
     assert pair.friction_damping * time_step == pytest.approx(FRICTION_STEP)
     model = build_grasp_scene(two_finger_hand(), HeldObject(BOX), fidelity=Fidelity(time_step)).model
     assert model.opt.noslip_iterations == 0

@@ -26,7 +26,8 @@ from palpate.experiments.simulated_stage import Task, only_finger
 from palpate.runtime import FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
-from palpate.sim import ContactLaw, MujocoBackend, PairParameters, SceneObject
+from palpate.sim import MujocoBackend, PairParameters, SceneObject
+from palpate.sim.presets import EXPLORE
 
 CLEARANCE = 0.003
 """How far above the object's top the tip starts [m]."""
@@ -113,7 +114,8 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     raster = raster_over(target, config)
     half_compliance = 0.5 / config.stiffness
     _check_compression(config, config.force * half_compliance)
-    law = ContactLaw(
+    law = replace(
+        EXPLORE.law,
         stiffness=config.stiffness,
         friction=config.friction,
         spin_length=config.spin_length,

@@ -1,7 +1,7 @@
 """The simulated stage of a robot file, above the object that it is to touch."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from palpate.sim import (
     Tip,
     build_scene,
 )
+from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 from palpate.surfaces import Ellipsoid, Sphere
 
@@ -91,7 +92,8 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     entry = _stage_entry(robot)
     stage = Stage(entry.mass, entry.bandwidth, entry.leash)
     tip = simulated_tip(robot, task)
-    return on_a_carrier(robot, task, tip, stage, entry.time_step, stage.lag, stage.lag, stage.stiffness(tip.mass))
+    fidelity = replace(EXPLORE.fidelity, time_step=entry.time_step)
+    return on_a_carrier(robot, task, tip, stage, fidelity, stage.lag, stage.lag, stage.stiffness(tip.mass))
 
 
 def simulated_tip(robot: Robot, task: Task) -> Tip:
@@ -111,7 +113,7 @@ def on_a_carrier(
     task: Task,
     tip: Tip,
     carrier: Carrier,
-    time_step: float,
+    fidelity: Fidelity,
     lag: float,
     response: float,
     stiffness: float,
@@ -123,7 +125,7 @@ def on_a_carrier(
         task: What it is to do.
         tip: From `simulated_tip`.
         carrier: What carries the tip.
-        time_step: Of the simulation [s].
+        fidelity: How it is computed.
         lag: How far the carrier runs behind a ramp [s].
         response: Delay that stands for its servos in force control [s].
         stiffness: With which it holds its tip [N/m].
@@ -133,7 +135,7 @@ def on_a_carrier(
     """
     finger = only_finger(robot)
     sensor = known_sensor(finger, robot.sensors[0], task.sensor, task.period)
-    scene = build_scene(tip, task.target, task.law, task.start, carrier, Fidelity(time_step))
+    scene = build_scene(tip, task.target, task.law, task.start, carrier, fidelity)
     sensed = _surface(finger, tuple(length - task.compression for length in task.tip))
     described: FingerDescription
     if sensor is None:

@@ -4,7 +4,7 @@ from palpate.experiments.simulated_stage import RobotInScene, Task, check_simula
 from palpate.kinematics import Leash
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import TurningStageEntry
-from palpate.sim import TurningStage
+from palpate.sim import Fidelity, TurningStage
 
 
 def build_turning_stage(robot: Robot, task: Task) -> RobotInScene:
@@ -16,7 +16,9 @@ def build_turning_stage(robot: Robot, task: Task) -> RobotInScene:
     entry, tip = _entry(robot), simulated_tip(robot, task)
     leash = Leash(entry.leash, entry.angular_leash)
     stage = TurningStage(entry.mass, entry.bandwidth, leash, entry.inertia)
-    return on_a_carrier(robot, task, tip, stage, entry.time_step, stage.lag, stage.lag, stage.stiffness(tip.mass))
+    # implicitfast: the servo of its ball joint counts on damping that is implicit
+    fidelity = Fidelity(entry.time_step)
+    return on_a_carrier(robot, task, tip, stage, fidelity, stage.lag, stage.lag, stage.stiffness(tip.mass))
 
 
 def check_turning_stage(robot: Robot) -> None:

@@ -1,11 +1,14 @@
 """The simulated UR5e of a robot file, above the object that it is to touch."""
 
+from dataclasses import replace
+
 from palpate.experiments.simulated_stage import RobotInScene, Task, check_simulated, on_a_carrier, simulated_tip
 from palpate.kinematics import Leash, Pose
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import SimulatedUr5eEntry
 from palpate.sim import ArmCarrier, Ur5e
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
+from palpate.sim.presets import ARM
 
 DOWN = (0.0, 0.0, -1.0)
 """The way it presses."""
@@ -29,7 +32,8 @@ def build_ur5e(robot: Robot, task: Task) -> RobotInScene:
     stiffness = arm.push(carrier.joint_start(task.start), DOWN) / arm.leash.distance
     # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster for
     # that: to force control they are the delay that they are on a stage of the same bandwidth
-    return on_a_carrier(robot, task, tip, carrier, entry.time_step, 0.0, arm.lead, stiffness)
+    fidelity = replace(ARM.fidelity, time_step=entry.time_step)
+    return on_a_carrier(robot, task, tip, carrier, fidelity, 0.0, arm.lead, stiffness)
 
 
 def check_ur5e(robot: Robot) -> None:

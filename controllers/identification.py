@@ -1,0 +1,175 @@
+"""What pressing tells of a contact and of the robot behind it, and the force gain that follows.
+
+Ramps between two forces give the stiffnesses: force against where the tip is, of the contact (K, with a viscous
+part c v that must not be taken for it); and how far the tip falls behind its commands under force, of the servo.
+Sines from slow to fast give the force's whole response to commands, and with it the largest gain that force control
+bears: robots and damped contacts have no such thing as one delay, and are stiffer when it goes fast.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.controllers.gains import LOOP_GAIN, ForceGain, series_stiffness
+from palpate.controllers.measured_loop import ForceResponse
+from palpate.controllers.tone import Tone, lag_of
+from palpate.errors import FloatArray
+
+LINEAR_WITHIN = 0.1
+"""A contact counts as linear if its stiffness changes by less than this over the ramps, or by no more than its
+uncertainty explains."""
+
+SIGMAS = 3.0
+"""Standard deviations that a number must differ by to differ."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A number and its standard deviation."""
+
+    value: float
+    sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """What was found.
+
+    Attributes:
+        stiffness: K of the contact, in the middle of the ramps [N/m].
+        linear: Whether it is the same all over the ramps.
+        stiffness_low: K where the force is lowest [N/m].
+        stiffness_high: K where it is highest [N/m].
+        damping_time: c / K of the contact [s].
+        servo_stiffness: Of the robot alone [N/m]; None where the contact yields so much more that it cannot be told.
+        series_stiffness: Of contact and servo [N/m].
+        lag: By which the tip, in contact, follows a slow sine [s]; negative if it is led.
+        delay: T [s]: that of a delayed integrator which begins to oscillate at the same gain as this contact.
+        oscillation_frequency: At which that would be [Hz].
+        gain: Of force control, with its margins.
+        phase_margin_deg: As measured at that gain [degrees].
+    """
+
+    stiffness: Measured
+    linear: bool
+    stiffness_low: float
+    stiffness_high: float
+    damping_time: float
+    servo_stiffness: Measured | None
+    series_stiffness: Measured
+    lag: Measured
+    delay: Measured
+    oscillation_frequency: float
+    gain: ForceGain
+    phase_margin_deg: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PressRecord:
+    """What was recorded on the ramps, one entry per period.
+
+    Attributes:
+        force: Normal force [N], shape (n,).
+        depth: n.x of the tip [m], shape (n,).
+        wanted: Likewise as commanded, the commands so far added up [m], shape (n,).
+        period: Of control [s].
+    """
+
+    force: FloatArray
+    depth: FloatArray
+    wanted: FloatArray
+    period: float
+
+
+def identify(
+    record: PressRecord, tones: Sequence[Tone], sensing_delay: float, loop_gain: float = LOOP_GAIN
+) -> Identification:
+    """Return what a record tells.
+
+    Args:
+        record: Of the ramps.
+        tones: Of the sines, from slow to fast: depth, wanted, force.
+        sensing_delay: From a load to the observation that shows it [s]: `Touch.delay`.
+        loop_gain: Wanted k K T.
+    """
+    behind = round(sensing_delay / record.period)
+    span = slice(None, -behind) if behind else slice(None)
+    force, depth, wanted = record.force[behind:], record.depth[span], record.wanted[span]
+    stiffness, curve, damping_time = _contact(force, depth, record.period)
+    half = 0.5 * float(np.ptp(depth))
+    change = 4.0 * abs(curve.value) * half  # of dF/dx = K + 2 q x, from end to end
+    linear = change < LINEAR_WITHIN * stiffness.value or change < SIGMAS * 4.0 * curve.sd * half
+    servo = _servo(force, wanted - depth, depth, record.period)
+    series = _series(stiffness, servo)
+
+    response = ForceResponse(
+        np.array([tone.angular for tone in tones]),
+        np.array([tone.amplitude(2) / tone.amplitude(1) for tone in tones]),
+        record.period,
+    )
+    gain, (frequency, critical) = response.gain(loop_gain), response.oscillation
+    # k K T = pi/2 where the delayed integrator begins to oscillate
+    delay = 0.5 * math.pi / (critical * series.value)
+    near = min(tones, key=lambda tone: abs(tone.angular - frequency))
+    relative = math.hypot(near.noise(2) / abs(near.amplitude(2)), series.sd / series.value)
+    return Identification(
+        stiffness=stiffness,
+        linear=linear,
+        stiffness_low=stiffness.value - 2.0 * curve.value * half,
+        stiffness_high=stiffness.value + 2.0 * curve.value * half,
+        damping_time=damping_time,
+        servo_stiffness=servo,
+        series_stiffness=series,
+        lag=_lag(tones[0]),
+        delay=Measured(delay, delay * relative),
+        oscillation_frequency=frequency / (2.0 * math.pi),
+        gain=ForceGain(gain, series.value, delay),
+        phase_margin_deg=response.phase_margin_deg(gain),
+    )
+
+
+def _contact(force: FloatArray, depth: FloatArray, period: float) -> tuple[Measured, Measured, float]:
+    """K [N/m], its slope q [N/m^2] and c / K [s] of F = F0 + K x + q x^2 + c v, x from the middle."""
+    x = depth - 0.5 * (depth.min() + depth.max())
+    columns = np.stack([np.ones_like(x), x, x * x, np.gradient(x, period)], axis=1)
+    found, sd = _least_squares(columns, force)
+    return Measured(found[1], sd[1]), Measured(found[2], sd[2]), found[3] / found[1]
+
+
+def _servo(force: FloatArray, behind: FloatArray, depth: FloatArray, period: float) -> Measured | None:
+    """The servo's stiffness from how far the tip is behind its commands: F / K_s + lag v, from where it began."""
+    columns = np.stack([np.ones_like(force), force, np.gradient(depth, period)], axis=1)
+    found, sd = _least_squares(columns, behind)
+    compliance, uncertainty = found[1], sd[1]
+    # a hundredth of the contact's own compliance is what the ramps' ends, not noise, make uncertain
+    if compliance < max(SIGMAS * uncertainty, 0.01 * float(np.ptp(depth) / np.ptp(force))):
+        return None
+    return Measured(1.0 / compliance, uncertainty / compliance**2)
+
+
+def _series(contact: Measured, servo: Measured | None) -> Measured:
+    """Both in series; compliances add up, and so do their variances."""
+    if servo is None:
+        return contact
+    value = series_stiffness(contact.value, servo.value)
+    return Measured(value, value**2 * math.hypot(contact.sd / contact.value**2, servo.sd / servo.value**2))
+
+
+def _lag(tone: Tone) -> Measured:
+    """Lag of the tip behind its commands."""
+    depth, wanted = tone.amplitude(0), tone.amplitude(1)
+    return Measured(lag_of(depth / wanted, tone.angular), tone.noise(0) / (abs(depth) * tone.angular))
+
+
+def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[list[float], list[float]]:
+    """Coefficients and their standard deviations, from the residuals; columns scaled to their largest entries."""
+    scale = np.abs(columns).max(axis=0)
+    scale[scale == 0.0] = 1.0
+    A = columns / scale
+    found, *_ = np.linalg.lstsq(A, values, rcond=None)
+    rest = values - A @ found
+    variance = float(rest @ rest) / max(1, len(values) - A.shape[1])
+    covariance = variance * np.linalg.pinv(A.T @ A)
+    return (found / scale).tolist(), (np.sqrt(np.diag(covariance)) / scale).tolist()

@@ -1,0 +1,273 @@
+"""Presses on a surface to find stiffness and delay: see `palpate.controllers.identification`.
+
+The tip lands slowly, for nothing is known yet, presses at a speed that grows until the force rises as wanted, goes
+up and down between two forces, swings about their middle from slow to fast, and lifts off. Nothing of that is
+force control, which would need what is sought: ramps turn where the force says so.
+"""
+
+import math
+from array import array
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from palpate.controllers.identification import Identification, PressRecord, identify
+from palpate.controllers.tone import Tone
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.runtime.data import Command, Observation, Phase
+from palpate.spatial import ZERO, Vector, add_scaled, dot, norm, rotate, scale, subtract
+
+DOWN: Vector = (0.0, 0.0, -1.0)
+
+GROWTH_TIME = 0.2
+"""Time in which the speed of the first ramp grows e-fold [s]: an order above any delay, so that it grows no further
+than a tenth beyond what was wanted before the force tells."""
+
+FIRST_SPEED = 1e-4
+"""Of the first ramp [m/s]: 5 N/s at 50 kN/m, which is as stiff as robots hold their tips."""
+
+FASTEST_SWING = 0.01
+"""Largest speed of a sine [m/s]."""
+
+FREQUENCIES = (2.0, 3.3, 5.5, 9.0, 15.0, 25.0, 40.0)
+"""Of the sines [Hz]: from where servos follow, to beyond where force control through a servo of 100 rad/s begins to
+oscillate. Neighbours are close enough for a smooth response to be interpolated."""
+
+SKIPPED, COUNTED = 2, 6
+"""Cycles of a sine: until it is steady, and then."""
+
+LEAST_SKIPPED = 0.25
+"""At least so long until a sine is counted [s]: twelve time constants of a servo with 100 rad/s and half of that
+again."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifyParameters:
+    """How it is pressed.
+
+    Attributes:
+        low: Lower force of the ramps [N].
+        high: Upper force of the ramps [N].
+        rate: At which the force shall change on them [N/s].
+        ramps: How often up and down, after the first.
+        swing: Amplitude of the sines, at most half of high - low [N].
+        sensing_delay: From a load to the observation that shows it [s].
+        landing_speed: [m/s].
+        approach_distance: How far down the surface is looked for [m].
+        fastest: Largest speed of a ramp [m/s].
+        press_distance: How far it may press [m].
+        settle_time: From the touch to the first ramp [s].
+        lift_distance: [m].
+        lift_speed: [m/s].
+        slew: Bound on the change of commanded velocity [m/s^2].
+    """
+
+    low: float = 1.0
+    high: float = 3.0
+    rate: float = 4.0
+    ramps: int = 2
+    swing: float = 0.4
+    sensing_delay: float = 0.0
+    landing_speed: float = 0.001
+    approach_distance: float = 0.05
+    fastest: float = 0.005
+    press_distance: float = 0.02
+    settle_time: float = 0.2
+    lift_distance: float = 0.005
+    lift_speed: float = 0.02
+    slew: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name, unit in _UNITS.items():
+            positive(name, getattr(self, name), unit)
+        not_negative("sensing_delay", self.sensing_delay, "s")
+        if self.ramps < 1:
+            raise InvalidValueError(f"ramps = {self.ramps}: must be at least 1")
+        if self.high <= self.low:
+            raise InvalidValueError(f"high = {self.high:g} N: must exceed low = {self.low:g} N")
+        if self.swing > 0.5 * (self.high - self.low):
+            raise InvalidValueError(
+                f"swing = {self.swing:g} N: must be at most half of high - low, {0.5 * (self.high - self.low):g} N"
+            )
+
+
+_UNITS = {
+    "low": "N",
+    "high": "N",
+    "rate": "N/s",
+    "swing": "N",
+    "landing_speed": "m/s",
+    "approach_distance": "m",
+    "fastest": "m/s",
+    "press_distance": "m",
+    "settle_time": "s",
+    "lift_distance": "m",
+    "lift_speed": "m/s",
+    "slew": "m/s^2",
+}
+
+
+class _Doing(Enum):
+    """What is done while it presses."""
+
+    FIRST = "first ramp, ever faster"
+    RAMP = "ramps"
+    MIDDLE = "to the middle"
+    SWING = "sines"
+
+
+class IdentifyController:
+    """Lands, presses, lifts off. Uses the first finger."""
+
+    def __init__(self, parameters: IdentifyParameters, period: float) -> None:
+        """Take how it is pressed, and the control period [s]."""
+        self._parameters = parameters
+        self._period = positive("period", period, "s")
+        self._most_change = parameters.slew * period
+        # a slow loop samples no sine faster than this well enough
+        self._frequencies = tuple(f for f in FREQUENCIES if f * period <= 0.1)
+        self._restart(ZERO)
+
+    def _restart(self, position: Vector) -> None:
+        self._phase, self._since, self._from, self._start = Phase.APPROACH, 0.0, position, position
+        self._outcome = Phase.DONE
+        self._command = Command()
+        self._normal = DOWN
+        self._doing = _Doing.FIRST
+        self._speed, self._turns, self._way = FIRST_SPEED, 0, 1.0
+        self._wanted, self._at_touch = 0.0, (0.0, 0.0)
+        self._force, self._depth, self._told = array("d"), array("d"), array("d")
+        self._tones = [Tone(frequency, self._period, 3) for frequency in self._frequencies]
+        self._skipped = [max(SKIPPED, math.ceil(LEAST_SKIPPED * tone.frequency)) for tone in self._tones]
+        self._tone = 0
+        self._swing = 0.0
+
+    def start(self, first: Observation) -> None:
+        """Begin the approach from where the tip is, from rest."""
+        self._restart(first.arm.position_base_tip)
+        self._since = first.time
+
+    def step(self, now: Observation) -> Command:
+        """Return the velocity for the next period; a final phase only once that is zero."""
+        self._change_phase(now)
+        velocity = self._within_slew(self._velocity(now))
+        braking = self._phase.is_final and velocity != ZERO
+        self._command = Command(velocity, self._command.phase if braking else self._phase)
+        self._wanted += self._period * dot(self._normal, velocity)
+        return self._command
+
+    def result(self) -> Identification:
+        """Return what was found, once the run is done.
+
+        Raises:
+            InvalidValueError: It did not get so far.
+        """
+        if self._tone < len(self._tones):
+            raise InvalidValueError(
+                f"nothing was identified: it ended in {self._phase.value!r}, with {self._doing.value!r} under way; "
+                "let it land on a surface that stands still, and give it time"
+            )
+        record = PressRecord(np.array(self._force), np.array(self._depth), np.array(self._told), self._period)
+        return identify(record, self._tones, self._parameters.sensing_delay)
+
+    def _within_slew(self, wanted: Vector) -> Vector:
+        before = self._command.velocity_base_tip
+        change = subtract(wanted, before)
+        size = norm(change)
+        return wanted if size <= self._most_change else add_scaled(before, self._most_change / size, change)
+
+    def _enter(self, phase: Phase, now: Observation) -> None:
+        self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip
+
+    def _change_phase(self, now: Observation) -> None:
+        wanted, phase, finger = self._parameters, self._phase, now.fingers[0]
+        gone = norm(subtract(now.arm.position_base_tip, self._from))
+        if phase is Phase.APPROACH:
+            if finger.touching:
+                self._enter(Phase.SETTLE, now)
+            elif gone > wanted.approach_distance:
+                self._enter(Phase.LOST, now)
+        elif phase is Phase.SETTLE:
+            if not finger.touching:
+                self._enter(Phase.APPROACH, now)
+                self._from = self._start
+            elif now.time - self._since > wanted.settle_time:
+                x, y, z = finger.contact.normal.tolist()
+                self._normal = rotate(now.arm.rotation_base_tip, (x, y, z))
+                self._wanted = 0.0
+                self._at_touch = (finger.contact.normal_force, 0.0)
+                self._enter(Phase.HOLD, now)
+        elif phase is Phase.HOLD:
+            if gone > wanted.press_distance:
+                self._outcome = Phase.LOST
+                self._enter(Phase.LIFT, now)
+            elif self._tone == len(self._tones):
+                self._enter(Phase.LIFT, now)
+        elif phase is Phase.LIFT and gone > wanted.lift_distance:
+            self._enter(self._outcome, now)
+
+    def _velocity(self, now: Observation) -> Vector:
+        wanted, phase = self._parameters, self._phase
+        if phase is Phase.APPROACH:
+            return scale(wanted.landing_speed, DOWN)
+        if phase is Phase.HOLD:
+            finger = now.fingers[0]
+            felt = finger.contact.normal_force if finger.touching else 0.0
+            return scale(self._press(felt, dot(self._normal, now.arm.position_base_tip)), self._normal)
+        if phase is Phase.LIFT:
+            return scale(-wanted.lift_speed, self._normal)
+        return ZERO
+
+    def _press(self, felt: float, depth: float) -> float:
+        """Speed into the object."""
+        doing = self._doing
+        if doing is _Doing.SWING:
+            return self._swing_with(self._tones[self._tone], felt, depth)
+        wanted = self._parameters
+        middle = 0.5 * (wanted.low + wanted.high)
+        if doing is _Doing.FIRST:
+            self._speed = min(self._speed * math.exp(self._period / GROWTH_TIME), self._sought_speed(felt))
+            if felt >= wanted.high:
+                self._doing, self._way = _Doing.RAMP, -1.0
+        elif doing is _Doing.RAMP:
+            if self._turns > 0:
+                self._force.append(felt)
+                self._depth.append(depth)
+                self._told.append(self._wanted)
+            if felt >= wanted.high if self._way > 0.0 else felt <= wanted.low:
+                self._way = -self._way
+                self._turns += 1
+                if self._turns > 2 * wanted.ramps:
+                    self._doing, self._way = _Doing.MIDDLE, 1.0
+        elif felt >= middle:
+            self._doing = _Doing.SWING
+            self._swing = self._wanted_swing(self._tones[0], wanted.rate / self._speed)
+            return 0.0
+        return self._way * self._speed
+
+    def _sought_speed(self, felt: float) -> float:
+        """Speed at which the force changes as wanted, by what the first ramp has shown so far."""
+        wanted, (force, at) = self._parameters, self._at_touch
+        risen, gone = felt - force, self._wanted - at
+        if risen < 0.25 * (wanted.high - wanted.low) or gone <= 0.0:
+            return wanted.fastest
+        return min(max(wanted.rate * gone / risen, FIRST_SPEED), wanted.fastest)
+
+    def _wanted_swing(self, tone: Tone, stiffness: float) -> float:
+        """Amplitude of the commanded velocity [m/s] for the wanted amplitude of the force."""
+        return min(tone.angular * self._parameters.swing / stiffness, FASTEST_SWING)
+
+    def _swing_with(self, tone: Tone, felt: float, depth: float) -> float:
+        """Speed of a sine; its last sample says how far the next one is to swing."""
+        velocity, skipped = self._swing * tone.cosine, self._skipped[self._tone]
+        if tone.cycles < skipped:
+            tone.skip()
+            return velocity
+        tone.add(depth, self._wanted, felt)
+        if tone.cycles >= skipped + COUNTED:
+            self._tone += 1
+            if self._tone < len(self._tones):
+                response = abs(tone.amplitude(2) / tone.amplitude(1))
+                self._swing = self._wanted_swing(self._tones[self._tone], response)
+        return velocity

@@ -1,0 +1,104 @@
+"""Touching down: how fast, and how force control takes over.
+
+A tip that touches at speed v goes on for the delay T in which nothing that is commanded can act, and presses into
+K: the force reaches K v T. What moves has a mass m, too, and is brought to rest by the contact: an elastic one takes
+up v sqrt(K m), one that is damped critically (c = 2 sqrt(K m)) gives c v at once, twice as much. The peak is
+bounded by the larger of both.
+"""
+
+import math
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError, not_negative, positive
+
+EXCESS = 1.0
+"""By how much landing may exceed the set force, if nothing else is said [N]."""
+
+
+@dataclass(frozen=True, slots=True)
+class LandingModel:
+    """What lands on what.
+
+    Attributes:
+        stiffness: K of contact and servo in series, the largest to be expected [N/m].
+        delay: T of force control [s].
+        contact_stiffness: Of the contact alone, likewise [N/m].
+        mass: What moves with the tip [kg]; 0 if its momentum does not count.
+    """
+
+    stiffness: float
+    delay: float
+    contact_stiffness: float
+    mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive("stiffness", self.stiffness, "N/m")
+        positive("delay", self.delay, "s")
+        positive("contact_stiffness", self.contact_stiffness, "N/m")
+        not_negative("mass", self.mass, "kg")
+
+    @property
+    def force_per_speed(self) -> float:
+        """Of the peak [N s/m]."""
+        return max(self.stiffness * self.delay, 2.0 * math.sqrt(self.contact_stiffness * self.mass))
+
+    def peak(self, speed: float, touch_force: float = 0.0) -> float:
+        """Return a bound on the force with which a tip lands [N].
+
+        Args:
+            speed: Of the tip [m/s].
+            touch_force: At which the touch is noticed [N].
+        """
+        return not_negative("touch_force", touch_force, "N") + self.force_per_speed * positive(
+            "speed", speed, "m/s"
+        )
+
+    def speed(self, force: float, touch_force: float = 0.0, excess: float = EXCESS) -> float:
+        """Return the largest speed of landing [m/s] that keeps the peak to the set force and an excess.
+
+        Args:
+            force: That is to be held [N].
+            touch_force: At which the touch is noticed [N].
+            excess: That is allowed [N].
+
+        Raises:
+            InvalidValueError: The touch is noticed too late for any speed.
+        """
+        left = positive("force", force, "N") + positive("excess", excess, "N") - touch_force
+        if left <= 0.0:
+            raise InvalidValueError(
+                f"touch_force = {touch_force:g} N: must be below force + excess = {force + excess:g} N; press more"
+            )
+        return left / self.force_per_speed
+
+
+class Handover:
+    """Leads the set force from what is felt at the touch to what is wanted, in a given time.
+
+    So force control begins with no error and asks for standstill, whatever the landing's momentum has pressed; it
+    need not take back what it had asked for itself.
+    """
+
+    def __init__(self, duration: float) -> None:
+        """Take the time that it takes [s]."""
+        self._duration = positive("duration", duration, "s")
+        self._from: float | None = None
+        self._since = 0.0
+
+    def reset(self) -> None:
+        """The next force that is felt is the first."""
+        self._from = None
+
+    def force(self, time: float, felt: float, wanted: float) -> float:
+        """Return the force to be held now [N].
+
+        Args:
+            time: [s].
+            felt: Normal force [N].
+            wanted: In the end [N].
+        """
+        if self._from is None:
+            # what a knock gives is not to be held
+            self._from, self._since = min(felt, wanted), time
+        share = min(1.0, (time - self._since) / self._duration)
+        return self._from + share * (wanted - self._from)
