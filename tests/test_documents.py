@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-DOCUMENTS = [ROOT / "README.md", ROOT / "docs" / "running.md"]
+DOCUMENTS = [ROOT / "README.md", ROOT / "docs" / "running.md", ROOT / "docs" / "simulation.md"]
 
 
 def blocks(document):

@@ -215,26 +215,24 @@ def _grasp(panel: Axes, found: Sequence[HoldFinding]) -> None:
 
 
 def _stiffness(panel: Axes, rows: Sequence[Row]) -> None:
-    _ground(
-        panel, "contact stiffness [kN/m]", "sensed contact, error of its point [um]", "stiffness of the contact"
-    )
+    _ground(panel, "contact stiffness [kN/m]", "sensed contact, off the surface [um]", "stiffness of the contact")
     by_name = {row.name: row.found for row in rows}
     x = [float(name.split()[0]) for name in STIFFNESS_ROWS]
     series = (
-        ("first measured", [1e3 * FACTS[name].to_contact for name in STIFFNESS_ROWS], "#999999", "s"),
+        ("first measured", [1e3 * FACTS[name].on_surface[0] for name in STIFFNESS_ROWS], "#999999", "s"),
         (
             "tip not shrunk",
-            [1e6 * by_name[f"{name}, tip not shrunk"].to_contact[0] for name in STIFFNESS_ROWS],
+            [1e6 * by_name[f"{name}, tip not shrunk"].on_surface[0] for name in STIFFNESS_ROWS],
             "#56b4e9",
             "o",
         ),
         (
-            "fine contact finder",
-            [1e6 * by_name[f"{name}, fine contact finder"].to_contact[0] for name in STIFFNESS_ROWS],
+            "MuJoCo's own contact finder",
+            [1e6 * by_name[f"{name}, MuJoCo's own contact finder"].on_surface[0] for name in STIFFNESS_ROWS],
             "#e69f00",
             "v",
         ),
-        ("as palpate senses", [1e6 * by_name[name].to_contact[0] for name in STIFFNESS_ROWS], "#d55e00", "*"),
+        ("as palpate senses", [1e6 * by_name[name].on_surface[0] for name in STIFFNESS_ROWS], "#d55e00", "*"),
     )
     for name, values, colour, shape in series:
         panel.plot(x, values, color=colour, marker=shape, markersize=6.0, linewidth=1.0, label=name)

@@ -8,7 +8,7 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.presets import EXPLORE
 from simulation.accuracy import Accuracy, accuracy
 from simulation.choices import sensors
-from simulation.turntable import FINE, FRICTION, LAW, SPIN_LENGTH, Ride, ride
+from simulation.turntable import FRICTION, LAW, OWN_FINDER, SPIN_LENGTH, Ride, ride
 
 STEPS = {2e3: 2e-3, 20e3: 0.5e-3, 100e3: 0.5e-3, 500e3: 0.2e-3}
 """Time step for each contact stiffness: [N/m] -> [s]."""
@@ -72,7 +72,7 @@ def sensed_rows(done: Callable[[], None] = lambda: None) -> list[Row]:
         ridden = ride(fidelity, law)
         name = f"{1e-3 * stiffness:g} kN/m"
         keep(name, accuracy(ridden, stiffness))
-        keep(f"{name}, fine contact finder", accuracy(ride(fidelity, law, finder=FINE), stiffness))
+        keep(f"{name}, MuJoCo's own contact finder", accuracy(ride(fidelity, law, finder=OWN_FINDER), stiffness))
         keep(f"{name}, tip not shrunk", accuracy(ridden, stiffness, shrunk=False))
     preset = ride()
     keep("weight and inertia left in", accuracy(preset, SOFT, compensated=False))

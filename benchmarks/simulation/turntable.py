@@ -30,9 +30,8 @@ TILT = ((0.8, 0.0, 0.6), (0.36, 0.8, -0.48), (-0.48, 0.6, 0.64))
 LAW = replace(EXPLORE.law, friction=FRICTION, spin_length=SPIN_LENGTH)
 PRESS, SETTLE, RIDE = 0.1, 0.15, 0.25  # [s]: ramp of the force, until it has settled, and the ride
 STAGE = Stage()
-FINE, MUJOCO_DEFAULT = 1e-10, 1e-6
-"""Tolerance of MuJoCo's contact finder [m], for shapes of which it knows no closed form: an ellipsoid on a box."""
-FINDER_ITERATIONS = 200
+OWN_FINDER = (1e-6, 50)
+"""MuJoCo's own tolerance [m] and iterations for shapes of which it knows no closed form: an ellipsoid on a box."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +73,7 @@ def ride(
     rate: float = RATE,
     plant: FrictionLaw | None = None,
     seconds: float = RIDE,
-    finder: float | None = None,
+    finder: tuple[float, int] | None = None,
 ) -> Ride:
     """Press the tip on the plate, let it slide under it at a speed and turn at a rate, and keep what happens.
 
@@ -85,7 +84,7 @@ def ride(
         rate: Of the plate [rad/s].
         plant: Friction by the plant instead of MuJoCo's.
         seconds: That are kept [s].
-        finder: Tolerance of MuJoCo's contact finder [m]; that of palpate's own scenes if not given.
+        finder: Tolerance [m] and iterations of MuJoCo's contact finder; those of palpate's scenes if not given.
 
     Raises:
         InvalidValueError: The law cannot be kept with this time step.
@@ -93,7 +92,7 @@ def ride(
     carried = tip()
     model = _model(carried, fidelity, law, plant is not None)
     if finder is not None:
-        model.opt.ccd_tolerance, model.opt.ccd_iterations = finder, FINDER_ITERATIONS
+        model.opt.ccd_tolerance, model.opt.ccd_iterations = finder
     data = mujoco.MjData(model)
     friction: FrictionStep = (
         MujocoFriction(model, data)
