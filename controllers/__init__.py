@@ -5,6 +5,8 @@ from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import Admittance, DirectForce, ForceLaw, VirtualBody
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce, SineForce
 from palpate.controllers.gains import ForceGain, force_gain, series_stiffness, tracking_delay
+from palpate.controllers.identification import Identification, Measured
+from palpate.controllers.identify import IdentifyController, IdentifyParameters
 from palpate.controllers.landing import Handover, LandingModel
 from palpate.controllers.margins import LoopMargins
 from palpate.controllers.normal_force import NormalForce
@@ -31,8 +33,12 @@ __all__ = [
     "ForceProfile",
     "GuardSettings",
     "Handover",
+    "Identification",
+    "IdentifyController",
+    "IdentifyParameters",
     "LandingModel",
     "LoopMargins",
+    "Measured",
     "NormalAxis",
     "NormalForce",
     "NormalTracker",

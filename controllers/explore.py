@@ -40,8 +40,8 @@ largest live gain, and by 0.09 r T at the default 0.5: less than 5 % of where a 
 
 
 HANDOVER = 0.5
-"""Of the settling time, in which the set force goes from what is felt at the touch to what is wanted: half of it is
-left to settle."""
+"""Of the settling time, in which the set force goes from what is felt at the touch to what is wanted: half of it
+is left to settle."""
 
 WATCH_AFTER = 3.0
 """Delays of force control after a touch, until which what the contact does is not taken for the surface's motion:

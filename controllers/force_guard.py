@@ -3,7 +3,9 @@
 A loop whose stiffness was misjudged swings about its set force: fast if the contact is stiffer than thought, for
 the gain is then too high (half swings of 1.5 to 2 delays), and slowly, but growing, if it is softer, for the tip's
 own motion then passes for the surface's (half swings of 6 delays and more). What a surface does of its own shows
-neither: it is slower than the first and does not grow like the second.
+neither: it is slower than the first and does not grow like the second. Swings are compared with those to the same
+side: a tip can press as hard as it likes, but never pull. Where that ends in lost contact, whoever notices says so
+by `lower`.
 """
 
 from dataclasses import dataclass
@@ -17,11 +19,10 @@ FAST_SWINGS = 6
 """So many fast half swings in a row that do not decay are an oscillation."""
 
 FAST_DECAY = 0.97
-"""Least ratio of a half swing to the one before for it not to count as decaying. With half the margins of the
-default gain it is below 0.5."""
+"""Least ratio of a half swing to the last one on the same side for it not to count as decaying."""
 
 SLOW_SWINGS = 3
-"""So many half swings in a row, each larger by `SLOW_GROWTH` than the one before, are one, too."""
+"""So many half swings in a row, each larger by `SLOW_GROWTH` than the last one on the same side, are one, too."""
 
 SLOW_GROWTH = 1.2
 
@@ -72,7 +73,7 @@ class ForceGuard:
         self._restart()
 
     def _restart(self) -> None:
-        self._peak = self._before = 0.0
+        self._peak = self._before = self._last = 0.0
         self._periods = self._fast_ones = self._slow_ones = 0
         self._positive = True
 
@@ -93,12 +94,12 @@ class ForceGuard:
         peak, before = self._peak, self._before
         if peak < 0.02 * SHARE_OF_FORCE * force:  # noise about zero ends no swing worth counting
             self._fast_ones = self._slow_ones = 0
-            self._before = peak
+            self._before, self._last = self._last, peak
             return
         large, fast = peak > SHARE_OF_FORCE * force, self._periods < self._fast
         self._fast_ones = self._fast_ones + 1 if fast and large and peak > FAST_DECAY * before else 0
         self._slow_ones = self._slow_ones + 1 if not fast and peak > SLOW_GROWTH * before > 0.0 else 0
-        self._before = peak
+        self._before, self._last = self._last, peak
         if self._fast_ones >= FAST_SWINGS or (self._slow_ones >= SLOW_SWINGS and large):
             self.lower()
 

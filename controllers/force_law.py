@@ -25,7 +25,7 @@ class ForceLaw(Protocol):
     """From a force error to a velocity along the normal, period by period."""
 
     def start(self, velocity: float) -> None:
-        """Begin with the tip moving along the normal at this velocity [m/s]: without a bump, if it has a memory."""
+        """Begin with the tip moving along the normal at this velocity [m/s], without a bump."""
         ...
 
     def step(self, error: float, gain: float) -> float:

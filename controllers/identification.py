@@ -2,8 +2,8 @@
 
 Ramps between two forces give the stiffnesses: force against where the tip is, of the contact (K, with a viscous
 part c v that must not be taken for it); and how far the tip falls behind its commands under force, of the servo.
-Sines from slow to fast give the force's whole response to commands, and with it the largest gain that force control
-bears: robots and damped contacts have no such thing as one delay, and are stiffer when it goes fast.
+Sines from slow to fast give the force's whole response to commands, and with it the largest gain that force
+control bears: robots and damped contacts have no such thing as one delay, and are stiffer when it goes fast.
 """
 
 import math
@@ -11,15 +11,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate.controllers.gains import LOOP_GAIN, ForceGain, series_stiffness
 from palpate.controllers.measured_loop import ForceResponse
 from palpate.controllers.tone import Tone, lag_of
-from palpate.errors import FloatArray
+from palpate.errors import FloatArray, InvalidValueError
 
 LINEAR_WITHIN = 0.1
 """A contact counts as linear if its stiffness changes by less than this over the ramps, or by no more than its
 uncertainty explains."""
+
+LEAST_SAMPLES = 100
+"""On steady ramps, below which nothing is told of a contact."""
 
 SIGMAS = 3.0
 """Standard deviations that a number must differ by to differ."""
@@ -43,7 +47,7 @@ class Identification:
         stiffness_low: K where the force is lowest [N/m].
         stiffness_high: K where it is highest [N/m].
         damping_time: c / K of the contact [s].
-        servo_stiffness: Of the robot alone [N/m]; None where the contact yields so much more that it cannot be told.
+        servo_stiffness: Of the robot alone [N/m]; None where the contact yields too much to tell.
         series_stiffness: Of contact and servo [N/m].
         lag: By which the tip, in contact, follows a slow sine [s]; negative if it is led.
         delay: T [s]: that of a delayed integrator which begins to oscillate at the same gain as this contact.
@@ -74,12 +78,14 @@ class PressRecord:
         force: Normal force [N], shape (n,).
         depth: n.x of the tip [m], shape (n,).
         wanted: Likewise as commanded, the commands so far added up [m], shape (n,).
+        steady: Whether the tip has gone on at the same speed for a while, shape (n,).
         period: Of control [s].
     """
 
     force: FloatArray
     depth: FloatArray
     wanted: FloatArray
+    steady: npt.NDArray[np.bool_]
     period: float
 
 
@@ -93,15 +99,25 @@ def identify(
         tones: Of the sines, from slow to fast: depth, wanted, force.
         sensing_delay: From a load to the observation that shows it [s]: `Touch.delay`.
         loop_gain: Wanted k K T.
+
+    Raises:
+        InvalidValueError: The ramps were too short.
     """
     behind = round(sensing_delay / record.period)
     span = slice(None, -behind) if behind else slice(None)
-    force, depth, wanted = record.force[behind:], record.depth[span], record.wanted[span]
-    stiffness, curve, damping_time = _contact(force, depth, record.period)
+    velocity = np.gradient(record.depth, record.period)
+    steady = record.steady[behind:]  # of the force, which turns later
+    force, depth = record.force[behind:][steady], record.depth[span][steady]
+    behind_commands, velocity = (record.wanted - record.depth)[span][steady], velocity[span][steady]
+    if len(force) < LEAST_SAMPLES:
+        raise InvalidValueError(
+            f"the ramps have {len(force)} steady samples: must have {LEAST_SAMPLES} at least; take a smaller rate"
+        )
+    stiffness, curve, damping_time = _contact(force, depth, velocity)
     half = 0.5 * float(np.ptp(depth))
     change = 4.0 * abs(curve.value) * half  # of dF/dx = K + 2 q x, from end to end
     linear = change < LINEAR_WITHIN * stiffness.value or change < SIGMAS * 4.0 * curve.sd * half
-    servo = _servo(force, wanted - depth, depth, record.period)
+    servo = _servo(force, behind_commands, depth, velocity)
     series = _series(stiffness, servo)
 
     response = ForceResponse(
@@ -130,17 +146,17 @@ def identify(
     )
 
 
-def _contact(force: FloatArray, depth: FloatArray, period: float) -> tuple[Measured, Measured, float]:
+def _contact(force: FloatArray, depth: FloatArray, velocity: FloatArray) -> tuple[Measured, Measured, float]:
     """K [N/m], its slope q [N/m^2] and c / K [s] of F = F0 + K x + q x^2 + c v, x from the middle."""
     x = depth - 0.5 * (depth.min() + depth.max())
-    columns = np.stack([np.ones_like(x), x, x * x, np.gradient(x, period)], axis=1)
+    columns = np.stack([np.ones_like(x), x, x * x, velocity], axis=1)
     found, sd = _least_squares(columns, force)
     return Measured(found[1], sd[1]), Measured(found[2], sd[2]), found[3] / found[1]
 
 
-def _servo(force: FloatArray, behind: FloatArray, depth: FloatArray, period: float) -> Measured | None:
+def _servo(force: FloatArray, behind: FloatArray, depth: FloatArray, velocity: FloatArray) -> Measured | None:
     """The servo's stiffness from how far the tip is behind its commands: F / K_s + lag v, from where it began."""
-    columns = np.stack([np.ones_like(force), force, np.gradient(depth, period)], axis=1)
+    columns = np.stack([np.ones_like(force), force, velocity], axis=1)
     found, sd = _least_squares(columns, behind)
     compliance, uncertainty = found[1], sd[1]
     # a hundredth of the contact's own compliance is what the ramps' ends, not noise, make uncertain

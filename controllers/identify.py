@@ -21,18 +21,23 @@ from palpate.spatial import ZERO, Vector, add_scaled, dot, norm, rotate, scale, 
 DOWN: Vector = (0.0, 0.0, -1.0)
 
 GROWTH_TIME = 0.2
-"""Time in which the speed of the first ramp grows e-fold [s]: an order above any delay, so that it grows no further
-than a tenth beyond what was wanted before the force tells."""
+"""Time in which the speed of the first ramp grows e-fold [s]: an order above any delay, so that it grows no
+further than a tenth beyond what was wanted before the force tells."""
 
-FIRST_SPEED = 1e-4
-"""Of the first ramp [m/s]: 5 N/s at 50 kN/m, which is as stiff as robots hold their tips."""
+FIRST_SPEED = 2e-5
+"""Of the first ramp [m/s]: 7 N/s at 350 kN/m, the stiffest that an arm was found to hold its tip."""
 
 FASTEST_SWING = 0.01
 """Largest speed of a sine [m/s]."""
 
-FREQUENCIES = (2.0, 3.3, 5.5, 9.0, 15.0, 25.0, 40.0)
-"""Of the sines [Hz]: from where servos follow, to beyond where force control through a servo of 100 rad/s begins to
-oscillate. Neighbours are close enough for a smooth response to be interpolated."""
+FREQUENCIES = (2.0, 3.3, 5.5, 9.0, 15.0, 25.0, 40.0, 65.0, 95.0, 140.0, 200.0)
+"""Of the sines [Hz]: from where servos follow, to beyond where force control through a servo of 100 rad/s begins
+to oscillate, and on to where an arm does that feeds velocities forward. Neighbours are close enough for a smooth
+response to be interpolated."""
+
+STEADY_AFTER = 0.12
+"""A ramp's samples count from so long after its turn [s]: a servo of 100 rad/s is steady to 1e-4 by then. What
+turns has a mass, which would pass for stiffness."""
 
 SKIPPED, COUNTED = 2, 6
 """Cycles of a sine: until it is steady, and then."""
@@ -126,7 +131,7 @@ class IdentifyController:
         self._period = positive("period", period, "s")
         self._most_change = parameters.slew * period
         # a slow loop samples no sine faster than this well enough
-        self._frequencies = tuple(f for f in FREQUENCIES if f * period <= 0.1)
+        self._frequencies = tuple(f for f in FREQUENCIES if f * period <= 0.2)
         self._restart(ZERO)
 
     def _restart(self, position: Vector) -> None:
@@ -137,7 +142,8 @@ class IdentifyController:
         self._doing = _Doing.FIRST
         self._speed, self._turns, self._way = FIRST_SPEED, 0, 1.0
         self._wanted, self._at_touch = 0.0, (0.0, 0.0)
-        self._force, self._depth, self._told = array("d"), array("d"), array("d")
+        self._force, self._depth, self._told, self._steady = array("d"), array("d"), array("d"), array("b")
+        self._turned, self._turned_at = 0, 0.0
         self._tones = [Tone(frequency, self._period, 3) for frequency in self._frequencies]
         self._skipped = [max(SKIPPED, math.ceil(LEAST_SKIPPED * tone.frequency)) for tone in self._tones]
         self._tone = 0
@@ -165,10 +171,11 @@ class IdentifyController:
         """
         if self._tone < len(self._tones):
             raise InvalidValueError(
-                f"nothing was identified: it ended in {self._phase.value!r}, with {self._doing.value!r} under way; "
+                f"nothing was identified: it ended in {self._phase.value!r}, doing {self._doing.value!r}; "
                 "let it land on a surface that stands still, and give it time"
             )
-        record = PressRecord(np.array(self._force), np.array(self._depth), np.array(self._told), self._period)
+        force, depth, told = (np.array(rows) for rows in (self._force, self._depth, self._told))
+        record = PressRecord(force, depth, told, np.array(self._steady, dtype=bool), self._period)
         return identify(record, self._tones, self._parameters.sensing_delay)
 
     def _within_slew(self, wanted: Vector) -> Vector:
@@ -230,14 +237,22 @@ class IdentifyController:
             self._speed = min(self._speed * math.exp(self._period / GROWTH_TIME), self._sought_speed(felt))
             if felt >= wanted.high:
                 self._doing, self._way = _Doing.RAMP, -1.0
+                self._turned_at = self._wanted
         elif doing is _Doing.RAMP:
             if self._turns > 0:
                 self._force.append(felt)
                 self._depth.append(depth)
                 self._told.append(self._wanted)
+                self._turned += 1
+                self._steady.append(self._turned * self._period > STEADY_AFTER)
             if felt >= wanted.high if self._way > 0.0 else felt <= wanted.low:
                 self._way = -self._way
+                # as far as this ramp went, the next one shall go in the wanted time
+                gone = abs(self._wanted - self._turned_at)
+                self._speed = min(wanted.rate * gone / (wanted.high - wanted.low), wanted.fastest)
+                self._turned_at = self._wanted
                 self._turns += 1
+                self._turned = 0
                 if self._turns > 2 * wanted.ramps:
                     self._doing, self._way = _Doing.MIDDLE, 1.0
         elif felt >= middle:

@@ -1,8 +1,8 @@
 """Touching down: how fast, and how force control takes over.
 
 A tip that touches at speed v goes on for the delay T in which nothing that is commanded can act, and presses into
-K: the force reaches K v T. What moves has a mass m, too, and is brought to rest by the contact: an elastic one takes
-up v sqrt(K m), one that is damped critically (c = 2 sqrt(K m)) gives c v at once, twice as much. The peak is
+K: the force reaches K v T. What moves has a mass m, too, and is brought to rest by the contact: an elastic one
+takes up v sqrt(K m), one that is damped critically (c = 2 sqrt(K m)) gives c v at once, twice as much. The peak is
 bounded by the larger of both.
 """
 

@@ -25,8 +25,7 @@ class LoopMargins:
 
     Attributes:
         gain_margin: By which factor the loop's gain may grow; infinite if it never oscillates.
-        phase_margin_deg: By how much its phase may fall at the gain's crossover [degrees]; the least, if it crosses
-            more than once.
+        phase_margin_deg: By how much its phase may fall at the gain's crossover [degrees]; the least of several.
         modulus_margin: Least distance of the open loop from -1: 1 / it bounds the sensitivity.
     """
 
@@ -74,6 +73,7 @@ def loop_margins(open_loop: Callable[[ComplexArray], ComplexArray]) -> LoopMargi
     turns = np.floor((phase - math.pi) / (2.0 * math.pi))
     crossings = np.flatnonzero(np.diff(turns) != 0.0)
     largest = max((float(max(size[i], size[i + 1])) for i in crossings), default=0.0)
+    largest = max(largest, -float(L[-1].real))  # at the Nyquist frequency L is real
     falls = np.flatnonzero((size[:-1] >= 1.0) & (size[1:] < 1.0))
     margins = [abs(math.remainder(float(phase[i]) - math.pi, 2.0 * math.pi)) for i in falls]
     return LoopMargins(

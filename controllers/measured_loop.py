@@ -54,7 +54,7 @@ class ForceResponse:
 
     def phase_margin_deg(self, gain: float) -> float:
         """Return the phase margin [degrees] at a gain [m/s/N]; at the lowest crossing that was measured."""
-        w, size, phase = self._loop()
+        _, size, phase = self._loop()
         over = np.flatnonzero(gain * size >= 1.0)
         i = int(over[-1]) if len(over) else 0  # the crossing lies below all that was measured: the first is later
         return math.degrees(math.pi + float(phase[i]))

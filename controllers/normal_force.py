@@ -16,7 +16,12 @@ class NormalForce:
     """
 
     def __init__(
-        self, law: ForceLaw, series_stiffness: float, delay: float, period: float, follow: SurfaceFilter | None = None
+        self,
+        law: ForceLaw,
+        series_stiffness: float,
+        delay: float,
+        period: float,
+        follow: SurfaceFilter | None = None,
     ) -> None:
         """Take the pieces.
 

@@ -1,9 +1,10 @@
 """What a surface does along the normal, seen by the tip that presses on it, and what it will do next.
 
-With n into the object, the contact's force is F = K (n.x - s): so the surface moves with s' = n.v - F' / K, v being
-the tip's measured velocity. No delay of the robot is in that; only looking ahead has to bridge the delay T until a
-command acts. Value, slope and curvature of s' are tracked by a fading-memory filter of third order (Brookner 1998,
-section 1.3; all three poles at exp(-period / time constant)), which follows a parabola without lag.
+With n into the object, the contact's force is F = K (n.x - s): so the surface moves with s' = n.v - F' / K, v
+being the tip's measured velocity. No delay of the robot is in that; only looking ahead has to bridge the delay T
+until a command acts. Value, slope and curvature of s' are tracked by a fading-memory filter of third order
+(Brookner 1998, section 1.3; all three poles at exp(-period / time constant)), which follows a parabola without
+lag.
 
 A wrong K is a feedback: with the true stiffness r K the tip's own velocity passes for (1 - r) of a surface's. That
 is why the filter may not be fast. `stiffness_range` computes from the sampled loop for which r it is stable.
@@ -22,6 +23,9 @@ SMOOTHING_IN_DELAYS = 3.0
 """Default time constant, in delays T of force control. At the default force gain, k K T = 0.5, the loop is then
 stable for true stiffnesses of 0.4 to 1.77 times the assumed one, and with half of gain and forward feed, to which
 `ForceGuard` falls back, for any from 0 to 2.9 times; see the tests."""
+
+LEAST_DELAY = 0.02
+"""[s] from which the default time constant is counted: an arm that is led has none, but slow servos."""
 
 FASTEST_SURFACE = 0.05
 """Largest speed that is fed forward [m/s]: what is beyond is more likely an error."""
@@ -63,7 +67,7 @@ def surface_filter(stiffness: float, gain: ForceGain, lead: float) -> SurfaceFil
         gain: Of force control.
         lead: From a command to the tip's velocity [s].
     """
-    return SurfaceFilter(stiffness, lead, SMOOTHING_IN_DELAYS * gain.delay)
+    return SurfaceFilter(stiffness, lead, SMOOTHING_IN_DELAYS * max(gain.delay, lead, LEAST_DELAY))
 
 
 class SurfaceMotion:
@@ -136,8 +140,8 @@ def stiffness_range(
 ) -> StiffnessRange:
     """Return for which stiffnesses force control with a surface's motion fed forward is stable.
 
-    From the eigenvalues of the sampled loop: a command acts after `gain.delay`, the contact is a spring, and all of
-    the delay lies before the tip's velocity.
+    From the eigenvalues of the sampled loop: a command acts after `gain.delay`, the contact is a spring, and all
+    of the delay lies before the tip's velocity.
 
     Args:
         gain: Of force control.

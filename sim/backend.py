@@ -11,11 +11,11 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.friction.plant import FrictionPlant, FrictionState
+from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.resultant import resultant
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.objects.target import Mount
-from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
+from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
@@ -136,9 +136,11 @@ class MujocoBackend:
         """Simulate one period with the commanded velocity.
 
         Raises:
+            InvalidValueError: A motion that the carrier cannot do, or of absurd numbers.
             SimulationDivergedError: The simulation diverged.
         """
         data, drive, target, friction = self._data, self._drive, self._target, self._friction
+        check_motion(command.velocity_base_tip, command.angular_velocity_base_tip)
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         for _ in range(self._steps):
             drive.advance()
@@ -175,6 +177,7 @@ class MujocoBackend:
             raise InvalidValueError(
                 f"the state holds {state.simulation.size} numbers, this scene {size}: take one of this scene"
             )
+        check_friction(state.friction, self._plant)
         set_state(self.scene.model, self._data, state.simulation)
         self._drive.restore(state.drive)
         if self._plant is not None and state.friction is not None:

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, SimulationDivergedError, positive
+from palpate.spatial import Vector
 
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """Everything that the next time step depends on, the solver's warm start included."""
@@ -39,6 +40,22 @@ def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
 def set_state(model: mujoco.MjModel, data: mujoco.MjData, state: FloatArray) -> None:
     """Go back, or on, to what `state_of` gave."""
     mujoco.mj_setState(model, data, state, STATE)
+
+
+def check_motion(velocity: Vector, angular_velocity: Vector) -> None:
+    """Refuse a commanded motion [m/s, rad/s] of absurd numbers.
+
+    MuJoCo would not diverge: servos whose references are no numbers are all sent to 0 instead.
+
+    Raises:
+        InvalidValueError: They are absurd, or not numbers.
+    """
+    (x, y, z), (u, v, w) = velocity, angular_velocity
+    if not abs(x) + abs(y) + abs(z) + abs(u) + abs(v) + abs(w) < DIVERGED:
+        raise InvalidValueError(
+            f"velocity_base_tip = {velocity} m/s, angular_velocity_base_tip = {angular_velocity} rad/s: must be "
+            f"numbers, all together below {DIVERGED:g}; look for a division by zero in the controller"
+        )
 
 
 def check_converged(readings: list[float], time: float) -> None:

@@ -88,7 +88,8 @@ def build_scene(
             nothing else touches it. None if not given.
 
     Raises:
-        InvalidValueError: The contact law cannot be kept with these masses and this time step.
+        InvalidValueError: The contact law cannot be kept with these masses and this time step, or neither tip nor
+            object can move.
     """
     carrier, target = carrier or Stage(), as_target(target)
     if texture is not None and isinstance(target.shape, TracedObject):
@@ -110,6 +111,11 @@ def build_scene(
         float(compiled.body_invweight0[compiled.body(name).id, 0]) for name in ("tip", OBJECT_GEOM)
     )
     law = target.law(law)
+    if of_tip + of_target == 0.0:
+        raise InvalidValueError(
+            f"carrier = {carrier}, target = {target}: neither can move, and nothing would press; take a carrier "
+            "that moves, or an object that does"
+        )
     parameters = pair_parameters if friction is None else frictionless_parameters
     pair = parameters(law, of_tip + of_target, time_step)
     impratio = pair.impratio

@@ -12,7 +12,6 @@ import numpy as np
 from palpate.controllers.paths.row import Row
 from palpate.errors import FloatArray, not_negative, positive
 
-
 CROSS = 0.125
 """Error in height per gap and cross slope: as end slopes count in Hermite interpolation."""
 
@@ -48,9 +47,9 @@ class TouchNoise:
 def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
     """Return what interpolation over `gap` centred at `at` misses, shape (n,) [m].
 
-    Two errors are taken together: of the profile, its cubic Hermite interpolation, and of the cross slope, its mean
-    over both ends. The second tells of detail beside the row. NaN where the row does not reach half a gap to both
-    sides.
+    Two errors are taken together: of the profile, its cubic Hermite interpolation, and of the cross slope, its
+    mean over both ends. The second tells of detail beside the row. NaN where the row does not reach half a gap to
+    both sides.
     """
     u = row.u
     if len(row) < 2:
@@ -70,10 +69,10 @@ def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
 
 
 def missed_around(row: Row, gap: float, at: FloatArray, noise: float) -> FloatArray:
-    """Return the root mean square of `missed` within half a gap, less what noise gives, shape (n,) [m].
+    """Return the root mean square of `missed` within a quarter of a gap, less what noise gives, shape (n,) [m].
 
-    Where rows lie relative to a detail is chance, so its error is averaged over where they could. Values at the ends
-    of the row repeat the last that is known; all are zero if the row is shorter than the gap.
+    Where rows lie relative to a detail is chance, so its error is averaged over where they could. Values at the
+    ends of the row repeat the last that is known; all are zero if the row is shorter than the gap.
 
     Args:
         row: What was felt.
@@ -86,11 +85,11 @@ def missed_around(row: Row, gap: float, at: FloatArray, noise: float) -> FloatAr
     if not known.any() or len(at) < 2:
         return np.zeros(len(at))
     square = np.interp(at, at[known], error[known] ** 2)
-    half = max(int(0.5 * gap / (at[1] - at[0])), 1)
+    half = max(int(0.25 * gap / (at[1] - at[0])), 1)
     total = np.concatenate([[0.0], np.cumsum(square)])
     index = np.arange(len(at))
     begin, end = np.maximum(index - half, 0), np.minimum(index + half + 1, len(at))
-    return np.sqrt(np.maximum((total[end] - total[begin]) / (end - begin) - noise, 0.0))
+    return np.asarray(np.sqrt(np.maximum((total[end] - total[begin]) / (end - begin) - noise, 0.0)))
 
 
 def typical(rows: list[Row], gap: float, spacing: float, noise: float, quantile: float = 0.5) -> float:

@@ -11,6 +11,10 @@ from palpate.controllers.paths.missed import TouchNoise, missed_around
 from palpate.controllers.paths.row import Row
 from palpate.errors import FloatArray
 
+LOUD = 0.35
+"""A stroke of its own covers where the error is above this part of the strip's largest: the test over a gap rings
+for a gap beside a detail, more weakly. Measured by `benchmarks/active.py`."""
+
 
 @dataclass(frozen=True, slots=True)
 class Strip:
@@ -22,6 +26,7 @@ class Strip:
         low: v of the row below [m].
         high: v of the row above [m].
         worst: Largest error expected in it [m].
+        whole: Whether it runs as far as both rows do; otherwise it is part of one that does.
         worth: Sum over its area of the expected error to the power that the goal asks for.
     """
 
@@ -30,6 +35,7 @@ class Strip:
     low: float
     high: float
     worst: float
+    whole: bool
     worth: float
 
     @property
@@ -47,13 +53,11 @@ class Expectation:
         stretch: Over which contacts are averaged [m].
         unknown: Error expected of detail that no row met, per gap: a strip as wide as the field must hold
             something, a narrow one hardly.
-        inherited: Share of a surprise across a gap that is expected to remain in each half of it.
     """
 
     noise: TouchNoise
     stretch: float
     unknown: float
-    inherited: float
 
 
 class Columns:
@@ -78,20 +82,22 @@ class Columns:
             gap = self._rows[high].v - self._rows[low].v
             error = self._expected(low, high, gap)
             for run in _runs(inside):
-                found.append(self._strip(run, low, high, error, power))
-                loud = run[error[run] > threshold]
+                found.append(self._strip(run, low, high, error, power, whole=True))
+                loud = run[error[run] > max(threshold, LOUD * float(error[run].max()))]
                 # what lies between two loud places closer than the gap is worth the way between them
                 parts = _runs(loud, max(int(gap / (self._edges[1] - self._edges[0])), 1))
                 if len(parts) != 1 or len(parts[0]) != len(run):
-                    found += [self._strip(part, low, high, error, power) for part in parts]
+                    found += [self._strip(part, low, high, error, power, whole=False) for part in parts]
         return found
 
-    def _strip(self, run: npt.NDArray[np.intp], low: int, high: int, error: FloatArray, power: float) -> Strip:
+    def _strip(
+        self, run: npt.NDArray[np.intp], low: int, high: int, error: FloatArray, power: float, *, whole: bool
+    ) -> Strip:
         begin, end = float(self._edges[run[0]]), float(self._edges[run[-1] + 1])
         v0, v1 = self._rows[low].v, self._rows[high].v
         width = float(self._edges[1] - self._edges[0])
         worth = float((error[run] ** power).sum()) * width * (v1 - v0)
-        return Strip(begin, end, v0, v1, float(error[run].max()), worth)
+        return Strip(begin, end, v0, v1, float(error[run].max()), whole, worth)
 
     def _pairs(self) -> dict[tuple[int, int], npt.NDArray[np.bool_]]:
         """Neighbouring rows and the columns in which they are neighbours."""
@@ -105,7 +111,6 @@ class Columns:
     def _expected(self, low: int, high: int, gap: float) -> FloatArray:
         """Return the error expected between two rows in every column [m]."""
         error = np.maximum(self._along_row(low, gap), self._along_row(high, gap))
-        error = np.maximum(error, np.maximum(self._surprise(low, gap), self._surprise(high, gap)))
         return np.sqrt(error**2 + (self._how.unknown * gap) ** 2)
 
     def _along_row(self, index: int, gap: float) -> FloatArray:
@@ -114,35 +119,6 @@ class Columns:
             noise = self._how.noise.missed_variance(gap, self._how.stretch)
             self._along[key] = missed_around(self._rows[index], gap, self._at, noise)
         return self._along[key]
-
-    def _surprise(self, index: int, gap: float) -> FloatArray:
-        """Return what is left of the difference between a row and what its neighbours said of it [m]."""
-        row, error = self._rows[index], np.zeros(len(self._at))
-        for column in np.flatnonzero(self._covers[index]).tolist():
-            below = next((k for k in range(index - 1, -1, -1) if self._covers[k][column]), None)
-            above = next((k for k in range(index + 1, len(self._rows)) if self._covers[k][column]), None)
-            if below is None or above is None:
-                continue
-            error[column] = self._across(column, below, index, above, gap)
-        return error
-
-    def _across(self, column: int, below: int, index: int, above: int, gap: float) -> float:
-        a, m, b = self._rows[below], self._rows[index], self._rows[above]
-        span, u = b.v - a.v, self._at[column]
-        t = (m.v - a.v) / span
-        # cubic Hermite polynomial on [0, 1]
-        h = [2 * t**3 - 3 * t * t + 1, t**3 - 2 * t * t + t, 3 * t * t - 2 * t**3, t**3 - t * t]
-        said = (
-            h[0] * np.interp(u, a.u, a.height)
-            + h[1] * span * np.interp(u, a.u, a.cross_slope)
-            + h[2] * np.interp(u, b.u, b.height)
-            + h[3] * span * np.interp(u, b.u, b.cross_slope)
-        )
-        off = float(np.interp(u, m.u, m.height) - said)
-        noise = self._how.noise.missed_variance(span, self._how.stretch)
-        if off * off < 4.0 * noise:
-            return 0.0
-        return self._how.inherited * abs(off) * (gap / span) * 2.0
 
 
 def _runs(indices: npt.NDArray[np.intp], bridge: int = 1) -> list[npt.NDArray[np.intp]]:

@@ -10,12 +10,12 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.friction.plant import FrictionPlant, FrictionState
+from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.grip import Grip, GripState
 from palpate.sim.hand.scene import SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
-from palpate.sim.physics import check_converged, set_state, state_of, state_size, whole_steps
+from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 
@@ -107,10 +107,11 @@ class HandBackend:
         """Simulate one period; grip forces reach the servos with the next exchange on the bus.
 
         Raises:
-            InvalidValueError: A motion that the carrier cannot do, or see `Grip.command`.
+            InvalidValueError: A motion that the carrier cannot do, or of absurd numbers; or see `Grip.command`.
             SimulationDivergedError: The simulation diverged.
         """
         data, drive, grip, friction = self._data, self._drive, self._grip, self._friction
+        check_motion(command.velocity_base_tip, command.angular_velocity_base_tip)
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         if command.grip_force is not None:
             grip.command(command.grip_force)
@@ -177,6 +178,7 @@ class HandBackend:
                 f"the state holds {state.physics.size} numbers and {len(state.sensors)} fingers, this scene "
                 f"{size} and {len(self._sensors)}: must come from the same scene"
             )
+        check_friction(state.friction, self._plant)
         set_state(self.scene.model, self._data, state.physics)
         np.copyto(self._readings, state.readings)
         self._values = self._readings.tolist()

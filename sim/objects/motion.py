@@ -1,7 +1,9 @@
 """Targets that move as told: on slides and hinges that no force holds up.
 
 A mocap body would have no velocity, and a tip would rub on it as if it stood still. Here the joints' position and
-velocity are set before every time step, and a force gives their very heavy body the acceleration in between.
+velocity are set before every time step, and a force gives them the acceleration in between. What makes them too
+heavy to be pushed is inertia of each joint's own, as of a rotor behind a gear, not the body's: so no joint feels
+what the others do, wherever their axes point.
 """
 
 import math
@@ -21,7 +23,11 @@ from palpate.sim.objects.traced import TracedObject
 from palpate.spatial import ZERO, Vector
 
 HEAVY = 1e4
-"""Mass [kg] and inertia [kg m^2] of a moving target: 10 N on it for a step of 1 ms change its speed by 1 um/s."""
+"""Inertia of each joint of a moving target [kg or kg m^2]: 10 N on it for a step of 1 ms change its speed by
+1 um/s."""
+
+LIGHT = 1e-3
+"""Mass [kg] and inertia [kg m^2] of its body, and how far its centre of mass is off [m]: 1e-7 of what moves it."""
 
 
 class Motion(Protocol):
@@ -156,11 +162,19 @@ class MovingTarget:
         self.shape.add_assets(spec, name)
         body = spec.worldbody.add_body(name=name, pos=self.position)
         body.explicitinertial = True
-        body.mass = HEAVY
-        body.inertia = [HEAVY] * 3
+        body.mass = LIGHT
+        body.inertia = [LIGHT] * 3
+        # off its frame: of a body that slides along its own axes, MuJoCo would take the mass alone for inertia
+        body.ipos = [LIGHT, 0.0, 0.0]
         body.gravcomp = 1.0
         for i, joint in enumerate(self.joints):
-            body.add_joint(name=f"{name}_{i}", type=_MUJOCO_KIND[joint.kind], axis=joint.axis, pos=joint.through)
+            body.add_joint(
+                name=f"{name}_{i}",
+                type=_MUJOCO_KIND[joint.kind],
+                axis=joint.axis,
+                pos=joint.through,
+                armature=HEAVY,
+            )
         self.shape.add_geom(body, name)
         return body
 

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -185,6 +186,39 @@ def test_a_height_map_that_was_explored_can_be_explored_again(tmp_path):
     write_height_map_csv(HeightMap(X[0], Y[:, 0], holed, np.zeros_like(Z), 0.0), tmp_path / "holed.csv")
     with pytest.raises(InvalidValueError, match=rf"{np.isnan(holed).sum()} of 2501 points.*no height"):
         load_heights(tmp_path / "holed.csv", 1.0, ())
+
+
+def map_with(tmp_path, points):
+    path = tmp_path / "points.csv"
+    path.write_text("\n".join(["x_m,y_m,z_m", *(f"{x!r},{y!r},{z!r}" for x, y, z in points)]))
+    return load_heights(path, 1.0, ())
+
+
+def test_a_point_that_stands_twice_in_a_map_is_refused(tmp_path):
+    """Two heights of one place: nobody would know which was taken."""
+    points = [(0.01 * i, 0.01 * j, 0.001 * i * j) for i in range(5) for j in range(4)]
+    assert map_with(tmp_path, points).heights.shape == (4, 5)
+    with pytest.raises(InvalidValueError, match="1 points stand in it more than once"):
+        map_with(tmp_path, [*points, (0.02, 0.01, 0.003)])
+
+
+def test_empty_lines_at_the_end_of_a_map_are_no_points(tmp_path):
+    write_height_map_csv(HeightMap(X[0], Y[:, 0], Z, np.zeros_like(Z), 0.0), tmp_path / "map.csv")
+    with (tmp_path / "map.csv").open("a") as file:
+        file.write("\n\n")
+    assert np.array_equal(load_heights(tmp_path / "map.csv", 1.0, ()).heights, Z)
+
+
+def test_points_along_a_diagonal_are_refused_without_room_for_their_square(tmp_path):
+    """The grid of 6000 places along x and y would take 288 MB."""
+    tracemalloc.start()
+    try:
+        with pytest.raises(InvalidValueError, match="35994000 of 36000000 points of its grid have no height"):
+            map_with(tmp_path, [(1e-5 * i, 1e-5 * i, 0.0) for i in range(6000)])
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 2e7
 
 
 @settings(max_examples=20, deadline=None)

@@ -196,7 +196,17 @@ def test_no_reading_is_ever_older_than_was_reckoned_with(kind):
     oldest = max(sample.time - sample.wrenches[0].time for sample in samples)
     least = msgspec.structs.replace(robot.file.limits, sample_age=oldest * (1.0 - 1e-9))
     with pytest.raises(InvalidValueError, match="sample_age_s"):
-        check_age(replace(robot, file=msgspec.structs.replace(robot.file, limits=least)), model_of_finger(finger))
+        check_age(
+            replace(robot, file=msgspec.structs.replace(robot.file, limits=least)), model_of_finger(finger), 1e-3
+        )
+
+
+def test_samples_lost_in_a_row_are_reckoned_with_at_the_period_of_the_run():
+    """Read every 4 ms instead of 1, as many lost ones in a row are four times as old."""
+    robot = robot_with("{preset: nano17, sample_rate_Hz: 0, lost_share: 0.3}")
+    plan(config_of(robot), robot)
+    with pytest.raises(InvalidValueError, match=r"sample_age_s = 0.02: .*up to 0.0483 s old .*samples of 4 ms"):
+        plan(config_of(robot, period=4e-3), robot)
 
 
 # --- too coarse ---

@@ -17,7 +17,7 @@ from simulation.exploring import ELLIPSOID, SPHERE, explore
 from simulation.grasping import Hold, has_room, hold
 from simulation.limit import limit_surface
 from simulation.sensed import FACTS, SOFT
-from simulation.turntable import FINE, FRICTION, LAW, MUJOCO_DEFAULT, SPIN_LENGTH, ride
+from simulation.turntable import FRICTION, LAW, OWN_FINDER, SPIN_LENGTH, ride
 
 from palpate.sim import Cone, Fidelity, Integrator
 from palpate.sim.friction.law import FrictionLaw
@@ -83,7 +83,7 @@ def test_the_tip_never_lifts_off_anywhere_in_the_range(target, friction, force, 
 
 def test_the_contact_is_sensed_where_it_is():
     """Within a tenth of what the first measurements were off by, once MuJoCo's contact finder is out of it."""
-    ridden, known = ride(finder=FINE), FACTS["20 kN/m"]
+    ridden, known = ride(), FACTS["20 kN/m"]
     found = accuracy(ridden, SOFT)
     assert found.to_contact[1] < 0.1e-3 * known.to_contact
     assert found.on_surface[1] < 0.1e-3 * known.on_surface[0]
@@ -98,7 +98,7 @@ def test_the_contact_is_sensed_where_it_is():
 
 
 def test_mujocos_own_tolerance_of_the_contact_finder_is_what_is_seen_of_an_ellipsoid():
-    fine, coarse = (accuracy(ride(finder=tolerance), SOFT) for tolerance in (FINE, MUJOCO_DEFAULT))
+    fine, coarse = (accuracy(ride(finder=finder), SOFT) for finder in (None, OWN_FINDER))
     assert coarse.on_surface[1] > 4.0 * fine.on_surface[1]
 
 

@@ -60,13 +60,18 @@ def sensor_for(robot: Robot, config: ExploreConfig) -> SeededSensor:
     return SeededSensor(model, config.seed)
 
 
-def check_age(robot: Robot, model: SensorModel) -> None:
+def check_age(robot: Robot, model: SensorModel, period: float) -> None:
     """Refuse a sensor whose samples are older than the supervisor lets them be.
+
+    Args:
+        robot: Whose supervisor it is.
+        model: What is simulated.
+        period: At which it is read [s].
 
     Raises:
         InvalidValueError: They are.
     """
-    limit, step = robot.file.limits.sample_age, robot.file.period
+    limit, step = robot.file.limits.sample_age, period
     rate = None if model.clock is None else model.clock.rate
     if rate is not None:
         step = 1.0 / rate

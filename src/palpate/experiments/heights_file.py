@@ -146,20 +146,27 @@ def _map(name: str, text: str) -> tuple[FloatArray, tuple[float, float]]:
     places = [columns.index(wanted) for wanted in ("x_m", "y_m", "z_m")]
     points = []
     for i, words in enumerate(csv.reader(lines), 2):
+        if not words:
+            continue
         if len(words) != len(columns):
             raise InvalidValueError(f"{name}, line {i}: {len(words)} values for {len(columns)} columns")
         points.append([_number(name, i, words[k]) for k in places])
     x, y, z = np.array(points).reshape(-1, 3).T
     column, across = _places(name, "x_m", x)
     row, along = _places(name, "y_m", y)
-    heights = np.full((int(row.max()) + 1, int(column.max()) + 1), np.nan)
-    heights[row, column] = z
-    missing = int(np.isnan(heights).sum())
+    ny, nx = int(row.max()) + 1, int(column.max()) + 1
+    given = len(np.unique(row * nx + column))
+    if given < len(z):
+        raise InvalidValueError(f"{name}: {len(z) - given} points stand in it more than once; leave one of each")
+    # counted before there is room for them all: points along a diagonal would take that of their square
+    missing = ny * nx - given + int(np.isnan(z).sum())
     if missing:
         raise InvalidValueError(
-            f"{name}: {missing} of {heights.size} points of its grid have no height (nan, or not there); cut the "
-            "map to where it is complete, or fill its holes"
+            f"{name}: {missing} of {ny * nx} points of its grid have no height (nan, or not there); cut "
+            "the map to where it is complete, or fill its holes"
         )
+    heights = np.empty((ny, nx))
+    heights[row, column] = z
     return heights, (across, along)
 
 

@@ -104,7 +104,7 @@ def simulated_tip(robot: Robot, task: Task) -> Tip:
     """
     finger, sensor = only_finger(robot), robot.sensors[0]
     payload = _payload(finger, sensor)
-    check_age(robot, task.sensor.model)
+    check_age(robot, task.sensor.model, task.period)
     return Tip(_surface(finger, task.tip), payload.mass)
 
 
@@ -171,7 +171,7 @@ def check_simulated(robot: Robot, time_step: float) -> None:
             f"period_s = {robot.file.period:g}: must be a whole number of backend.time_step_s, {time_step:g}"
         )
     model = model_of_finger(finger)
-    check_age(robot, model)
+    check_age(robot, model, robot.file.period)
     known_sensor(finger, sensor, SeededSensor(model), robot.file.period)
 
 

@@ -5,11 +5,12 @@ from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft.bias import FEWEST_READINGS, average_bias
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.sensor_updates import with_bias
+from palpate.sim.fidelity import GRAVITY
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.simulation import simulated_sensor
 from palpate.spatial import Vector, Wrench
 
-UP: Vector = (0.0, 0.0, 9.81)
+UP: Vector = (0.0, 0.0, GRAVITY)
 """Specific force at rest, sensor frame [m/s^2]: simulated tips are held upright."""
 
 NO_LOAD: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,46 @@
+"""Collects the marks of a strategy."""
+
+from palpate.controllers.paths.features import FeatureLimits, FeatureWatch
+from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.legs import Ended, LegEnd
+from palpate.controllers.paths.marks import Event, Mark
+from palpate.spatial import Vector
+
+EVENTS = {
+    LegEnd.MISSED: (Event.UNREACHABLE, "nothing was met within the approach distance"),
+    LegEnd.LOST: (Event.LOST, "the surface was lost, and one slow bounded search did not find it"),
+    LegEnd.STEEP: (Event.STEEP, "steeper than what can be followed: the rest of the leg was left out"),
+    LegEnd.BLOCKED: (Event.BLOCKED, "the force rose against the motion: the rest of the leg was left out"),
+    LegEnd.OVERLONG: (Event.OPEN, "the contour did not close within the length that was allowed"),
+}
+
+
+class Diary:
+    """Marks from features that were felt and from legs that did not end well."""
+
+    def __init__(self, limits: FeatureLimits | None = None) -> None:
+        self._watch = FeatureWatch(limits)
+        self._marks: list[Mark] = []
+        self._contact: Vector | None = None
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """All so far, in order."""
+        return tuple(self._marks)
+
+    def feel(self, felt: Felt) -> None:
+        """Take one period in contact."""
+        self._contact = felt.contact
+        mark = self._watch.feel(felt)
+        if mark is not None:
+            self._marks.append(mark)
+
+    def end(self, ended: Ended) -> None:
+        """Take the end of a leg."""
+        mark = self._watch.leave()
+        if mark is not None:
+            self._marks.append(mark)
+        if ended.how in EVENTS:
+            event, reason = EVENTS[ended.how]
+            self._marks.append(Mark(event, self._contact or ended.tip, reason))
+        self._contact = None

@@ -1,0 +1,100 @@
+"""What a strategy asks for next, and how it is told what came of it."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from palpate.controllers.paths.plane import Point
+from palpate.controllers.paths.steering import Steering
+from palpate.errors import InvalidValueError, positive
+from palpate.spatial import Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Hop:
+    """Lift off, travel above the object, and land.
+
+    Attributes:
+        to: Where to land, in the plane of the path [m].
+    """
+
+    to: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """Slide in contact along a polygon, from wherever the tip is to its first corner and on.
+
+    Attributes:
+        corners: In the plane of the path [m], at least one.
+    """
+
+    corners: tuple[Point, ...]
+
+    def __post_init__(self) -> None:
+        if not self.corners:
+            raise InvalidValueError("a stroke has no corners: it needs at least 1")
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """Approach along the axis, touch once, and retreat.
+
+    Attributes:
+        at: In the plane of the path [m].
+        retreat: How far to go back [m].
+    """
+
+    at: Point
+    retreat: float
+
+    def __post_init__(self) -> None:
+        positive("retreat", self.retreat, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class Circuit:
+    """Slide in contact wherever the surface leads: the direction comes from what is felt.
+
+    Attributes:
+        steering: Gives the direction in every period.
+        longest: The leg ends as OVERLONG after this way [m].
+    """
+
+    steering: Steering
+    longest: float
+
+    def __post_init__(self) -> None:
+        positive("longest", self.longest, "m")
+
+
+Leg = Hop | Stroke | Touch | Circuit
+
+
+class LegEnd(Enum):
+    """How a leg ended."""
+
+    REACHED = "reached"
+    """At its end; a touch: the surface was felt."""
+    MISSED = "missed"
+    """Nothing was met within the approach distance."""
+    LOST = "lost"
+    """The surface was lost, and one slow bounded search did not find it again."""
+    STEEP = "steep"
+    """The surface became too steep to follow."""
+    BLOCKED = "blocked"
+    """The force rose against the motion, or the robot's limits ended it."""
+    OVERLONG = "overlong"
+    """A circuit did not end by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The end of a leg.
+
+    Attributes:
+        how: As it says.
+        tip: Where the tip is now, base frame [m].
+    """
+
+    how: LegEnd
+    tip: Vector

@@ -1,0 +1,44 @@
+"""What a map should say besides its surface: where something was, or could not be felt, and why."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from palpate.spatial import Vector
+
+
+class Event(StrEnum):
+    """What happened on a path."""
+
+    EDGE = "edge"
+    """The tip rolled over a convex edge: the contact stayed where it was while the normal turned."""
+    STEP = "step"
+    """An edge and a corner close together, and another height beyond."""
+    HOLE = "hole"
+    """An edge, a jump and an edge, and the same height beyond: narrower than the tip."""
+    TIGHT = "tight"
+    """A concavity tighter than the tip: the contact jumped across the tip, what lies between was not felt."""
+    STEEP = "steep"
+    """Steeper than what can be followed: the rest of the leg was left out."""
+    LOST = "lost"
+    """The surface was lost and not found again by one slow bounded search."""
+    UNREACHABLE = "unreachable"
+    """Nothing was met where the tip should have landed, or the robot cannot go there."""
+    BLOCKED = "blocked"
+    """The force rose against the motion: the rest of the leg was left out."""
+    OPEN = "open"
+    """A contour that should close did not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """One event, for the map.
+
+    Attributes:
+        event: What it was.
+        position: Where, base frame [m]: the contact if there was one, otherwise the tip's origin.
+        reason: A sentence for the report.
+    """
+
+    event: Event
+    position: Vector
+    reason: str

@@ -1,0 +1,170 @@
+"""An exploration with all that can be asked of it, on simulated stages: moving, turning, misjudged."""
+
+import math
+
+import numpy as np
+import pytest
+
+from palpate.controllers import (
+    Admittance,
+    ExploreController,
+    ExploreParameters,
+    NormalAxis,
+    Orientation,
+    Raster,
+    SineForce,
+    VirtualBody,
+    force_gain,
+    series_stiffness,
+    surface_filter,
+    tracking_delay,
+)
+from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
+from palpate.runtime.replay import replay
+from palpate.sensing.compensation import Payload
+from palpate.sim import (
+    Box,
+    ContactLaw,
+    MujocoBackend,
+    SphereObject,
+    Stage,
+    Tip,
+    TurningStage,
+    build_scene,
+    white_noise,
+)
+from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine
+from palpate.surfaces import Sphere
+
+PERIOD, FORCE, RADIUS = 1e-3, 2.0, 0.008
+RASTER = Raster(0.02, 0.008, 0.008)
+PLATE = Box((0.2, 0.2, 0.04))
+RATE = 2.0  # of the sine [rad/s]: 10 mm, 20 mm/s
+SHAKEN = MovingTarget(
+    PLATE,
+    [DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), Sine(0.01, RATE / (2.0 * math.pi), math.pi / 2.0))],
+    (0.0, 0.0, -0.01),
+)
+TURNTABLE = MovingTarget(PLATE, [DrivenJoint(JointKind.HINGE, (0.0, 0.0, 1.0), Ramp(1.0))])
+
+
+class Swept:
+    """One exploration of a target."""
+
+    def __init__(self, target, carrier=None, assumed=None, follow=False, seconds=8.0, make=None, **options):
+        law, tip = ContactLaw(), Tip(Sphere(RADIUS))
+        self.carrier = carrier or Stage()
+        self.shape = getattr(target, "shape", target)
+        start = (*RASTER.corners()[0], self.shape.top + RADIUS + 0.001)
+        scene = build_scene(tip, target, law, start, self.carrier)
+        backend = MujocoBackend(scene, PERIOD, white_noise(3.1e-3, 1.6e-5, 1))
+        stiffness = assumed or law.stiffness
+        delay = tracking_delay(PERIOD, self.carrier.lag)
+        gain = force_gain(series_stiffness(stiffness, self.carrier.stiffness(tip.mass)), delay)
+        parameters = ExploreParameters(force=FORCE, speed=0.02, gain=gain, lead=delay, settle_time=0.8)
+        self.finger = Finger(Sphere(RADIUS - FORCE / (2.0 * law.stiffness)), Payload(tip.mass))
+
+        def controller():
+            more = {} if make is None else make(gain)
+            track = surface_filter(stiffness, gain, delay) if follow else None
+            return ExploreController(parameters, RASTER, PERIOD, follow=track, **options, **more)
+
+        self.samples, self.commands, truth = [], [], []
+
+        def watch(sample, now, command):
+            self.samples.append(sample)
+            self.commands.append(command)
+            truth.append((backend.truth().touching, *backend.truth().force))
+
+        self.controller = controller
+        used = controller()
+        self.result = run(
+            backend,
+            Touch(self.finger),
+            used,
+            Supervisor(Limits(force=60.0)),
+            duration=seconds,
+            observers=(watch,),
+        )
+        phases = np.array([command.phase.value for command in self.commands])
+        self.time = np.array([sample.time for sample in self.samples])
+        self.scan = phases == Phase.SCAN.value
+        self.touching = np.array([row[0] for row in truth])
+        self.force = np.array([row[1:] for row in truth])
+
+    def rms(self, wanted=FORCE):
+        return float(np.sqrt(np.mean((self.force[self.scan, 2] - wanted) ** 2)))
+
+
+def test_a_surface_that_moves_at_20_mm_per_s_is_followed():
+    swept = Swept(SHAKEN, follow=True)
+    assert swept.result.ending is Ending.DONE
+    assert swept.touching[swept.scan].all()
+    assert swept.rms() < 0.1
+
+
+def test_a_turning_surface_is_swept():
+    swept = Swept(TURNTABLE, follow=True)
+    assert swept.result.ending is Ending.DONE
+    assert swept.touching[swept.scan].all()
+    assert swept.rms() < 0.05
+
+
+def test_following_a_still_surface_costs_nothing():
+    still, followed = Swept(PLATE), Swept(PLATE, follow=True)
+    assert followed.result.ending is Ending.DONE
+    assert followed.rms() < still.rms() + 0.01
+
+
+@pytest.mark.parametrize("assumed", [20e3 / 3.0, 60e3])
+def test_with_a_stiffness_wrong_by_three_it_stays_stable(assumed):
+    swept = Swept(PLATE, assumed=assumed, follow=True)
+    assert swept.result.ending is Ending.DONE
+    assert np.abs(swept.force[swept.scan, 2] - FORCE).max() < 1.0
+
+
+def test_a_force_that_swings_is_held():
+    swept = Swept(PLATE, profile=SineForce(2.0, 0.8, 0.5))
+    assert swept.result.ending is Ending.DONE
+    since = swept.time[swept.scan] - swept.time[swept.scan][0]
+    wanted = 2.0 + 0.8 * np.sin(2.0 * math.pi * 0.5 * since)
+    assert swept.rms(wanted) < 0.06
+
+
+def test_an_admittance_sweeps_too():
+    swept = Swept(
+        PLATE,
+        make=lambda gain: {
+            "law": Admittance(VirtualBody(0.005 / gain.gain, 1.0 / gain.gain, gain.stiffness, gain.delay), PERIOD)
+        },
+    )
+    assert swept.result.ending is Ending.DONE
+    assert swept.rms() < 0.05
+
+
+def test_the_tip_turns_with_the_surface_and_its_path_stays():
+    """Over a sphere, with the tip's axis kept normal: what the tip's centre sweeps is what it swept upright."""
+    axis = NormalAxis((0.0, 0.0, -1.0), gain=8.0, fastest=1.0)
+    swept = Swept(SphereObject(0.04), TurningStage(), make=lambda _: {"orientation": Orientation(axis, PERIOD)})
+    assert swept.result.ending is Ending.DONE
+    assert swept.touching[swept.scan].all()
+    arms = [sample.arm for sample in swept.samples]
+    position = np.array([arm.position_base_tip for arm in arms])[swept.scan]
+    down = -np.array([arm.rotation_base_tip for arm in arms])[swept.scan][:, :, 2]
+    normal = -position / np.linalg.norm(position, axis=1)[:, None]  # the sphere's centre is the origin
+    angle = np.degrees(np.arccos(np.clip(np.sum(down * normal, axis=1), -1.0, 1.0)))
+    assert np.degrees(np.arccos((-normal[:, 2]).min())) > 10.0  # upright it would be off by so much
+    assert np.median(angle[500:]) < 5.0
+    # turning into place after landing rolls the tip away from the first corner: the first row steers it back
+    reach = np.abs(position[1000:, :2]).max(axis=0)
+    assert reach == pytest.approx([0.01, 0.004], abs=0.5e-3)
+    force = np.sum(swept.force[swept.scan] * -normal, axis=1)
+    assert np.sqrt(np.mean((force - FORCE) ** 2)) < 0.05
+
+
+def test_a_replay_with_everything_on_is_the_same_bit_for_bit():
+    swept = Swept(SHAKEN, follow=True, seconds=2.0)
+    again = replay(swept.samples, PERIOD, Touch(swept.finger), swept.controller())
+    controlled = sum(command.phase is not Phase.STOP for command in swept.commands)
+    assert list(again.commands)[:controlled] == swept.commands[:controlled]
+    assert controlled > 1500

@@ -1,0 +1,86 @@
+"""Edges, steps, holes and grooves under a round tip, seen only through where tip and contact are."""
+
+import math
+
+import numpy as np
+import pytest
+
+from palpate.controllers.paths import Event, FeatureWatch, Felt
+
+R = 4e-3
+
+
+def trace(profile, noise=0.0, seed=0, ends=(-0.012, 0.012), step=4e-5):
+    """A round tip slides along a profile z(x): the highest position at which it touches, contact and normal."""
+    x = np.arange(ends[0] - 2 * R, ends[1] + 2 * R, 1e-5)
+    z = profile(x)
+    rng = np.random.default_rng(seed)
+    for u in np.arange(*ends, step):
+        near = np.abs(x - u) <= R
+        lift = z[near] + np.sqrt(R * R - (x[near] - u) ** 2)
+        k = int(lift.argmax())
+        cx, cz, h = x[near][k], z[near][k], lift[k]
+        angle = math.atan2(u - cx, h - cz) + noise / R * rng.normal()
+        normal = (math.sin(angle), 0.0, math.cos(angle))
+        yield Felt((u, 0.0, h), (u - R * normal[0], 0.0, h - R * normal[2] + noise * rng.normal()), normal)
+
+
+def marks(profile, noise=0.0, **rest):
+    watch, found = FeatureWatch(), []
+    for felt in trace(profile, noise, **rest):
+        mark = watch.feel(felt)
+        found += [mark] if mark else []
+    last = watch.leave()
+    return found + ([last] if last else [])
+
+
+PROFILES = {
+    "step down": (lambda x: np.where(x < 0.0, 0.0, -1.5e-3), [Event.STEP]),
+    "step up": (lambda x: np.where(x < 0.0, 0.0, 1.5e-3), [Event.STEP]),
+    "slot": (lambda x: np.where(np.abs(x) < 1.5e-3, -5e-3, 0.0), [Event.HOLE]),
+    "V groove": (lambda x: 0.5 * np.abs(x), [Event.TIGHT]),
+    "roof": (lambda x: -0.5 * np.abs(x), [Event.EDGE]),
+    "flat": (lambda x: 0.0 * x, []),
+    "slope": (lambda x: 0.7 * x, []),
+    "wave wider than the tip": (lambda x: 1e-3 * np.sin(x / 3.5e-3), []),
+}
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-5])
+@pytest.mark.parametrize("name", PROFILES)
+def test_each_feature_has_its_name_and_place(name, noise):
+    profile, expected = PROFILES[name]
+    found = marks(profile, noise)
+    assert [mark.event for mark in found] == expected
+    for mark in found:
+        assert abs(mark.position[0]) < 0.8 * R
+        assert mark.reason
+
+
+@pytest.mark.parametrize(("height", "word"), [(1.5e-3, "higher"), (-1.5e-3, "lower")])
+def test_a_step_says_how_much_and_which_way(height, word):
+    (mark,) = marks(lambda x: np.where(x < 0.0, 0.0, height))
+    assert "1.50 mm " + word in mark.reason
+
+
+def test_the_tighter_concavity_is_told_from_the_one_that_fits():
+    def bowl(radius):  # a round groove between shoulders at 45 degrees
+        edge = radius * math.sin(math.pi / 4)
+        return lambda x: np.where(
+            np.abs(x) < edge,
+            radius - np.sqrt(np.maximum(radius**2 - x**2, 0.0)),
+            radius * (1 - math.cos(math.pi / 4)) + np.abs(x) - edge,
+        )
+
+    assert [mark.event for mark in marks(bowl(0.5 * R))] == [Event.TIGHT]
+    assert marks(bowl(2.5 * R), ends=(-0.009, 0.009)) == []
+
+
+def test_a_lift_between_two_places_is_no_jump():
+    watch = FeatureWatch()
+    n = (0.0, 0.0, 1.0)
+    watch.feel(Felt((0.0, 0.0, R), (0.0, 0.0, 0.0), n))
+    assert watch.leave() is None
+    side = (1.0, 0.0, 0.0)
+    assert watch.feel(Felt((0.0, 0.0, R), (-R, 0.0, R), side)) is None
+    assert watch.leave() is None
