@@ -4,6 +4,7 @@ from palpate.controllers.explore import ExploreController, ExploreParameters, li
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import Admittance, DirectForce, ForceLaw, VirtualBody
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce, SineForce
+from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.gains import ForceGain, force_gain, series_stiffness, tracking_delay
 from palpate.controllers.identification import Identification, Measured
 from palpate.controllers.identify import IdentifyController, IdentifyParameters
@@ -13,6 +14,8 @@ from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import NormalAxis, Orientation
 from palpate.controllers.raster import PathFollower, Raster
+from palpate.controllers.reference_force import ReferenceForce
+from palpate.controllers.regulate import Loss, RegulateController, RegulateParameters
 from palpate.controllers.surface_motion import (
     StiffnessRange,
     SurfaceFilter,
@@ -20,9 +23,11 @@ from palpate.controllers.surface_motion import (
     stiffness_range,
     surface_filter,
 )
+from palpate.controllers.tangent_motion import CircleMotion, SineMotion, Still, TangentMotion, VelocityTable
 
 __all__ = [
     "Admittance",
+    "CircleMotion",
     "ConstantForce",
     "DirectForce",
     "ExploreController",
@@ -38,6 +43,7 @@ __all__ = [
     "IdentifyParameters",
     "LandingModel",
     "LoopMargins",
+    "Loss",
     "Measured",
     "NormalAxis",
     "NormalForce",
@@ -46,10 +52,19 @@ __all__ = [
     "PathFollower",
     "RampForce",
     "Raster",
+    "ReferenceForce",
+    "RegulateController",
+    "RegulateParameters",
     "SineForce",
+    "SineMotion",
+    "StepForce",
     "StiffnessRange",
+    "Still",
     "SurfaceFilter",
     "SurfaceMotion",
+    "TangentMotion",
+    "Tones",
+    "VelocityTable",
     "VirtualBody",
     "force_gain",
     "live_parameters",

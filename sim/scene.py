@@ -3,12 +3,13 @@
 from dataclasses import dataclass, replace
 
 import mujoco
+import numpy as np
 
 from palpate.errors import InvalidValueError
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.carriers.stage import Stage
 from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
-from palpate.sim.fidelity import Fidelity
+from palpate.sim.fidelity import GRAVITY, Fidelity
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.texture import Texture
@@ -17,7 +18,7 @@ from palpate.sim.objects.table import Table
 from palpate.sim.objects.target import Mount, Target, as_target
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM, Tip
-from palpate.spatial import Vector
+from palpate.spatial import Vector, add, subtract
 
 OBJECT_GEOM = "object"
 """Of the object's body, too."""
@@ -88,8 +89,8 @@ def build_scene(
             nothing else touches it. None if not given.
 
     Raises:
-        InvalidValueError: The contact law cannot be kept with these masses and this time step, or neither tip nor
-            object can move.
+        InvalidValueError: The contact law cannot be kept with these masses and this time step, neither tip nor
+            object can move, or one thing would start inside another.
     """
     carrier, target = carrier or Stage(), as_target(target)
     if texture is not None and isinstance(target.shape, TracedObject):
@@ -97,6 +98,7 @@ def build_scene(
             f"texture on a {type(target.shape).__name__}: its simulated surface moves with the tip; take a "
             "primitive"
         )
+    _check_clear(tip, target, start)
     fidelity = fidelity or Fidelity()
     spec, time_step = fidelity.new_spec(), fidelity.time_step
 
@@ -120,6 +122,8 @@ def build_scene(
     pair = parameters(law, of_tip + of_target, time_step)
     impratio = pair.impratio
     if table is not None and target.mount is Mount.FREE:
+        sinks = GRAVITY * float(compiled.body(OBJECT_GEOM).mass[0]) / law.stiffness
+        _check_stands(target, table, sinks)
         standing = pair_parameters(table.law(law), of_target, time_step)
         _add_pair(spec, OBJECT_GEOM, TABLE_GEOM, standing)
         # one for the whole model: the larger one lets the other contact creep even less
@@ -138,6 +142,29 @@ def build_scene(
         raise AssertionError(f"MuJoCo's inverse mass of the tip is {found} 1/kg, not {of_tip}")
     rubbing = () if friction is None else (FrictionPair(TIP_GEOM, OBJECT_GEOM, friction, texture),)
     return Scene(model, tip, carrier, target, law, pair, fidelity, rubbing, table)
+
+
+def _check_clear(tip: Tip, target: Target, start: Vector) -> None:
+    """Refuse a tip whose very centre starts inside the object: it would be shot out of it."""
+    if target.mount is Mount.DRIVEN:
+        return  # where that starts, its motion says
+    center = subtract(add(start, tip.center_of_mass), target.position)
+    gap = float(target.shape.signed_distance(np.array([center]))[0])
+    if gap <= 0.0:
+        raise InvalidValueError(
+            f"start = {start} m: the centre of the tip starts {-gap:.4g} m inside the object: must start clear "
+            f"of it; the object's highest point is at z = {target.position[2] + target.shape.top:.4g} m"
+        )
+
+
+def _check_stands(target: Target, table: Table, sinks: float) -> None:
+    """Refuse an object that starts deeper inside the table than its weight would sink it [m]."""
+    lowest = target.position[2] + target.shape.bottom
+    if table.top - lowest > sinks:
+        raise InvalidValueError(
+            f"position of the object: z = {target.position[2]:g} m: it starts {table.top - lowest:.4g} m inside "
+            f"the table, whose top is at {table.top:g} m; put it at z = {table.top - target.shape.bottom:g} m"
+        )
 
 
 def _add_pair(spec: mujoco.MjSpec, first: str, second: str, pair: PairParameters) -> None:

@@ -190,6 +190,7 @@ def test_known_keys_carry_our_units_and_only_those():
         assert without_unit(key) == key, "a key that ends in a unit by chance would confuse the advice"
     assert without_unit("speed_m_per_s") == "speed"
     assert unit_of("acceleration_m_per_s2") == "m/s^2"
+    assert unit_of("inertia_kg_m2") == "kg m^2"
 
 
 @given(st.sampled_from(sorted(known_keys(ExploreConfig))), st.data())

@@ -16,7 +16,8 @@ from palpate.sim.contact_law import solimp, solref
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import IMPEDANCE, IMPRATIO, GraspContact
 from palpate.sim.hand.hand import two_finger_hand
-from palpate.sim.hand.scene import GraspScene, HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
+from palpate.sim.objects.table import Table
 from palpate.sim.presets import GRASP
 from simulation.every_collision import let_everything_collide
 

@@ -17,6 +17,10 @@ MOST_OF_A_TURN = 1.5 * math.pi
 LEFT = 5.0
 """The tip must have been this many tolerances away from the beginning before it can return."""
 
+SETTLED = 0.2
+"""The beginning is where the tip first came this much of the tolerance near to the curve: one that is itself off
+by a tolerance would be passed by."""
+
 HEADING_STEP = 0.5
 """Headings are taken over this part of the tolerance: from period to period they would be noise."""
 
@@ -65,7 +69,7 @@ class Contour:
         if self._next < 2 or self.closed:
             return self.closed
         if self.beginning is None:
-            if abs(self._steering.offset(felt)) <= self._tolerance:
+            if abs(self._steering.offset(felt)) <= SETTLED * self._tolerance:
                 self.beginning = self._last = felt.tip
             return False
         self._follow(felt.tip)

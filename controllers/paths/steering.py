@@ -104,7 +104,8 @@ class EdgeSteering:
             raise InvalidValueError(
                 f"offset = {offset:g} m: must be above 0 and below the tip's radius = {radius:g} m"
             )
-        return cls(plane, math.asin(offset / radius), radius, outward, turn)
+        # round a corner of the object the way of the tip turns with the offset as its radius
+        return cls(plane, math.asin(offset / radius), radius, outward, turn, min(2e-3, 0.5 * offset))
 
     def offset(self, felt: Felt) -> float:
         """Return radius times missing lean [m]: leaning further is further out, and lower."""

@@ -13,8 +13,9 @@ from palpate.sim.carriers.carrier import Load
 from palpate.sim.carriers.ur5e import FLANGE, JOINTS, Ur5e
 from palpate.spatial import Vector
 
-ELBOW_UP = tuple(np.radians((0.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
-"""[rad] Upper arm raised, forearm forward, flange down: the way to a start that is nearest to this is taken."""
+ELBOW_UP = tuple(np.radians((180.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
+"""[rad] Upper arm raised, forearm forward (along x, away from the foot), flange down: the way to a start that is
+nearest to this is taken."""
 
 LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Rotation of the tip frame on the flange: upright while the flange looks down."""

@@ -2,8 +2,13 @@
 
 import mujoco
 
+from palpate.errors import InvalidValueError
 from palpate.sim.carriers.carrier import Load
 from palpate.spatial import Matrix, Vector
+
+LARGEST_SERVO_STEP = 0.4
+"""Of bandwidth times time step where damping is explicit (Euler, RK4): half of 2 (sqrt 2 - 1) = 0.83,
+where 4 - 4 h - h^2, the characteristic polynomial of a critically damped servo at z = -1, changes its sign."""
 
 _SPECK = 1e-6
 """Mass of a body that stands for a load's centre of mass [kg]: too light to be felt by any machine."""
@@ -36,7 +41,11 @@ def add_position_servo(spec: mujoco.MjSpec, joint: str, stiffness: float, dampin
         joint: Whom it drives.
         stiffness: [N/m or N m/rad].
         damping: [N s/m or N m s/rad].
+
+    Raises:
+        InvalidValueError: It is too fast for a scene whose integrator takes its damping explicitly.
     """
+    _check_servo_step(spec, 2.0 * stiffness / damping)
     spec.add_actuator(
         name=joint,
         trntype=mujoco.mjtTrn.mjTRN_JOINT,
@@ -81,3 +90,16 @@ def read_turning(readings: list[float]) -> tuple[Matrix, Vector]:
     """Return rotation and angular velocity [rad/s] of a body, base frame, from its `TURNING_SENSORS` readings."""
     ax, ay, az, bx, by, bz, cx, cy, cz, u, v, w = readings
     return ((ax, bx, cx), (ay, by, cy), (az, bz, cz)), (u, v, w)
+
+
+def _check_servo_step(spec: mujoco.MjSpec, bandwidth: float) -> None:
+    """Refuse a critically damped servo of a natural frequency [rad/s] that the time step cannot follow."""
+    explicit = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4)
+    step = float(spec.option.timestep)
+    if spec.option.integrator in explicit and bandwidth * step > LARGEST_SERVO_STEP:
+        raise InvalidValueError(
+            f"bandwidth = {bandwidth:g} rad/s with a time step of {step:g} s: bandwidth dt = "
+            f"{bandwidth * step:.3g}, the limit is {LARGEST_SERVO_STEP:g}; take a bandwidth of at most "
+            f"{LARGEST_SERVO_STEP / step:g} rad/s, or a time step of at most "
+            f"{LARGEST_SERVO_STEP / bandwidth:.2g} s"
+        )

@@ -18,6 +18,7 @@ from palpate.sim.hand.contact import GraspContact, frictionless_grasp_parameters
 from palpate.sim.hand.hand import Hand, finger_name
 from palpate.sim.hand.mount import PALM, mount_hand
 from palpate.sim.objects.primitives import SceneObject
+from palpate.sim.objects.table import Table
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
 from palpate.sim.scene import OBJECT_GEOM
@@ -59,22 +60,6 @@ class HeldObject:
                 f"shape is a {type(self.shape).__name__}: its simulated surface follows one tip and stands still; "
                 "take a convex object"
             )
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A level plane that the object may stand on; nothing else touches it.
-
-    Attributes:
-        height: z of its top [m].
-        friction: Coulomb coefficient between it and the object.
-    """
-
-    height: float
-    friction: float = 0.3
-
-    def __post_init__(self) -> None:
-        positive("friction", self.friction, "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,14 +175,7 @@ def _check_clear(hand: Hand, target: HeldObject, palm: Vector) -> None:
 def _add_table(
     spec: mujoco.MjSpec, table: Table, law: GraspContact, inverse_mass: float, time_step: float
 ) -> None:
-    spec.worldbody.add_geom(
-        name=TABLE_GEOM,
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.2, 0.2, 0.01],
-        pos=[0.0, 0.0, table.height],
-        contype=0,
-        conaffinity=0,
-    )
+    table.add_to(spec, TABLE_GEOM)
     on_table = GraspContact(law.stiffness, table.friction, law.spin_length, law.damping_ratio)
     _add_pair(spec, OBJECT_GEOM, TABLE_GEOM, grasp_pair_parameters(on_table, inverse_mass, time_step), 3)
 

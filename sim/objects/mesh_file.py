@@ -97,6 +97,8 @@ def read_facets(path: str | os.PathLike[str]) -> tuple[FloatArray, IndexArray]:
     import trimesh  # imported here: a second that others need not wait for
 
     name = os.fspath(path)
+    if not os.path.isfile(name):
+        raise InvalidValueError(f"{name}: cannot be read as a mesh: there is no such file")
     try:
         # no processing: it would drop what is not finite without a word
         mesh = trimesh.load_mesh(name, process=False)

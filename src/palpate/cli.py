@@ -18,6 +18,7 @@ from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import ExploreOptions
 from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
+from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.replay_config import ReplayConfig
 from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.experiments.view_config import ViewConfig
@@ -66,6 +67,11 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Explore the surface of a simulated object by touch, and draw it.",
         "palpate.experiments.explore_options:default_options",
         ExploreConfig,
+    ),
+    "regulate": Command(
+        RegulateConfig,
+        "palpate.experiments.regulate_command:run_regulate",
+        "Hold a force on a simulated surface that stands, moves or yields, and show how well.",
     ),
     "contact": Command(
         ContactConfig,

@@ -79,4 +79,4 @@ def without_unit(key: str) -> str:
 def unit_of(key: str) -> str:
     """Return the unit at the end of a key as people write it: m/s^2; empty if it has none."""
     unit = key[len(without_unit(key)) + 1 :]
-    return unit.replace("_per_", "/").replace("s2", "s^2")
+    return unit.replace("_per_", "/").replace("s2", "s^2").replace("m2", "m^2").replace("_", " ")

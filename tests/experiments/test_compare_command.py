@@ -59,6 +59,15 @@ def test_alignment_is_said(folder, capsys):
     assert "first moved onto the reference" in (folder / "compare.html").read_text()
 
 
+def test_a_reference_elsewhere_is_remarked_on(folder, capsys):
+    away = trimesh.load_mesh(folder / "ball.stl")
+    away.apply_translation((0.0, 0.0, 0.1))
+    away.export(folder / "away.stl")
+    for name, remarked in (("away.stl", True), ("ball.stl", False)):
+        assert main(["compare", str(folder / "contacts.ply"), str(folder / name), "--samples", "500"]) == 0
+        assert ("is it in another place?" in capsys.readouterr().out) is remarked
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -188,6 +188,23 @@ def test_a_height_map_that_was_explored_can_be_explored_again(tmp_path):
         load_heights(tmp_path / "holed.csv", 1.0, ())
 
 
+def test_points_whose_columns_are_called_otherwise_are_told_what_to_call_them(tmp_path):
+    rows = "\n".join(f"{x:g},{y:g},{z:g}" for x, y, z in zip(X.flat, Y.flat, Z.flat, strict=True))
+    for header, said in (
+        ("x_mm,y_mm,z_mm\n", "call them x_m, y_m, z_m"),
+        ("X,Y,Z\n", "no column x_m"),
+        ("", "points"),
+    ):
+        (tmp_path / "other.csv").write_text(header + rows)
+        with pytest.raises(InvalidValueError, match=said):
+            load_heights(tmp_path / "other.csv", 1.0, ())
+
+
+def test_a_mesh_file_that_is_not_there_is_said_to_be_none(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"none\.stl.*there is no such file"):
+        plan(ExploreConfig(object="mesh", file=tmp_path / "none.stl"))
+
+
 def map_with(tmp_path, points):
     path = tmp_path / "points.csv"
     path.write_text("\n".join(["x_m,y_m,z_m", *(f"{x!r},{y!r},{z!r}" for x, y, z in points)]))

@@ -26,8 +26,10 @@ from palpate.runtime.robot_sensor import PresetSensor, SimulatedSensorEntry
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sensing.ft import FTPipeline, read_sensor, sensor_text
 from palpate.sim import SeededSensor
+from palpate.sim.fidelity import GRAVITY
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.presets import nano17, sensor_preset
+from palpate.sim.sensor.simulation import simulated_sensor
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
@@ -224,6 +226,30 @@ def test_a_wrist_sensor_is_too_coarse_for_a_fingertip_and_2_N(preset):
         object.__setattr__(strong, name, getattr(config, name))
     object.__setattr__(strong, "force", 1.05 * least)
     sensor_for(robot, strong)
+
+
+def test_noise_of_the_force_weighs_with_its_lever():
+    """Where it touches is moment over force: on a tip that reaches 108 mm, 50 mN are as bad as 5.4 mN m."""
+    long = HEAD.replace("RADIUS", "0.008, center_m: [0, 0, 0.1]")
+    payload = "    payload: {mass_kg: 0.03, center_of_mass_m: [0, 0, 0.1]}\n"
+    for force, moment in ((0.05, 1e-9), (1e-9, 0.0054)):
+        noise = f"    noise: {{force_N: {force}, moment_Nm: {moment}}}\n"
+        robot = read_robot({ROBOT_TEXT: long + payload + noise})
+        with pytest.raises(InvalidValueError, match=r"moves the contact by 0\.0027 m, 0\.0008 m is the limit"):
+            sensor_for(robot, config_of(robot))
+
+
+def test_what_is_drawn_for_the_tare_is_not_drawn_again_in_the_run():
+    """Else the zero would be exactly right for the run's first second, noise and all."""
+    finger = robot_with("{preset: nano17, cross_talk: 0, quantisation: {}, tare_s: 1}").file.fingers[0]
+    sensor = SeededSensor(replace(model_of_finger(finger), thermal_drift=None), 7)
+    device = simulated_sensor(sensor.model, 1e-3, sensor.seed)
+    load = (0.0, 0.0, -0.03 * GRAVITY, 0.0, 0.0, 0.0)
+    readings = [device.step(1e-3 * k, load, (0.0, 0.0, GRAVITY)).wrench for k in range(1000)]
+    average = np.mean(readings, axis=0) - load
+    known = known_sensor(finger, None, sensor, 1e-3)
+    standard_error = np.array(sensor.model.noise_sd) / np.sqrt(1000)
+    assert np.linalg.norm((np.array(known.bias) - average) / standard_error) > 0.5
 
 
 def test_a_ur5es_own_sensor_is_refused_with_the_numbers(tmp_path, capsys):

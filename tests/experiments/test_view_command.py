@@ -98,6 +98,13 @@ def test_ctrl_c_in_the_run_ends_it_with_the_shells_code(tmp_path):
     assert err == ""
 
 
+@pytest.mark.parametrize("name", ["picture", "video"])
+def test_a_picture_into_no_folder_is_refused_before_it_is_drawn(folder, tmp_path, name):
+    path = tmp_path / "none" / ("a.png" if name == "picture" else "a.gif")
+    with pytest.raises(InvalidValueError, match=r"there is no folder .*none"):
+        run_view(ViewConfig(folder, **{name: path}))
+
+
 def test_pictures_of_a_log(folder, tmp_path, capsys):
     still, video = tmp_path / "a.png", tmp_path / "a.gif"
     config = ViewConfig(folder, speed=4.0, picture=still, video=video)

@@ -24,7 +24,8 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.texture import Grating
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
-from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.scene import HeldObject, build_grasp_scene
+from palpate.sim.objects.table import Table
 from palpate.sim.sensor.model import SeededSensor
 from palpate.surfaces import Ellipsoid, Sphere
 

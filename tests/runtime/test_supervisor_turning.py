@@ -14,7 +14,7 @@ from palpate.runtime.loop import run
 from palpate.runtime.result import Ending
 from palpate.runtime.robot_file import read_robot_file, robot_file_text
 from palpate.runtime.robot_limits import LimitsEntry
-from palpate.runtime.supervision import Limits, Supervisor
+from palpate.runtime.supervision import CONTACT_FORCE, AtMost, Guard, Limits, Stop, Supervisor
 from palpate.spatial import ZERO
 from runtime.puppets import PERIOD, REST, PuppetBackend, PuppetController, sample, touch
 
@@ -194,6 +194,24 @@ def test_a_robot_file_with_a_limit_that_cannot_be_is_refused_with_its_key(key, v
 def test_a_key_with_another_unit_is_refused_with_the_right_one(wrong):
     with pytest.raises(InvalidValueError, match="angular_speed_rad_per_s"):
         read_robot_file(ROBOT.replace("angular_speed_rad_per_s", wrong))
+
+
+class Fling:
+    """A reaction that is faster than it may be. A `Reaction`."""
+
+    def step(self, now, since, grip):
+        return turning((0.0, 2.0, 0.0), (0.01, 0.0, 0.0), grip)
+
+
+def test_a_reaction_that_turns_too_fast_is_slowed_down_and_keeps_its_way():
+    """Sliding and turning by the same share: what it would have done, later."""
+    supervisor = Supervisor(SLOW, guards=(Guard(AtMost(CONTACT_FORCE, -1.0), reaction=(Fling(), Stop())),))
+    supervisor.start(PERIOD)
+    now = observation()
+    assert not supervisor.admits(now)
+    passed = supervisor.react(now)
+    assert passed.angular_velocity_base_tip == pytest.approx((0.0, 0.5, 0.0))
+    assert passed.velocity_base_tip == pytest.approx((0.0025, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("told", [turning((0.0, 3.0, 0.0)), turning((math.nan, 0.0, 0.0)), turning("round")])

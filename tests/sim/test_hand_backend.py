@@ -16,8 +16,9 @@ from palpate.sensing.compensation import Payload
 from palpate.sim import Box, Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
-from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.hand.servo import PULSE
+from palpate.sim.objects.table import Table
 from palpate.sim.sensor.model import SeededSensor, white_noise
 
 LIFT = Lift()

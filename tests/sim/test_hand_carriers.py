@@ -16,7 +16,8 @@ from palpate.sim.fidelity import GRAVITY
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
-from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.scene import HeldObject, build_grasp_scene
+from palpate.sim.objects.table import Table
 from palpate.sim.sensor.model import white_noise
 from palpate.spatial import IDENTITY, ZERO, cross, subtract
 

@@ -18,7 +18,8 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import FRICTION_STEP, LARGEST_CONTACT_STEP, GraspContact, grasp_pair_parameters
 from palpate.sim.hand.finger import HingeFinger
 from palpate.sim.hand.hand import Hand, finger_name, three_finger_hand, two_finger_hand
-from palpate.sim.hand.scene import HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.scene import HeldObject, build_grasp_scene
+from palpate.sim.objects.table import Table
 from palpate.surfaces import Ellipsoid, Sphere
 
 BOX = Box((0.06, 0.05, 0.06))

@@ -16,19 +16,26 @@ from palpate.sim import (
     ContactLaw,
     Fixed,
     Lift,
+    Mount,
     MujocoBackend,
+    ObjectBody,
     SphereObject,
     Stage,
+    Table,
     Tip,
     TurningStage,
     build_scene,
 )
 from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.friction.pairs import FrictionPair
+from palpate.sim.friction.plant import FrictionContact
+from palpate.sim.friction.resultant import resultant
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Sine
 from palpate.surfaces import Sphere
+from runtime.simulated_backends import BACKENDS, SINK
 
 TIP = Tip(Sphere(0.008))
 ABOVE = (0.0, 0.0, 0.06)
@@ -87,8 +94,97 @@ def test_a_state_with_other_friction_is_refused(make):
 
 @pytest.mark.parametrize("friction", [None, FrictionLaw()], ids=["mujoco", "plant"])
 def test_a_scene_in_which_nothing_can_move_is_refused_with_what_to_take(friction):
-    with pytest.raises(InvalidValueError, match="neither can move.*take a carrier that moves, or an object"):
+    with pytest.raises(InvalidValueError, match=r"neither can move.*take a carrier that moves, or an object"):
         build_scene(TIP, SphereObject(), ContactLaw(), ABOVE, Fixed(), friction=friction)
+
+
+def test_what_would_start_inside_something_else_is_refused_with_where_to_put_it():
+    """A block half inside its table was shot 80 mm up, and nobody was told."""
+    law, above, table = ContactLaw(stiffness=10e3), (0.0, 0.0, 0.2), Table(top=0.01)
+    for shape, height in ((Box((0.06, 0.06, 0.04)), 0.03), (SphereObject(0.03), 0.04)):
+
+        def standing(z, shape=shape):
+            return ObjectBody(shape, 0.5, mount=Mount.FREE, position=(0.0, 0.0, z))
+
+        with pytest.raises(
+            InvalidValueError, match=rf"z = 0.02 m: .* inside the table.*put it at z = {height:g} m"
+        ):
+            build_scene(TIP, standing(0.02), law, above, table=table)
+        backend = MujocoBackend(build_scene(TIP, standing(height), law, above, table=table))
+        backend.start()
+        for _ in range(300):
+            backend.step(Command())
+            assert backend.truth().pose_base_object.position[2] <= height + 1e-9
+    with pytest.raises(
+        InvalidValueError, match=r"start = .*0.01 m inside the object.*highest point is at z = 0.04 m"
+    ):
+        build_scene(TIP, SphereObject(0.04), law, (0.0, 0.0, 0.03))
+
+
+def test_a_lift_that_is_held_back_pushes_with_what_its_leash_leaves_and_comes_back_at_once():
+    """Anti-windup: pressed down on a ball for seconds, it lets go as soon as it is told to rise."""
+    lift, scene = (
+        Lift(leash=5e-4),
+        build_scene(TIP, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0485), Lift(leash=5e-4)),
+    )
+    backend = MujocoBackend(scene)
+    backend.start()
+    for _ in range(2000):
+        backend.step(Command((0.0, 0.0, -0.01)))
+    taut = (lift.mass + TIP.mass) * lift.bandwidth**2 * lift.leash
+    # within a period the reference runs on by another 0.01 m/s for 1 ms
+    assert backend.truth().force[2] == pytest.approx(taut, rel=0.03)
+    for _ in range(300):  # wound up, it would take two seconds
+        backend.step(Command((0.0, 0.0, 0.01)))
+    assert not backend.truth().touching
+
+
+def rubbing_at(position, normal, pressed, tangential, spin):
+    pair = FrictionPair("tip", "object", FrictionLaw())
+    return FrictionContact(pair, position, normal, pressed, tangential, spin, (0.0, 0.0, 0.0), 0.0, True)
+
+
+vectors = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+rubbing = st.builds(
+    rubbing_at,
+    vectors,
+    vectors.filter(lambda v: math.hypot(*v) > 0.1).map(
+        lambda v: tuple((np.array(v) / np.linalg.norm(v)).tolist())
+    ),
+    st.floats(0.1, 10.0),
+    vectors,
+    st.floats(-0.1, 0.1),
+)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(rubbing, min_size=1, max_size=5))
+def test_a_resultant_does_to_a_body_what_all_its_contacts_do(contacts):
+    """The same force, and the same moment about the origin (Varignon); at the centroid of what presses."""
+    position, force, torque = (np.array(part) for part in resultant(contacts))
+    forces = [np.array(c.tangential_force) - c.normal_force * np.array(c.normal) for c in contacts]
+    moments = [
+        np.cross(c.position, f) + c.spin_torque * np.array(c.normal) for c, f in zip(contacts, forces, strict=True)
+    ]
+    assert np.allclose(force, np.sum(forces, axis=0), rtol=0, atol=1e-12)
+    assert np.allclose(np.cross(position, force) + torque, np.sum(moments, axis=0), rtol=0, atol=1e-12)
+    pressed = [c.normal_force for c in contacts]
+    assert np.allclose(position, np.average([c.position for c in contacts], axis=0, weights=pressed), atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", BACKENDS)
+def test_a_back_end_that_was_never_started_goes_on_from_a_snapshot_bit_for_bit(kind):
+    """Taken in mid-motion: drives, grips, bristles, sensors with their noise, delays and lost samples included."""
+    backend, command = BACKENDS[kind](5)
+    backend.start()
+    for k in range(SINK + 20):
+        backend.step(command(k))
+    moment, told = backend.snapshot(), backend.truth()
+    first = [(backend.step(command(k)), backend.truth()) for k in range(SINK + 20, SINK + 80)]
+    fresh, _ = BACKENDS[kind](6)  # its own seed counts for nothing
+    fresh.restore(moment)
+    assert fresh.truth() == told
+    assert [(fresh.step(command(k)), fresh.truth()) for k in range(SINK + 20, SINK + 80)] == first
 
 
 directions = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: math.hypot(*v) > 0.1)

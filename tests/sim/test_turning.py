@@ -104,7 +104,8 @@ def test_without_angular_velocity_it_keeps_its_orientation(carrier):
         before = backend.step(Command())
     for i in range(1000):
         after = backend.step(Command((0.05 * math.cos(0.01 * i), 0.05 * math.sin(0.01 * i), 0.02)))
-        assert np.linalg.norm(turned(after, before)) < 0.2e-3
+        # the first command is a jump from rest to 54 mm/s: joints of unlike inertia follow it unlike
+        assert np.linalg.norm(turned(after, before)) < (0.4e-3 if i < 60 else 0.15e-3)
     assert math.dist(after.arm.position_base_tip, before.arm.position_base_tip) > 0.01
 
 

@@ -22,7 +22,8 @@ from palpate.sim import Box, Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
 from palpate.sim.hand.mount import PALM
-from palpate.sim.hand.scene import OBJECT, HeldObject, Table, build_grasp_scene
+from palpate.sim.hand.scene import OBJECT, HeldObject, build_grasp_scene
+from palpate.sim.objects.table import Table
 from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import ANY_PORT, FrameMemory, Player, RowMaker, frames_of_log
 

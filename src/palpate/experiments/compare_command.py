@@ -53,6 +53,14 @@ def run_compare(config: CompareConfig) -> int:
     for figure in key_figures(found):
         table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
     console.print(table)
+    if found.coverage == 0.0 and not config.align:
+        console.print(
+            "Nothing of the reference is near the map: is it in another place? `palpate explore` sets a mesh on "
+            "z = 0, its middle over the origin; move the reference, or give --align",
+            highlight=False,
+            markup=False,
+            soft_wrap=True,
+        )
     with console.status("drawing the report"):
         text = comparison_html(found, reference, config)
         with replacing(folder / "compare.html") as file:

@@ -9,6 +9,8 @@ from palpate.controllers import ForceGain
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import ExplorationPlan, plan
+from palpate.experiments.explored_map import ExploredMap, Tell, explored_map
+from palpate.experiments.map_budget import map_budget
 from palpate.experiments.truth_recorder import TruthRecord, TruthRecorder
 from palpate.mapping import (
     HeightMap,
@@ -18,8 +20,9 @@ from palpate.mapping import (
     write_cloud_csv,
     write_cloud_ply,
     write_height_map_csv,
-    write_height_map_ply,
+    write_mesh,
 )
+from palpate.mapping.layers import write_layered_mesh
 from palpate.runtime import Observer, Phase, RunResult, Supervisor, Touch, run
 from palpate.runtime.live import ScheduledChanges
 from palpate.runtime.log import MemoryLog, Record, Recorder, Sink
@@ -40,8 +43,10 @@ class Exploration:
         set_force: Normal force asked for in every period, shape (n,) [N].
         truth: What really happened, every period.
         cloud: Points on the object's surface, from the scan.
-        height_map: The touched surface; None if nothing was touched.
-        sphere: The sphere through the points; None where they do not determine one.
+        map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was touched.
+        height_map: The same as heights on a grid, which can be explored again; None if nothing was touched from above.
+        sphere: The sphere through the points alone; None where they do not determine one. `map.shape` says whether
+            it is a sphere at all.
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m].
         cost: Of the simulated scene.
     """
@@ -54,6 +59,7 @@ class Exploration:
     set_force: FloatArray
     truth: TruthRecord
     cloud: TouchCloud
+    map: ExploredMap | None
     height_map: HeightMap | None
     sphere: SphereFit | None
     point_error: FloatArray
@@ -136,25 +142,44 @@ class Attempt:
             observers=(self._truth, *observers),
         )
 
-    def found(self, result: RunResult) -> Exploration:
-        """Return what was found in a run that went like `result`."""
+    def found(self, result: RunResult, tell: Tell = lambda step: None) -> Exploration:
+        """Return what was found in a run that went like `result`; `tell` is told what is being worked out."""
         planned, record = self._planned, self._memory.record()
         config = planned.config
         cloud = touch_cloud(record, planned.half_compliance, config.force)
+        set_force = self._set_force(record)
         return Exploration(
             config,
             planned.target,
             planned.parameters.gain,
             result,
             record,
-            self._set_force(record),
+            set_force,
             self._truth.record(),
             cloud,
+            self._map(record, cloud, set_force, tell),
             _height_map(cloud, config.map_spacing),
             _sphere(cloud, config),
             planned.target.signed_distance(cloud.position),
             scene_cost(planned.backend.scene.model),
         )
+
+    def _map(self, record: Record, cloud: TouchCloud, set_force: FloatArray, tell: Tell) -> ExploredMap | None:
+        if not len(cloud):
+            return None
+        planned, config = self._planned, self._planned.config
+        kept = felt_in_scan(record)
+        budget = map_budget(
+            record,
+            planned.finger,
+            kept=kept,
+            set_force=set_force,
+            half_compliance=planned.half_compliance,
+            force_noise=config.force_noise,
+            moment_noise=config.moment_noise,
+        )
+        speed = np.linalg.norm(record.velocity[kept], axis=1)
+        return explored_map(cloud, speed, planned.target, config, budget, tell)
 
     def _set_force(self, record: Record) -> FloatArray:
         """The force asked for in every period [N]: the live parameters ramp as they did in the run."""
@@ -186,6 +211,11 @@ def _sphere(cloud: TouchCloud, config: ExploreConfig) -> SphereFit | None:
         return None
 
 
+def felt_in_scan(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return which periods give a point of the map, shape (n,)."""
+    return np.asarray((record.phase == Phase.SCAN.value) & record.touching & (record.status == 0))
+
+
 def touch_cloud(record: Record, half_compliance: float, sensed_force: float) -> TouchCloud:
     """Return the points of the object that a scan touched.
 
@@ -193,7 +223,7 @@ def touch_cloud(record: Record, half_compliance: float, sensed_force: float) -> 
     compression, `half_compliance` [m/N] times the normal force, is taken off along the normal; so is what the tip
     is compressed beyond what its sensed surface allows for, which is that of `sensed_force` [N].
     """
-    kept = (record.phase == Phase.SCAN.value) & record.touching & (record.status == 0)
+    kept = felt_in_scan(record)
     normal = -record.normal[kept]
     offset = half_compliance * (2.0 * record.normal_force[kept] - sensed_force)
     return TouchCloud(
@@ -239,8 +269,12 @@ def write_exploration(exploration: Exploration, folder: Path) -> tuple[Path, ...
     write_report(exploration_report(exploration), report)
     write_cloud_ply(exploration.cloud, files[1])
     write_cloud_csv(exploration.cloud, files[2])
+    found = exploration.map
+    if found is not None and len(found.mesh.triangles):
+        files += [folder / "map.ply", folder / "map.stl"]
+        write_layered_mesh(found.mesh, (found.friction,), files[-2])
+        write_mesh(found.mesh, files[-1])
     if exploration.height_map is not None:
-        files += [folder / "height_map.ply", folder / "height_map.csv"]
-        write_height_map_ply(exploration.height_map, files[3])
-        write_height_map_csv(exploration.height_map, files[4])
+        files.append(folder / "height_map.csv")
+        write_height_map_csv(exploration.height_map, files[-1])
     return tuple(files)

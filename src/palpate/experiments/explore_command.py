@@ -8,7 +8,8 @@ from palpate.experiments.explore import Attempt, make_folder, write_exploration
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import ExplorationPlan, plan
 from palpate.experiments.explore_report import exploration_report
-from palpate.experiments.progress import run_progress
+from palpate.experiments.explored_map import STEPS
+from palpate.experiments.progress import run_progress, step_progress
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
 from palpate.reporting import summary_table
 from palpate.runtime import Ending, RunResult, result_until
@@ -41,7 +42,8 @@ def run_explore(config: ExploreConfig) -> int:
             if found is None:
                 raise
             result, interrupted = found, True
-    exploration = attempt.found(result)
+    with step_progress(console, STEPS) as tell:
+        exploration = attempt.found(result, tell)
     with console.status("drawing the report"):
         files = write_exploration(exploration, config.out)
     console.print(summary_table(exploration_report(exploration)))

@@ -49,6 +49,9 @@ LARGEST_SEED = 2**63 - 1
 SLOWEST = 1e-3
 """Slowest [m/s] that a running exploration may be told to be: slower, it seems to stand still."""
 
+LARGEST_LENGTH = 2.0
+"""Of object, fingertip and raster [m]: robots reach 1 m either way; a larger number is in another unit."""
+
 FASTEST = 0.1
 """Fastest exploration [m/s]: the stage's leash lets it follow up to 0.125 m/s."""
 
@@ -57,9 +60,9 @@ FASTEST = 0.1
 class ExploreConfig:
     """Explore the surface of a simulated object by touch, and draw it.
 
-    A fingertip on a six-axis force/torque sensor, carried by a three-axis stage, lands on the object, presses
-    with a steady force and sweeps rows over it. Every millisecond the wrench tells where it touches. The points
-    become a height map, a sphere fit, PLY and CSV files, and one HTML report with pictures.
+    A fingertip on a six-axis force/torque sensor, carried by a simulated stage or arm (--robot), lands on the
+    object, presses with a steady force and sweeps rows over it. Every millisecond the wrench tells where it
+    touches. The points become a height map, a sphere fit, PLY and CSV files, and one HTML report with pictures.
 
     All values are in SI units: metres, newtons, seconds.
 
@@ -127,7 +130,7 @@ class ExploreConfig:
                 f"tip = {_spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
             )
         for length in self.tip:
-            positive("tip", length, "m")
+            _length("tip", length)
         if not 0 <= self.seed <= LARGEST_SEED:
             raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
         not_negative("force_noise", self.force_noise, "N")
@@ -143,8 +146,9 @@ class ExploreConfig:
             raise InvalidValueError(
                 f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
             )
-        for name, unit in (("width", "m"), ("depth", "m"), ("spacing", "m"), ("period", "s")):
-            positive(name, getattr(self, name), unit)
+        for name in ("width", "depth", "spacing"):
+            _length(name, getattr(self, name))
+        positive("period", self.period, "s")
         if self.period > LONGEST_PERIOD:
             raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
         points = (self.width / self.map_spacing + 1.0) * (self.depth / self.map_spacing + 1.0)
@@ -195,7 +199,7 @@ class ExploreConfig:
                 f"{'s' if len(default) > 1 else ''}, its {meaning} [m]; for example {_spaced(default)}"
             )
         for length in size:
-            positive("size", length, "m")
+            _length("size", length)
         return size
 
     def _check_file(self) -> None:
@@ -210,6 +214,13 @@ class ExploreConfig:
             )
         elif self.scale != 1.0:
             raise InvalidValueError(f"scale = {self.scale:g}: is for files; {self.object} takes --size, in metres")
+
+
+def _length(name: str, length: float) -> None:
+    """Refuse a length that is none, or that is in another unit."""
+    if positive(name, length, "m") > LARGEST_LENGTH:
+        hint = f"; for {length:g} mm give {length / 1e3:g}" if length <= 1e3 * LARGEST_LENGTH else ""
+        raise InvalidValueError(f"{name} = {length:g} m: must be at most {LARGEST_LENGTH:g} m{hint}")
 
 
 def _spaced(numbers: tuple[float, ...]) -> str:

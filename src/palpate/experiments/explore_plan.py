@@ -140,6 +140,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     limits = _limits(robot.file.limits.limits(), path, top - z, descent)
     _check_force(config, limits)
     ready = build(robot, task)
+    _check_push(config, ready.stiffness, robot.file.backend.leash)
     _check_speed(config, ready.backend.scene.pair, limits)
     if config.force < LEAST_FORCE * ready.touch_force * (1.0 - 1e-12):
         raise InvalidValueError(
@@ -212,6 +213,17 @@ def _check_force(config: ExploreConfig, limits: Limits) -> None:
         raise InvalidValueError(
             f"force = {config.force:g} N: must be at most {most:g} N, {LANDING_SHARE:.0%} of the robot's limit of "
             f"{limits.force:g} N (limits.force_N in the robot file), for landing may exceed it"
+        )
+
+
+def _check_push(config: ExploreConfig, stiffness: float, leash: float) -> None:
+    """Refuse a force that the servos never reach: their reference runs no farther ahead than the leash."""
+    push = stiffness * leash
+    if config.force > push:
+        raise InvalidValueError(
+            f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' {stiffness:.3g} "
+            f"N/m over a leash of {leash:g} m (leash_m, bandwidth_rad_per_s in the robot file); press with less, "
+            "or let the leash be longer or the bandwidth higher"
         )
 
 

@@ -3,6 +3,8 @@
 import numpy as np
 
 from palpate.experiments.explore import Exploration
+from palpate.experiments.explore_tables import map_report, shape_name, shape_report
+from palpate.experiments.explored_map import ExploredMap
 from palpate.experiments.explored_object import object_line
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
@@ -24,6 +26,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
     config, record, result = exploration.config, exploration.record, exploration.run
     true_force = np.where(exploration.truth.touching, exploration.true_normal_force, np.nan)
     true_spin = np.where(exploration.truth.touching, exploration.true_spin_torque, np.nan)
+    found = exploration.map
     return ExplorationReport(
         title=f"Exploration of {config.article} {config.object} by touch",
         outcome=outcome(exploration),
@@ -41,8 +44,8 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
             true_spin_torque=true_spin,
         ),
         timing=result.timing,
-        height_map=exploration.height_map,
-        sphere=exploration.sphere,
+        map=None if found is None else map_report(found),
+        shape=None if found is None or found.shape is None else shape_report(found.shape),
         true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
         point_error=exploration.point_error,
         error_note=CONTACT_NOTE,
@@ -72,18 +75,35 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
         else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
         KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
     ]
-    sphere = exploration.sphere
-    if sphere is not None and sphere.is_evident:
-        note = f"sd {1e3 * sphere.radius_sd:.2g} mm"
-        if config.object == "sphere":
-            note += f", true {1e3 * config.size[0]:g} mm"
-        figures.append(KeyFigure("fitted sphere, radius", 1e3 * sphere.radius, "mm", note, digits=5))
+    figures += _map_figures(exploration.map)
     figures += [
         KeyFigure("simulated time", result.duration, "s"),
         KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
         KeyFigure("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
     ]
     return tuple(figures)
+
+
+def _map_figures(found: ExploredMap | None) -> list[KeyFigure]:
+    """The map in a few figures, and which shape it is."""
+    if found is None:
+        return []
+    figures = []
+    if len(found.mesh.vertices):
+        band = 1e3 * float(np.median(found.mesh.band()))
+        figures += [
+            KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
+            KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
+        ]
+    figures.append(KeyFigure("observed of what it could feel", 100.0 * found.observed_share, "%"))
+    shape = found.shape
+    if shape is not None:
+        note = ""
+        if shape.fit is not None and len(shape.fit.shape.SIZES) == 1:
+            size, band = 1e3 * float(shape.fit.shape.sizes[0]), 1e3 * float(shape.sizes_band[0])
+            note = f"{shape.fit.shape.SIZES[0]} {size:.5g} ± {band:.2g} mm"
+        figures.append(KeyFigure("shape", shape_name(shape), "", note))
+    return figures
 
 
 def _set_force(exploration: Exploration) -> str:

@@ -13,6 +13,12 @@ from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
 EXTENT = re.compile(r"# *width_m *= *([^\s,]+) *,? *depth_m *= *([^\s,]+) *")
 """First line of a grid that says how large it is."""
 
+NAMED = re.compile(r"[xyz](\W|_|$).*", re.IGNORECASE)
+"""A column of points: `x_m`, and `x`, `X [mm]` or `x_mm`, to say what it must be called."""
+
+LEAST_SAMPLES = 4
+"""Along each side of a grid, as a `HeightField` wants them."""
+
 REGULAR = 1e-6
 """By so much of their spacing may samples be off their places on the grid: rounding of seven digits."""
 
@@ -47,7 +53,7 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
     except UnicodeDecodeError:
         raise InvalidValueError(f"{name}: not text: a height field is a CSV or .npy file") from None
     first, _, rest = text.partition("\n")
-    if "x_m" in _words(first):
+    if any(NAMED.fullmatch(word) for word in _words(first)):
         heights, own = _map(name, text)
         return _field(name, heights * metres_per_unit, _sized(name, size, tuple(metres_per_unit * s for s in own)))
     said = EXTENT.fullmatch(first.strip())
@@ -77,6 +83,11 @@ def read_heights_text(text: str, name: str) -> HeightField:
 
 
 def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightField:
+    if heights.ndim == 2 and heights.shape[1] == 3 and len(heights) >= 3 * LEAST_SAMPLES:
+        raise InvalidValueError(
+            f"{name}: {len(heights)} rows of 3 numbers: if they are points, write x_m,y_m,z_m as the first line "
+            f"of a CSV file; a grid of heights has at least {LEAST_SAMPLES} columns"
+        )
     if not size:
         raise InvalidValueError(
             f"{name}: does not say how large it is; give --size WIDTH DEPTH in metres, or write "
@@ -142,7 +153,10 @@ def _map(name: str, text: str) -> tuple[FloatArray, tuple[float, float]]:
     columns = _words(header)
     for wanted in ("x_m", "y_m", "z_m"):
         if wanted not in columns:
-            raise InvalidValueError(f"{name}, line 1: no column {wanted}: there are {', '.join(columns)}")
+            raise InvalidValueError(
+                f"{name}, line 1: no column {wanted}: there are {', '.join(columns)}; call them x_m, y_m, z_m, "
+                "and of a file in millimetres say so by --scale 0.001"
+            )
     places = [columns.index(wanted) for wanted in ("x_m", "y_m", "z_m")]
     points = []
     for i, words in enumerate(csv.reader(lines), 2):

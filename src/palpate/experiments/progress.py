@@ -1,7 +1,7 @@
 """A progress bar for a run."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -35,3 +35,16 @@ def run_progress(console: Console, expected_duration: float) -> Iterator[Observe
                 progress.update(task, completed=done, description=command.phase.value)
 
         yield observe
+
+
+@contextmanager
+def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
+    """Show which of some steps is being worked on; yields what is told the name of each when it begins."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("step {task.completed:.0f} of {task.total:.0f}"))
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("", total=len(steps))
+
+        def tell(step: str) -> None:
+            progress.update(task, completed=steps.index(step) + 1, description=step)
+
+        yield tell

@@ -1,7 +1,10 @@
 """`palpate view`: a run in the browser, live or from its log; or as pictures."""
 
+from pathlib import Path
+
 from rich.console import Console
 
+from palpate.errors import InvalidValueError
 from palpate.experiments.explore import Attempt, make_folder
 from palpate.experiments.explore_command import log_writer
 from palpate.experiments.explore_report import outcome
@@ -64,9 +67,18 @@ def _watch(config: ViewConfig, console: Console) -> int:
     return 0 if result.ending is Ending.DONE else FAILED
 
 
+def _check_folder(path: Path) -> None:
+    """Refuse a file for which there is no folder, before time goes into drawing it."""
+    if not path.parent.is_dir():
+        raise InvalidValueError(f"{path}: there is no folder {path.parent}; make it, or choose another")
+
+
 def _show(config: ViewConfig, console: Console) -> int:
     """Play a log, or draw it."""
     assert config.log is not None  # run_view has looked
+    for path in (config.picture, config.video):
+        if path is not None:
+            _check_folder(path)
     log = read_log(log_in(config.log))
     planned, frames = recorded_plan(log), frames_of_log(log)
     scene, model = view_scene(planned), planned.backend.scene.model

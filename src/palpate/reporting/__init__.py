@@ -4,6 +4,8 @@ from palpate.reporting.data import ExplorationReport as ExplorationReport
 from palpate.reporting.data import KeyFigure as KeyFigure
 from palpate.reporting.data import TimeSeries as TimeSeries
 from palpate.reporting.data import TrueSurface as TrueSurface
+from palpate.reporting.map_data import MapReport as MapReport
+from palpate.reporting.map_data import ShapeReport as ShapeReport
 from palpate.reporting.report import report_html as report_html
 from palpate.reporting.report import write_report as write_report
 from palpate.reporting.terminal import summary_table as summary_table

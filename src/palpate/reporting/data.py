@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.mapping import HeightMap, SphereFit, TouchCloud
+from palpate.mapping import TouchCloud
+from palpate.reporting.map_data import MapReport, ShapeReport
 from palpate.runtime import RunTiming
 
 IndexArray = npt.NDArray[np.integer]
@@ -117,8 +118,8 @@ class ExplorationReport:
         cloud: What was felt.
         series: What happened over time.
         timing: How long the periods took.
-        height_map: The touched surface, if it is one.
-        sphere: The sphere through the points, if one was fitted; shown if it is evident.
+        map: The touched surface, if enough was felt.
+        shape: Which shape it is, if enough was felt to say.
         true_surface: What was explored, if known; for pictures only.
         point_error: Signed distance of each point of `cloud` from the true surface, positive outside, shape
             (n,) [m], if known.
@@ -135,8 +136,8 @@ class ExplorationReport:
     cloud: TouchCloud
     series: TimeSeries
     timing: RunTiming
-    height_map: HeightMap | None = None
-    sphere: SphereFit | None = None
+    map: MapReport | None = None
+    shape: ShapeReport | None = None
     true_surface: TrueSurface | None = None
     point_error: FloatArray | None = None
     error_note: str = ""

@@ -4,10 +4,8 @@ import os
 from html import escape
 
 from palpate.atomic_file import replacing
-from palpate.mapping import SphereFit
 from palpate.reporting.data import ExplorationReport
-
-_MILLI = 1e3
+from palpate.reporting.map_data import MapReport, ShapeReport
 
 
 def write_report(report: ExplorationReport, path: str | os.PathLike[str]) -> None:
@@ -38,7 +36,8 @@ def report_html(report: ExplorationReport) -> str:
     cloud, series = report.cloud, report.series
     shape, errors = [], []
     if len(cloud):
-        shape.append(touched_surface(cloud, report.height_map))
+        mesh = None if report.map is None or not len(report.map.mesh.triangles) else report.map.mesh
+        shape.append(touched_surface(cloud, mesh))
         if report.true_surface is not None:
             shape.append(true_surface(cloud, report.true_surface))
         if report.point_error is not None:
@@ -46,17 +45,16 @@ def report_html(report: ExplorationReport) -> str:
     over_time = [force_overview(series), force_zoom(series), spin_picture(series, cloud)] if series.phase else []
     figures = [(k.name, k.text, k.unit, k.note) for k in report.summary]
     nothing = "" if len(cloud) else "<p>The finger felt nothing, so there is no surface to show.</p>"
-    sphere = ""
-    if report.sphere is not None and report.sphere.is_evident:
-        sphere = f"<p>{escape(sphere_sentence(report.sphere))}</p>"
     timing = table(timing_rows(report.timing), ("name", "value", "unit", "note"))
     return page(
         report.title,
         [
             f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
             table(figures, ("name", "value", "unit", "note")),
-            section("The surface", [part for part in (nothing, picture_cards(shape), sphere) if part]),
-            section("Errors", [part for part in (picture_cards(errors),) if part]),
+            section("The surface", [part for part in (nothing, picture_cards(shape)) if part]),
+            section("The map", _map_parts(report.map)),
+            section("Which shape it is", _shape_parts(report.shape)),
+            section("Errors of single points", [part for part in (picture_cards(errors),) if part]),
             section("Over time", [part for part in (picture_cards(over_time),) if part]),
             section(
                 "Computing", [part for part in (timing, picture_cards([timing_picture(report.timing)])) if part]
@@ -67,12 +65,26 @@ def report_html(report: ExplorationReport) -> str:
     )
 
 
-def sphere_sentence(sphere: SphereFit) -> str:
-    """Return one sentence on the sphere through the points."""
-    x, y, z = (_MILLI * float(c) for c in sphere.center)
-    return (
-        f"The sphere through {sphere.point_count} points has radius {_MILLI * sphere.radius:#.5g} mm "
-        f"(standard deviation {_MILLI * sphere.radius_sd:.2g} mm, errors common to all points apart) "
-        f"and center ({x:z.3f}, {y:z.3f}, {z:z.3f}) mm; the points miss it by "
-        f"{_MILLI * sphere.rms_residual:.2g} mm root mean square."
-    )
+def _map_parts(told: MapReport | None) -> list[str]:
+    """What a map is like, as HTML."""
+    from palpate.reporting.map_picture import layer_picture, map_picture
+    from palpate.reporting.page import picture_cards, table
+
+    if told is None:
+        return []
+    figures = table(told.rows, ("name", "value", "unit", "note"))
+    if not len(told.mesh.triangles):
+        return [figures, "<p>Contacts are too far apart: nothing of the surface counts as observed.</p>"]
+    layers = [layer_picture(told.mesh, layer) for layer in told.layers]
+    return [part for part in (figures, picture_cards([map_picture(told), *layers])) if part]
+
+
+def _shape_parts(told: ShapeReport | None) -> list[str]:
+    """Which shape it is, as HTML."""
+    from palpate.reporting.page import table
+
+    if told is None:
+        return []
+    columns = ("name", "value", "unit", "note")
+    parts = (f"<p>{escape(told.sentence)}</p>", table(told.rows, columns), table(told.candidates, columns))
+    return [part for part in parts if part]

@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 from palpate.errors import FloatArray
-from palpate.mapping import HeightMap, TouchCloud, height_map_triangles
+from palpate.mapping import SurfaceMesh, TouchCloud
 from palpate.reporting.data import IndexArray, TrueSurface
 from palpate.reporting.style import (
     FONT_SIZE,
@@ -74,11 +74,11 @@ class View:
         )
 
 
-def touched_surface(cloud: TouchCloud, height_map: HeightMap | None) -> Picture:
-    """Return the touched surface with the path of the finger; without a map, the points alone."""
+def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
+    """Return the touched surface with the path of the finger; without a mesh, the points alone."""
     view = View.around(cloud)
     figure, axes = _empty_view(view)
-    if height_map is None:
+    if mesh is None:
         thin = _drawn_path(cloud)
         axes.scatter(
             *(MILLI * thin.position.T),
@@ -89,13 +89,12 @@ def touched_surface(cloud: TouchCloud, height_map: HeightMap | None) -> Picture:
         )
         caption = "Touched points, coloured by height."
     else:
-        vertices, triangles = height_map_triangles(height_map)
-        _draw_triangles(axes, view, vertices, triangles)
+        _draw_triangles(axes, view, mesh.vertices, mesh.triangles)
         path = _broken_line(_drawn_path(cloud))
         axes.plot(*(MILLI * path.T), color=PATH, linewidth=0.55, alpha=0.75, zorder=10)
         caption = (
-            f"The surface as felt, with the path of the finger; holes are where nothing was felt within "
-            f"{MILLI * height_map.reach:.3g} mm."
+            "The map with the path of the finger: where contacts lie on all sides; holes and what is beyond the rim "
+            "were not felt."
         )
     return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
 

@@ -20,6 +20,7 @@ from palpate.runtime.supervision.measures import (
     GRIP_FORCE,
     SPIN_TORQUE,
     TIP_SPEED,
+    TIP_TURN,
     Measure,
 )
 from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
@@ -31,6 +32,7 @@ __all__ = [
     "GRIP_FORCE",
     "SPIN_TORQUE",
     "TIP_SPEED",
+    "TIP_TURN",
     "AtLeast",
     "AtMost",
     "Condition",

@@ -1,0 +1,65 @@
+"""`palpate regulate`: a regulation of force with its progress, its files and its summary on the terminal."""
+
+from datetime import datetime
+
+from rich.console import Console
+
+from palpate.experiments.explore import make_folder
+from palpate.experiments.progress import run_progress
+from palpate.experiments.regulate import Attempt, prepared, write_regulation
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_plan import plan
+from palpate.experiments.regulate_report import regulation_report
+from palpate.experiments.versions import VERSIONS_TEXT, versions_text
+from palpate.reporting.regulation_report import regulation_table
+from palpate.runtime import Ending, result_until
+from palpate.runtime.log import LogWriter, new_log_path
+
+INTERRUPTED = 130
+"""128 + SIGINT, the shell's convention."""
+
+
+def run_regulate(config: RegulateConfig) -> int:
+    """Press first if asked to, regulate, record, write the files and print the summary, also after a Ctrl-C.
+
+    Returns:
+        0 if the regulation finished, 130 if it was interrupted, else 1.
+
+    Raises:
+        InvalidValueError: The configuration cannot be realised, pressing has found nothing, or the folder not be
+            written.
+        OSError: A file cannot be written.
+    """
+    console = Console()
+    planned = plan(config)
+    make_folder(config.out)
+    with (
+        console.status("pressing, to find stiffness and delay") if config.identify else console.status("planning")
+    ):
+        planned, found = prepared(planned)
+    attempt, interrupted = Attempt(planned, found), False
+    path = new_log_path(config.out, datetime.now())  # local time: people look for it by their clock
+    log = LogWriter(path, {**planned.texts(), VERSIONS_TEXT: versions_text()})
+    with run_progress(console, planned.expected_duration) as observer:
+        try:
+            result = attempt.run((observer,), (log,))
+        except KeyboardInterrupt as interruption:
+            until = result_until(interruption)
+            if until is None:
+                raise
+            result, interrupted = until, True
+    regulation = attempt.found(result)
+    with console.status("drawing the report"):
+        files = write_regulation(regulation, config.out)
+    console.print(regulation_table(regulation_report(regulation)))
+    if result.error is not None:
+        import traceback
+
+        trace = "".join(traceback.format_exception(result.error))
+        console.print(trace, markup=False, highlight=False, soft_wrap=True)
+    if result.recording is not None and result.recording.path is not None:
+        console.print(f"Log: {result.recording}", highlight=False, markup=False, soft_wrap=True)
+    console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
+    if interrupted:
+        return INTERRUPTED
+    return 0 if result.ending is Ending.DONE else 1

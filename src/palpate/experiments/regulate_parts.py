@@ -1,0 +1,191 @@
+"""The parts of a regulation by what a configuration calls them: profile, motion, surface, sensor."""
+
+import csv
+import math
+from dataclasses import replace
+from pathlib import Path
+
+from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce
+from palpate.controllers.force_program import StepForce, Tones
+from palpate.controllers.tangent_motion import CircleMotion, SineMotion, Still, TangentMotion, VelocityTable
+from palpate.errors import InvalidValueError
+from palpate.experiments.finger_sensor import model_of_finger, noise_of
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.runtime.robot import Robot
+from palpate.sim import (
+    Box,
+    DrivenJoint,
+    JointKind,
+    Mount,
+    MovingTarget,
+    ObjectBody,
+    Ramp,
+    SceneObject,
+    SeededSensor,
+    Sine,
+    SphereObject,
+    StillObject,
+    Target,
+)
+from palpate.sim.sensor.from_entry import with_noise
+from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
+from palpate.spatial import Vector
+
+PLATE = (0.2, 0.2, 0.04)
+"""Of the plate [m]."""
+
+RADIUS = 0.04
+"""Of the sphere [m]."""
+
+UP: Vector = (0.0, 0.0, 1.0)
+
+AWAY = -0.5
+"""Height of an object that is missing [m]: nothing that is looked for gets there."""
+
+STEADY = 1e5
+"""Time constant of the sensor's drift [s]: over a run it is as good as steady."""
+
+MOTION_COLUMNS = 4
+
+
+def profile_of(config: RegulateConfig) -> ForceProfile:
+    """Return the force over time."""
+    match config.profile:
+        case "constant":
+            return ConstantForce(config.force)
+        case "step":
+            return StepForce(config.force, config.greatest, config.hold)
+        case "ramp":
+            return RampForce(config.force, config.greatest, config.rate, begin=0.5)
+        case "sine":
+            return Tones(config.force, config.swung, config.frequencies)
+
+
+def duration_of(config: RegulateConfig, profile: ForceProfile) -> float:
+    """Return how long the profile is held [s]."""
+    return profile.duration if isinstance(profile, Tones) else config.duration
+
+
+def motion_of(config: RegulateConfig) -> TangentMotion:
+    """Return how something else moves the tip.
+
+    Raises:
+        InvalidValueError: The table cannot be read.
+    """
+    frequency = config.motion_speed / (2.0 * math.pi * config.motion_size)
+    match config.motion:
+        case "still":
+            return Still()
+        case "sine":
+            return SineMotion(config.motion_size, frequency)
+        case "circle":
+            return CircleMotion(config.motion_size, frequency)
+        case "table":
+            assert config.motion_file is not None  # RegulateConfig has made sure
+            return read_motion(_text(config.motion_file), str(config.motion_file))
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidValueError(f"motion_file = {path}: cannot be read: {error}") from None
+
+
+def motion_text(motion: VelocityTable) -> str:
+    """Return a table that `read_motion` reads back to the same bits."""
+    rows = (f"{time!r},{x!r},{y!r},{z!r}" for time, (x, y, z) in zip(motion.times, motion.velocities, strict=True))
+    return "\n".join(["time_s,vx_m_per_s,vy_m_per_s,vz_m_per_s", *rows, ""])
+
+
+def read_motion(text: str, name: str) -> VelocityTable:
+    """Return the motion that a table describes.
+
+    Args:
+        text: CSV with time [s] and velocity [m/s] along x, y and z; a first line with names, or none.
+        name: Of the file, for messages.
+
+    Raises:
+        InvalidValueError: It is no such table.
+    """
+    times: list[float] = []
+    velocities: list[Vector] = []
+    for i, row in enumerate(csv.reader(text.splitlines())):
+        if not row or row[0].lstrip().startswith("#"):
+            continue
+        try:
+            t, x, y, z = map(float, row)
+        except ValueError:
+            if not times and i == 0 and len(row) == MOTION_COLUMNS:
+                continue  # names
+            raise InvalidValueError(
+                f"{name}, line {i + 1}: must be four numbers, time [s] and velocity along x, y, z [m/s]"
+            ) from None
+        times.append(t)
+        velocities.append((x, y, z))
+    try:
+        return VelocityTable(times, velocities)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{name}: {error}") from None
+
+
+def shape_of(config: RegulateConfig) -> SceneObject:
+    """Return the surface that is pressed on."""
+    return Box(PLATE) if config.object == "plate" else SphereObject(RADIUS)
+
+
+def target_of(config: RegulateConfig, *, at_rest: bool = False) -> Target:
+    """Return the object, and what it does.
+
+    Args:
+        config: What was asked for.
+        at_rest: Whether it stands still where it is first met, to be identified.
+    """
+    shape = shape_of(config)
+    if config.surface in ("still", "soft") or (at_rest and config.surface != "missing"):
+        return StillObject(shape)
+    match config.surface:
+        case "sine":
+            amplitude = config.surface_amplitude
+            frequency = config.surface_speed / (2.0 * math.pi * amplitude)
+            # its highest point is where a still one would be; there it begins
+            course = Sine(amplitude, frequency, math.pi / 2.0)
+            return MovingTarget(shape, [DrivenJoint(JointKind.SLIDE, UP, course)], (0.0, 0.0, -amplitude))
+        case "leaving":
+            away = Ramp(-config.surface_speed, config.leave_time)
+            return MovingTarget(shape, [DrivenJoint(JointKind.SLIDE, UP, away)])
+    return ObjectBody(
+        shape,
+        position=(0.0, 0.0, AWAY),
+        friction=config.friction,
+        spin_length=config.spin_length,
+        mount=Mount.FIXED,
+    )
+
+
+def travel_of(config: RegulateConfig) -> float:
+    """Return how far below a still surface's place the surface may be when it is first met [m]."""
+    return 2.0 * config.surface_amplitude if config.surface == "sine" else 0.0
+
+
+def sensor_of(robot: Robot, config: RegulateConfig) -> SeededSensor:
+    """Return the simulated sensor: the robot file's, with other noise and drift if that is asked for.
+
+    Raises:
+        InvalidValueError: It cannot be.
+    """
+    model = model_of_finger(robot.file.fingers[0])
+    force, moment = noise_of(model)
+    wanted = (
+        force if config.force_noise is None else config.force_noise,
+        moment if config.moment_noise is None else config.moment_noise,
+    )
+    if wanted != (force, moment):
+        model = with_noise(model, *wanted)
+    if config.drift:
+        per_second = config.drift / 60.0
+        model = replace(
+            model,
+            thermal_drift=ThermalDrift((0.0, 0.0, per_second, 0.0, 0.0, 0.0), WarmUp(STEADY, STEADY)),
+        )
+    return SeededSensor(model, config.seed)

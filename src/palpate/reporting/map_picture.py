@@ -1,0 +1,133 @@
+"""The map seen from above: its errors, how sure it is, and what else was felt."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap
+from matplotlib.figure import Figure
+
+from palpate.errors import FloatArray
+from palpate.mapping import SurfaceMesh
+from palpate.mapping.layers import VertexLayer
+from palpate.reporting.error_picture import GROUND
+from palpate.reporting.map_data import MapReport
+from palpate.reporting.style import (
+    ERROR_COLOURS,
+    FONT_SIZE,
+    HEIGHT_COLOURS,
+    INK,
+    MICRO,
+    MILLI,
+    TRUE,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+)
+
+SHOWN_PERCENT = 99.0
+"""Colours span this share of the values, so that a few outliers do not hide the rest."""
+
+LEAST_FRICTION = 0.02
+"""Colours of friction span at least this: less is the same."""
+
+MISSED_DRAWN = 4000
+"""Marks drawn of what was not observed: more cover each other."""
+
+
+def map_picture(told: MapReport) -> Picture:
+    """Return errors, if they are known, and standard deviations of the map; its mesh holds at least one triangle."""
+    panels = 1 if told.error is None else 2
+    full = new_figure(Width.HALF if panels == 1 else Width.FULL, 4.7)
+    narrow = new_figure(Width.HALF, 4.6 * panels) if panels == 2 else None
+    _draw(told, full, full.subplots(1, panels, squeeze=False).ravel().tolist())
+    if narrow is not None:
+        _draw(told, narrow, narrow.subplots(panels, 1, squeeze=False).ravel().tolist())
+    band = MICRO * told.mesh.band()
+    inside = ""
+    if told.error is not None:
+        share = 100.0 * float(np.mean(np.abs(MICRO * told.error) <= band))
+        inside = f" {share:.1f} % of the true errors are inside it."
+    return Picture(
+        title="The map and its uncertainty",
+        caption=(
+            f"Seen from above. Standard deviations are of random errors; together with what may be off everywhere, "
+            f"{MICRO * told.mesh.bias:.3g} µm, they make a 95 % band of ±{float(np.median(band)):.3g} µm in the "
+            f"middle.{inside} Nothing is claimed on grey ground."
+        ),
+        full=full,
+        narrow=narrow,
+        dense=True,
+    )
+
+
+def layer_picture(mesh: SurfaceMesh, layer: VertexLayer) -> Picture | None:
+    """Return a layer seen from above; None if nothing is known of it."""
+    known = np.isfinite(layer.mean)
+    if not known.any():
+        return None
+    figure = new_figure(Width.HALF, 4.7)
+    axes = figure.subplots()
+    low, high = np.percentile(layer.mean[known], [100.0 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
+    room = max(0.5 * (LEAST_FRICTION - (high - low)), 0.0)
+    _surface(figure, axes, mesh, layer.mean, HEIGHT_COLOURS, (low - room, high + room), layer.name)
+    spread = layer.sd[np.isfinite(layer.sd)]
+    scatter = f", scattering by {float(np.median(spread)):.2g} between neighbours" if len(spread) else ""
+    return Picture(
+        title=layer.name.capitalize(),
+        caption=(
+            f"Tangential over normal force while sliding: {float(np.median(layer.mean[known])):.3g} in the "
+            f"middle{scatter}; the colours span {2.0 * SHOWN_PERCENT - 100.0:.0f} % of the map."
+        ),
+        full=figure,
+        dense=True,
+    )
+
+
+def _draw(told: MapReport, figure: Figure, axes: list[Axes]) -> None:
+    if told.error is not None:
+        error = MICRO * told.error
+        limit = max(float(np.percentile(np.abs(error), SHOWN_PERCENT)), 1e-3)
+        label = "error of the map [µm], + is outside the surface"
+        _surface(figure, axes[0], told.mesh, error, ERROR_COLOURS, (-limit, limit), label)
+    sd = MICRO * told.mesh.sd
+    largest = max(float(np.percentile(sd, SHOWN_PERCENT)), 1e-3)
+    _surface(figure, axes[-1], told.mesh, sd, HEIGHT_COLOURS, (0.0, largest), "standard deviation [µm]")
+    if len(told.missed):
+        missed = MILLI * told.missed[:: -(-len(told.missed) // MISSED_DRAWN)]
+        for each in axes:
+            label = "could be felt, is not observed"
+            each.plot(missed[:, 0], missed[:, 1], "x", color=TRUE, markersize=2.5, linewidth=0.0, label=label)
+        legend_above(figure, axes, 1)
+
+
+def _surface(
+    figure: Figure,
+    axes: Axes,
+    mesh: SurfaceMesh,
+    value: FloatArray,
+    colours: Colormap,
+    limits: tuple[float, float],
+    label: str,
+) -> None:
+    """Draw a value at vertices; upper triangles last, so that they hide those below."""
+    corners = mesh.triangles[np.isfinite(value[mesh.triangles]).all(axis=1)]
+    order = np.argsort(mesh.vertices[corners, 2].mean(axis=1), kind="stable")
+    drawn = axes.tripcolor(
+        MILLI * mesh.vertices[:, 0],
+        MILLI * mesh.vertices[:, 1],
+        corners[order],
+        facecolors=value[corners[order]].mean(axis=1),
+        cmap=colours,
+        vmin=limits[0],
+        vmax=limits[1],
+        edgecolors="face",
+        linewidth=0.2,
+        rasterized=True,
+    )
+    bar = figure.colorbar(drawn, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
+    bar.set_label(label, fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    axes.set_facecolor(GROUND)
+    axes.set_aspect("equal", adjustable="datalim")
+    dress(axes, x="x [mm]", y="y [mm]", grid=False)

@@ -1,0 +1,75 @@
+"""The report on one regulation of force, as one HTML file."""
+
+import os
+from html import escape
+
+from rich.table import Table
+from rich.text import Text
+
+from palpate.atomic_file import replacing
+from palpate.reporting.regulation_data import RegulationReport
+
+COLUMNS = ("name", "value", "unit", "note")
+
+
+def write_regulation_report(report: RegulationReport, path: str | os.PathLike[str]) -> None:
+    """Write `report` as one HTML file that needs nothing else; a former one is replaced once the new one is whole.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    text = regulation_html(report)
+    with replacing(path) as file:
+        file.write(text.encode("utf-8"))
+
+
+def regulation_html(report: RegulationReport) -> str:
+    """Return `report` as the text of an HTML document."""
+    # matplotlib takes a third of a second to import: only those who write a report wait for it.
+    from palpate.reporting.force_picture import force_overview
+    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.response_picture import bode_picture, error_picture, step_picture
+    from palpate.reporting.timing_picture import timing_picture
+    from palpate.reporting.timing_table import timing_rows
+
+    over_time = [force_overview(report.series), error_picture(report.series)] if report.series.phase else []
+    answers = []
+    if report.steps is not None:
+        answers.append(step_picture(report.steps))
+    if report.tones:
+        answers.append(bode_picture(report.tones, report.bandwidth))
+    tones = [
+        (curve.name, f"{frequency:g} Hz", f"{gain:.3f}", f"{phase:.0f} degrees")
+        for curve in report.tones[:1]
+        for frequency, gain, phase in zip(curve.frequency, curve.gain, curve.phase_deg, strict=True)
+    ]
+    timing = table(timing_rows(report.timing), COLUMNS)
+    return page(
+        report.title,
+        [
+            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
+            table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
+            section("Over time", _there(picture_cards(over_time))),
+            section("Answer", _there(picture_cards(answers), table(tones, ("name", "value", "value", "note")))),
+            section("Margins", _there(table([(k.name, k.text, k.unit, k.note) for k in report.margins], COLUMNS))),
+            section("Computing", _there(timing, picture_cards([timing_picture(report.timing)]))),
+            section("Settings", _there(table(report.settings, ("name", "value")))),
+            "<footer>Forces that the surface exerts on the finger. Written by palpate.</footer>",
+        ],
+    )
+
+
+def regulation_table(report: RegulationReport) -> Table:
+    """Return key figures and margins for the terminal, texts as they are."""
+    table = Table(title=Text(report.title), caption=Text(report.outcome), show_header=False)
+    table.add_column("name")
+    table.add_column("value", justify="right", style="bold")
+    table.add_column("unit")
+    table.add_column("note", style="dim")
+    for figure in (*report.summary, *report.margins):
+        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
+    return table
+
+
+def _there(*parts: str) -> list[str]:
+    return [part for part in parts if part]
