@@ -97,7 +97,8 @@ def outcome(regulation: Regulation) -> str:
     if regulation.guard_trips:
         share = 0.5**regulation.guard_trips
         said.append(
-            f"Force control swung, and went on with {share:g} of its gain: stiffness or delay are not what was assumed; --identify finds them."
+            f"Force control swung, and went on with {share:g} of its gain: stiffness or delay are not what was "
+            "assumed; --identify finds them."
         )
     if _drifted(regulation):
         said.append(
@@ -154,7 +155,9 @@ def _bounced(times: int) -> str:
 
 def _step_figures(steps: StepResponse) -> list[KeyFigure]:
     return [
-        KeyFigure("rise time", 1e3 * steps.rise_time, "ms", f"{100.0 * RISE_FROM:g} to {100.0 * RISE_TO:g} %", digits=3),
+        KeyFigure(
+            "rise time", 1e3 * steps.rise_time, "ms", f"{100.0 * RISE_FROM:g} to {100.0 * RISE_TO:g} %", digits=3
+        ),
         KeyFigure(
             "overshoot",
             100.0 * steps.overshoot,

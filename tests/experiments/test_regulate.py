@@ -1,0 +1,270 @@
+"""Regulation of force from configuration to report: figures, hostile cases, logs, refusals."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.cli import main
+from palpate.controllers.regulate import Loss
+from palpate.errors import InvalidValueError
+from palpate.experiments.regulate import carry_out, regulate
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_file import (
+    Identified,
+    identified_text,
+    read_identified,
+    read_regulation,
+    regulation_text,
+)
+from palpate.experiments.regulate_parts import motion_text, read_motion
+from palpate.experiments.regulate_plan import plan, plan_from_texts
+from palpate.experiments.regulate_replay import replay_regulation
+from palpate.experiments.regulate_report import outcome, regulation_report
+from palpate.runtime import Ending, Phase
+from palpate.runtime.log import LogWriter
+
+NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
+
+
+def regulated(**fields):
+    return regulate(RegulateConfig(**fields))
+
+
+# --- figures ---
+
+
+@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
+def test_a_surface_that_moves_at_20_mm_per_s_is_pressed_steadily(robot):
+    found = regulated(robot=robot, surface="sine", duration=5.0, **NANO17)
+    assert found.run.ending is Ending.DONE
+    assert found.loss is Loss.NEVER
+    assert found.true_rms < 0.1
+    assert found.landing_peak < 8.0
+
+
+def test_a_still_surface_is_pressed_to_within_20_mn_with_a_nano17():
+    found = regulated(robot="stage-nano17", duration=3.0)
+    assert found.true_rms < 0.02
+    assert found.landing_peak <= 2.0 + 1.0
+    assert found.record.phase[found.counted].tolist() == [Phase.HOLD.value] * int(found.counted.sum())
+
+
+def test_steps_hardly_overshoot_and_their_force_gets_there():
+    found = regulated(profile="step", duration=4.0, **NANO17)
+    steps = found.steps(found.true_force)
+    assert len(steps.each) == 3
+    assert steps.largest_overshoot <= 0.1
+    assert steps.rise_time < 0.15
+    assert steps.mean[-100:] == pytest.approx(1.0, abs=0.02)
+
+
+def test_what_is_along_the_surface_is_moved_by_the_one_who_moves_it():
+    """The force is held meanwhile, and the tip goes round the circle that was asked for."""
+    found = regulated(motion="circle", duration=2.5, friction=0.3, **NANO17)
+    held = found.holding
+    x, y = found.record.position[held, 0], found.record.position[held, 1]
+    x, y = x - 0.5 * (x.max() + x.min()), y - 0.5 * (y.max() + y.min())
+    assert np.hypot(x, y)[1000:] == pytest.approx(0.005, abs=0.5e-3)
+    assert found.true_rms < 0.02
+
+
+def test_identified_the_answer_is_quicker_and_does_not_overshoot():
+    assumed, found = (
+        regulated(profile="step", duration=3.0, identify=identify, assumed_stiffness=10e3)
+        for identify in (False, True)
+    )
+    (before, after) = (one.steps(one.true_force) for one in (assumed, found))
+    assert found.planned.identified.contact_stiffness == pytest.approx(20e3, rel=0.02)
+    assert after.rise_time < 0.7 * before.rise_time
+    assert after.largest_overshoot <= 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["stage", "ur5e-sim", "stage-nano17"])
+@pytest.mark.parametrize("surface", ["still", "soft"])
+def test_identified_steps_on_hard_and_soft(robot, surface):
+    found = regulated(robot=robot, surface=surface, profile="step", identify=True, hold=2.0, duration=8.0)
+    assert found.run.ending is Ending.DONE
+    steps = found.steps(found.true_force)
+    assert steps.overshoot <= 0.1
+    assert steps.settling_time < 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
+def test_sines_are_followed_up_to_the_bandwidth(robot):
+    found = regulated(robot=robot, profile="sine", identify=True, **NANO17)
+    tones = found.tones(found.true_force)
+    assert tones.bandwidth > 6.0
+    assert tones.gain[:3] == pytest.approx(1.0, abs=0.03)
+    assert tones.peak < 1.1
+    assert found.guard_trips == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("phase", np.arange(6) * math.pi / 3.0)
+def test_landing_on_a_moving_surface_is_bounded_wherever_it_is_met(phase):
+    from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
+
+    config = RegulateConfig(surface="sine", duration=1.0)
+    course = Sine(0.01, 0.02 / (2.0 * math.pi * 0.01), phase)
+    joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), course)
+    found = carry_out(plan(config, target=MovingTarget(Box((0.2, 0.2, 0.04)), [joint], (0.0, 0.0, -0.01))))
+    assert found.run.ending is Ending.DONE
+    assert found.peak < 8.0
+
+
+# --- hostile ---
+
+
+@pytest.mark.parametrize("profile", ["constant", "step"])
+@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
+def test_a_contact_ten_times_as_stiff_as_assumed_stays_below_the_limit(robot, profile):
+    found = regulated(
+        robot=robot, stiffness=100e3, assumed_stiffness=10e3, profile=profile, duration=3.0, **NANO17
+    )
+    assert found.run.ending is Ending.DONE
+    assert found.peak < found.planned.limits.force
+
+
+def test_three_times_the_friction_disturbs_little():
+    found = regulated(object="sphere", friction=0.9, motion="sine", duration=2.5, **NANO17)
+    assert found.run.ending is Ending.DONE
+    assert found.true_rms < 0.02
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.1])
+def test_a_surface_that_leaves_is_sought_once_and_not_far(speed):
+    found = regulated(surface="leaving", leave_time=2.0, surface_speed=speed)
+    assert found.run.ending is Ending.LOST
+    assert found.loss is Loss.GONE
+    assert found.peak < 4.0
+    seeking = found.record.phase == Phase.SEEK.value
+    assert seeking.any()
+    assert np.ptp(found.record.position[seeking, 2]) < 0.006
+    assert np.abs(found.record.velocity[seeking, 2])[100:].max() < 0.006
+    first, last = np.flatnonzero(seeking)[[0, -1]]
+    assert seeking[first : last + 1].all()  # once
+    assert "lost" in outcome(found)
+
+
+def test_nothing_there_is_said_so():
+    found = regulated(surface="missing")
+    assert found.run.ending is Ending.LOST
+    assert found.loss is Loss.MISSING
+    assert found.peak == 0.0
+    assert "nothing was found" in outcome(found)
+    assert regulation_report(found).steps is None
+
+
+def test_a_drifting_sensor_is_told_and_how_much():
+    found = regulated(robot="stage-nano17", drift=0.6, duration=10.0)
+    assert found.run.ending is Ending.DONE
+    assert found.sensed_rms < 0.02
+    at_end = 0.6 / 60.0 * (found.run.duration - 1.0)
+    assert found.sensor_error == pytest.approx(at_end, abs=0.02)
+    assert "was not there" in outcome(found)
+    steady = regulated(robot="stage-nano17", duration=3.0)
+    assert "was not there" not in outcome(steady)
+
+
+# --- texts, logs ---
+
+
+def test_a_plan_comes_back_from_its_texts_and_a_log_replays_bit_for_bit(tmp_path):
+    table = tmp_path / "moved.csv"
+    table.write_text("t,vx,vy,vz\n0,0,0,0\n0.3,0.01,0,0.002\n0.9,-0.01,0,0\n")
+    planned = plan(RegulateConfig(motion="table", motion_file=table, duration=1.0, **NANO17))
+    planned = planned.with_identified(Identified(19e3, 13.9e3, 2e-3, 0.03, 0.006, 60.0))
+    table.unlink()
+    again = plan_from_texts(planned.texts())
+    assert (again.config, again.parameters, again.follow, again.motion, again.identified) == (
+        planned.config,
+        planned.parameters,
+        planned.follow,
+        planned.motion,
+        planned.identified,
+    )
+    log = LogWriter(tmp_path / "run.mcap", planned.texts())
+    found = carry_out(planned, sinks=(log,))
+    assert found.run.ending is Ending.DONE
+    replayed = replay_regulation(tmp_path / "run.mcap")
+    assert replayed.identical
+    assert replayed.planned.parameters == planned.parameters
+
+
+def test_texts_read_back_the_same():
+    config = RegulateConfig(frequencies=(0.1, 7.3), axis=(0.0, 0.6, -0.8), swing=0.7, tip=(0.01,), drift=0.2)
+    assert read_regulation(regulation_text(config)) == config
+    found = Identified(1.0 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 0.1, 1e-3, 61.0)
+    assert read_identified(identified_text(found)) == found
+    motion = read_motion("0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
+    assert read_motion(motion_text(motion), "b") == motion
+
+
+def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
+    out = tmp_path / "new"
+    words = ["regulate", "--profile", "step", "--hold", "0.3", "--duration", "0.9", "--out", str(out)]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "overshoot" in said
+    assert "report.html" in said
+    names = {path.name for path in out.iterdir() if path.suffix != ".mcap"}
+    assert names == {"report.html", "forces.csv"}
+    html = (out / "report.html").read_text()
+    assert "Answer to steps" in html
+    assert "http://" not in html.replace("http://www.w3.org", "")
+    assert main(["regulate", "--surface", "missing", "--out", str(out)]) == 1
+    assert main(["replay", str(out)]) == 2  # it is for explorations, and says so
+    assert "no log of `palpate explore`" in capsys.readouterr().err
+
+
+# --- refusals ---
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"force": 14.0, "profile": "step"}, "together at most 15 N"),
+        ({"profile": "sine", "swing": 2.0}, r"swing = 2 N: must be less than the force of 2 N"),
+        ({"profile": "step", "duration": 1.0}, "twice the hold"),
+        ({"motion": "table"}, "needs a file"),
+        ({"motion_size": 0.2}, "at most 0.05 m"),
+        ({"axis": (0.0, 0.0)}, "three numbers"),
+        ({"force": -1.0}, "force = -1.0 N"),
+        ({"frequencies": ()}, "give one at least"),
+    ],
+)
+def test_wrong_values_are_named_with_what_would_be_right(fields, words):
+    with pytest.raises(InvalidValueError, match=words):
+        RegulateConfig(**fields)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"force": 0.25}, "must stay above 0.3 N"),
+        ({"robot": "stage-nano17", "force": 7.0, "profile": "step"}, "must stay below 7.5 N"),
+        ({"motion": "circle", "motion_speed": 1.0}, "robot's limit, 0.25 m/s"),
+        ({"profile": "sine", "frequencies": (300.0,)}, "four periods of control"),
+        ({"drift": 0.2}, "no range"),
+        ({"stiffness": 100.0}, "must be larger than its compression"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused(fields, words):
+    with pytest.raises(InvalidValueError, match=words):
+        plan(RegulateConfig(**fields))
+
+
+def test_pressing_on_nothing_is_no_identification():
+    with pytest.raises(InvalidValueError, match="identify: nothing was identified"):
+        regulated(surface="missing", identify=True)
+
+
+def test_a_controller_does_not_remember_its_last_run():
+    planned = plan(RegulateConfig(duration=0.5, surface="sine"))
+    first = carry_out(planned)
+    again = carry_out(replace(planned))
+    assert np.array_equal(first.record.command, again.record.command)
