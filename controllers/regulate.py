@@ -39,6 +39,13 @@ WATCH_AFTER = 3.0
 """Delays of force control after a touch, until which what the contact does is not taken for the surface's motion:
 by then the knock of landing has died down."""
 
+SETTLING_PUSH = 0.005
+"""How fast it may press until it has settled, if it landed more slowly [m/s]: what is met near its turning point
+goes away faster than a slow landing comes after it."""
+
+MOST_BOUNCES = 20
+"""So often it may lose contact again before it has settled; then it gives up: what it touches moves too fast."""
+
 RATE_ALLOWANCE = 5.0
 """What the guard's threshold, a fifth of the force, is raised by: as if the force were larger by so many times
 what it changes by in a delay. The error of a force that changes is then within half of the threshold."""
@@ -122,6 +129,7 @@ class Loss(Enum):
     FOUND = "lost once and found again"
     MISSING = "nothing was there"
     GONE = "lost for good"
+    BOUNCING = "never settled"
 
 
 class RegulateController:
@@ -262,7 +270,7 @@ class RegulateController:
                 self._lose(now)
             elif self._held_since is not None and now.time - self._held_since > wanted.duration:
                 self._enter(Phase.LIFT, now)
-        elif phase is Phase.LIFT and gone > wanted.lift_distance:
+        elif phase is Phase.LIFT and gone > wanted.lift_distance:  # however a drifted sensor feels
             self._enter(self._outcome, now)
 
     def _lose(self, now: Observation) -> None:
@@ -271,6 +279,10 @@ class RegulateController:
             self.bounces += 1
             self._tracker.reset()
             self._forget()
+            if self.bounces > MOST_BOUNCES:
+                self.loss = Loss.BOUNCING
+                self._enter(Phase.LOST, now)
+                return
             self._enter(Phase.APPROACH, now)
             self._from = self._start
             return
@@ -349,6 +361,6 @@ class RegulateController:
         self._allowed = max(abs(self._ahead.rate), self._allowed * self._calming)
         share = self._guard.step(force - felt, force + RATE_ALLOWANCE * self._allowed * wanted.gain.delay)
         followed = share * self._surface_velocity
-        most = wanted.landing_speed if settling else wanted.fastest_push
+        most = max(wanted.landing_speed, SETTLING_PUSH) if settling else wanted.fastest_push
         push = self._force.step(force, felt, share * wanted.gain.gain, wanted.give_way, rate) + followed
         return min(push, most + max(followed, 0.0) + abs(rate) / wanted.gain.stiffness)

@@ -22,6 +22,6 @@ with tempfile.TemporaryDirectory() as folder:
     command = [sys.executable, "-m", "palpate", "explore", *small]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     made = {path.name for path in Path(folder).iterdir()}
-    assert made >= {"report.html", "contacts.ply", "contacts.csv", "height_map.ply", "height_map.csv"}, made
+    assert made >= {"report.html", "contacts.ply", "contacts.csv", "map.ply", "map.stl", "height_map.csv"}, made
     assert any(name.endswith(".mcap") for name in made), made
 print(f"palpate {palpate.__version__} works")

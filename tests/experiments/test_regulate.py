@@ -24,6 +24,7 @@ from palpate.experiments.regulate_replay import replay_regulation
 from palpate.experiments.regulate_report import outcome, regulation_report
 from palpate.runtime import Ending, Phase
 from palpate.runtime.log import LogWriter
+from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
 
@@ -42,6 +43,7 @@ def test_a_surface_that_moves_at_20_mm_per_s_is_pressed_steadily(robot):
     assert found.loss is Loss.NEVER
     assert found.true_rms < 0.1
     assert found.landing_peak < 8.0
+    assert found.planned.parameters.gain.gain_margin > 3.0
 
 
 def test_a_still_surface_is_pressed_to_within_20_mn_with_a_nano17():
@@ -98,16 +100,22 @@ def test_sines_are_followed_up_to_the_bandwidth(robot):
     found = regulated(robot=robot, profile="sine", identify=True, **NANO17)
     tones = found.tones(found.true_force)
     assert tones.bandwidth > 6.0
-    assert tones.gain[:3] == pytest.approx(1.0, abs=0.03)
+    assert tones.gain[:3] == pytest.approx(1.0, abs=0.05)
     assert tones.peak < 1.1
     assert found.guard_trips == 0
 
 
 @pytest.mark.slow
+def test_without_identification_a_soft_damped_contact_stays_below_the_limit():
+    """On the arm its damping makes the model's gain too high: the guard takes it back."""
+    found = regulated(robot="ur5e-sim", surface="soft", profile="step", duration=6.0)
+    assert found.run.ending is Ending.DONE
+    assert found.peak < 5.0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", np.arange(6) * math.pi / 3.0)
 def test_landing_on_a_moving_surface_is_bounded_wherever_it_is_met(phase):
-    from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
-
     config = RegulateConfig(surface="sine", duration=1.0)
     course = Sine(0.01, 0.02 / (2.0 * math.pi * 0.01), phase)
     joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), course)
@@ -119,11 +127,10 @@ def test_landing_on_a_moving_surface_is_bounded_wherever_it_is_met(phase):
 # --- hostile ---
 
 
-@pytest.mark.parametrize("profile", ["constant", "step"])
-@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
+@pytest.mark.parametrize(("robot", "profile"), [("stage", "constant"), ("ur5e-sim", "step")])
 def test_a_contact_ten_times_as_stiff_as_assumed_stays_below_the_limit(robot, profile):
     found = regulated(
-        robot=robot, stiffness=100e3, assumed_stiffness=10e3, profile=profile, duration=3.0, **NANO17
+        robot=robot, stiffness=100e3, assumed_stiffness=10e3, profile=profile, duration=2.0, **NANO17
     )
     assert found.run.ending is Ending.DONE
     assert found.peak < found.planned.limits.force
@@ -150,6 +157,28 @@ def test_a_surface_that_leaves_is_sought_once_and_not_far(speed):
     assert "lost" in outcome(found)
 
 
+class Drops:
+    """A motion: down by 2 mm each time, too fast to be followed."""
+
+    def __init__(self, *times):
+        self.times = times
+
+    def at(self, time):
+        gone = [min(max(time - begin, 0.0) * 0.4, 0.002) for begin in self.times]
+        return -sum(gone), -0.4 * sum(0.0 < way < 0.002 for way in gone), 0.0
+
+
+@pytest.mark.parametrize(("times", "loss"), [((2.0,), Loss.FOUND), ((2.0, 5.0), Loss.GONE)])
+def test_what_is_lost_once_is_found_again_and_what_is_lost_twice_is_given_up(times, loss):
+    joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), Drops(*times))
+    found = carry_out(plan(RegulateConfig(duration=6.0), target=MovingTarget(Box((0.2, 0.2, 0.04)), [joint])))
+    assert found.loss is loss
+    assert found.run.ending is (Ending.DONE if loss is Loss.FOUND else Ending.LOST)
+    assert found.peak < 4.0
+    begins = np.diff((found.record.phase == Phase.SEEK.value).astype(int)) > 0
+    assert begins.sum() == 1
+
+
 def test_nothing_there_is_said_so():
     found = regulated(surface="missing")
     assert found.run.ending is Ending.LOST
@@ -160,13 +189,13 @@ def test_nothing_there_is_said_so():
 
 
 def test_a_drifting_sensor_is_told_and_how_much():
-    found = regulated(robot="stage-nano17", drift=0.6, duration=10.0)
+    found = regulated(robot="stage-nano17", drift=1.2, duration=5.0)
     assert found.run.ending is Ending.DONE
     assert found.sensed_rms < 0.02
-    at_end = 0.6 / 60.0 * (found.run.duration - 1.0)
+    at_end = 1.2 / 60.0 * (found.run.duration - 1.0)
     assert found.sensor_error == pytest.approx(at_end, abs=0.02)
     assert "was not there" in outcome(found)
-    steady = regulated(robot="stage-nano17", duration=3.0)
+    steady = regulated(robot="stage-nano17", duration=1.5)
     assert "was not there" not in outcome(steady)
 
 
@@ -250,6 +279,8 @@ def test_wrong_values_are_named_with_what_would_be_right(fields, words):
         ({"motion": "circle", "motion_speed": 1.0}, "robot's limit, 0.25 m/s"),
         ({"profile": "sine", "frequencies": (300.0,)}, "four periods of control"),
         ({"drift": 0.2}, "no range"),
+        ({"robot": "stage-nano17", "surface": "sine", "landing_speed": 0.004}, "beyond the robot's limit of 10 N"),
+        ({"surface": "sine", "surface_speed": 0.08}, "at most 0.05 m/s"),
         ({"stiffness": 100.0}, "must be larger than its compression"),
     ],
 )

@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import io
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -33,21 +34,34 @@ def test_the_table_fits_80_columns(name):
     assert len(rows) == len(report.summary)  # none wrapped
 
 
-def test_a_sphere_has_a_radius_with_its_standard_deviation():
-    figure = figures(exploration_report(exploration("sphere")))["fitted sphere, radius"]
-    assert figure.value == pytest.approx(40.0, rel=0.01)
-    assert len(figure.text.replace(".", "")) == 5
-    assert figure.note.startswith("sd ")
-    assert figure.note.endswith(" mm, true 40 mm")
+def test_a_sphere_has_a_radius_with_a_band_that_holds_it():
+    found = exploration("sphere")
+    figure = figures(exploration_report(found))["shape"]
+    assert figure.value == "sphere"
+    assert figure.note.startswith("radius 40")
+    assert figure.note.endswith(" mm")
+    shape = found.map.shape
+    assert abs(shape.fit.shape.radius - 0.04) <= shape.sizes_band[0] < 1e-4
 
 
-def test_a_box_has_none():
-    assert "fitted sphere, radius" not in figures(exploration_report(exploration("box")))
+@pytest.mark.parametrize("name", ["ellipsoid", "cylinder"])
+def test_the_shape_is_named_and_its_sizes_are_inside_their_bands(name):
+    shape = exploration(name).map.shape
+    assert shape.kind.value == name
+    true = {"ellipsoid": [0.05, 0.04, 0.03], "cylinder": [0.03]}[name]
+    assert (np.abs(shape.fit.shape.sizes - true) <= shape.sizes_band).all()
 
 
-def test_nothing_fitted_nothing_said():
-    nothing = dataclasses.replace(exploration("sphere"), sphere=None)
-    assert "fitted sphere, radius" not in figures(exploration_report(nothing))
+def test_the_flat_top_of_a_box_is_a_plane():
+    assert figures(exploration_report(exploration("box")))["shape"].value == "plane"
+
+
+def test_nothing_mapped_nothing_said():
+    nothing = dataclasses.replace(exploration("sphere"), map=None)
+    told = exploration_report(nothing)
+    assert not {"shape", "map to true surface, RMS"} & set(figures(told))
+    assert told.map is None
+    assert told.shape is None
 
 
 @pytest.mark.parametrize(("name", "title"), [("ellipsoid", "of an ellipsoid"), ("box", "of a box")])

@@ -10,10 +10,13 @@ from rich.console import Console
 import palpate.reporting.report as report_module
 from mapping.raster import CENTER, RADIUS, sphere_cap
 from palpate.errors import InvalidValueError
-from palpate.mapping import HeightMap, fit_sphere
+from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
+from palpate.mapping.layers import VertexLayer
 from palpate.reporting import (
     ExplorationReport,
     KeyFigure,
+    MapReport,
+    ShapeReport,
     TimeSeries,
     TrueSurface,
     report_html,
@@ -92,10 +95,21 @@ PLAIN = ExplorationReport(
     series=series_of(),
     timing=timing_of(np.full(600, 1e-4), 2e-3),
 )
+MESH = surface_mesh(SurfaceMap.learned(CAP, MapSettings.for_rows(2e-3, bias=1e-6)), 1e-3)
+MAP = MapReport(
+    MESH,
+    (("may be off everywhere", "0.00100", "mm", "the <budget>"),),
+    np.linalg.norm(MESH.vertices - CENTER, axis=1) - RADIUS,
+    CENTER + RADIUS * np.eye(3),
+    (VertexLayer("friction", np.full(len(MESH.vertices), 0.3), np.full(len(MESH.vertices), 0.01)),),
+)
+SHAPE = ShapeReport(
+    "It is a sphere.", (("radius", "40.000", "mm", "± 0.001 mm"),), (("plane", "1.7", "mm", "too far off"),)
+)
 FULL = dataclasses.replace(
     PLAIN,
-    height_map=HeightMap.from_cloud(CAP, 1e-3),
-    sphere=fit_sphere(CAP.position),
+    map=MAP,
+    shape=SHAPE,
     true_surface=octahedron(),
     point_error=np.linalg.norm(CAP.position - CENTER, axis=1) - RADIUS + 1e-6,
 )
@@ -111,10 +125,19 @@ def full_html():
 
 def test_the_whole_report_is_well_formed_and_has_every_picture(full_html):
     checker = parsed(full_html)
-    assert checker.tags.count("img") == 8
-    assert checker.tags.count("figcaption") == 8
+    assert checker.tags.count("img") == 10
+    assert checker.tags.count("figcaption") == 10
     text = " ".join(checker.text)
-    for said in ("0.01235", "of 2 N", "20 mm/s", "radius 40.000 mm", "Done."):
+    for said in (
+        "0.01235",
+        "of 2 N",
+        "20 mm/s",
+        "40.000",
+        "± 0.001 mm",
+        "It is a sphere.",
+        "the <budget>",
+        "Done.",
+    ):
         assert said in text
 
 
@@ -173,12 +196,21 @@ def test_whatever_is_missing_the_rest_is_reported(report):
     parsed(report_html(report))
 
 
-def test_a_sphere_is_told_only_where_the_points_show_one():
-    cap = sphere_cap(half=0.006, step=4e-4)
-    told = dataclasses.replace(BRIEF, sphere=fit_sphere(cap.position))
-    flat = dataclasses.replace(BRIEF, sphere=fit_sphere(sphere_cap(half=0.006, step=4e-4, radius=0.2).position))
-    assert "has radius 40.000 mm" in report_html(told)
-    assert "has radius" not in report_html(flat)
+def test_a_map_without_truth_or_layers_or_triangles_is_reported():
+    nobody_knows = dataclasses.replace(MAP, error=None, missed=np.zeros((0, 3)), layers=())
+    assert "true errors" not in report_html(dataclasses.replace(BRIEF, map=nobody_knows))
+    empty = surface_mesh(SurfaceMap(), 1e-3)
+    told = report_html(dataclasses.replace(BRIEF, map=MapReport(empty, (), None, np.zeros((0, 3)))))
+    assert "nothing of the surface counts as observed" in told
+
+
+def test_a_map_has_one_error_and_one_value_of_a_layer_per_vertex():
+    with pytest.raises(InvalidValueError, match="error has shape"):
+        dataclasses.replace(MAP, error=np.zeros(3))
+    with pytest.raises(InvalidValueError, match="must be finite"):
+        dataclasses.replace(MAP, error=np.full(len(MESH.vertices), np.nan))
+    with pytest.raises(InvalidValueError, match="layer friction has 2 values"):
+        dataclasses.replace(MAP, layers=(VertexLayer("friction", np.zeros(2), np.zeros(2)),))
 
 
 def test_where_errors_come_from_is_told_as_text():

@@ -43,8 +43,10 @@ class Exploration:
         set_force: Normal force asked for in every period, shape (n,) [N].
         truth: What really happened, every period.
         cloud: Points on the object's surface, from the scan.
-        map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was touched.
-        height_map: The same as heights on a grid, which can be explored again; None if nothing was touched from above.
+        map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was
+            touched.
+        height_map: The same as heights on a grid, which can be explored again; None if nothing was touched from
+            above.
         sphere: The sphere through the points alone; None where they do not determine one. `map.shape` says whether
             it is a sphere at all.
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m].

@@ -65,7 +65,7 @@ def outcome(exploration: Exploration) -> str:
 
 def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     """Return the figures that matter, most important first."""
-    config, result = exploration.config, exploration.run
+    result = exploration.run
     error = np.abs(exploration.point_error)
     figures = [
         KeyFigure("contacts", len(exploration.cloud)),

@@ -29,7 +29,12 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         rows = [
             ("error against the true surface, RMS", _mm(found.rms), "mm", f"{len(mesh.vertices)} vertices"),
             ("largest error", _mm(float(np.abs(found.error).max())), "mm", ""),
-            ("95 % band, median", f"±{_mm(float(np.median(mesh.band())))}", "mm", "of random errors and of the budget"),
+            (
+                "95 % band, median",
+                f"±{_mm(float(np.median(mesh.band())))}",
+                "mm",
+                "of random errors and of the budget",
+            ),
             ("true errors inside it", f"{100.0 * found.covered:.1f}", "%", "95 is promised"),
             ("standard deviation, median", _mm(float(np.median(mesh.sd))), "mm", "of random errors alone"),
         ]
@@ -44,7 +49,12 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         ("- calibration of the sensor", _mm(budget.calibration), "mm", _calibration_note(budget.calibration)),
         ("- noise", _mm(budget.noise), "mm", "contacts that are off sideways are off outwards"),
         ("- changing force", _mm(budget.compression), "mm", "tip and object do not give way at once"),
-        ("noise of contacts", _mm(model.noise), "mm", f"learned; it keeps over {MILLI * model.noise_length:.2g} mm"),
+        (
+            "noise of contacts",
+            _mm(model.noise),
+            "mm",
+            f"learned; it keeps over {MILLI * model.noise_length:.2g} mm",
+        ),
         ("noise of normals", f"{math.degrees(model.tilt):.2g}", "degrees", "learned"),
         ("grid of the mesh", f"{MILLI * mesh.voxel:.3g}", "mm", "tip size and stiffness are taken as known"),
     ]
@@ -67,11 +77,11 @@ def shape_sentence(shape: NamedShape) -> str:
     if shape.fit is None:
         return f"None of these shapes comes within {limits} (RMS) of what was felt."
     others = [kind.value for kind in shape.choice.fits if kind is not shape.kind and shape.is_within(kind)]
-    also = f" So would {' and '.join(others)} be, with more unknowns: touch cannot tell." if others else ""
+    also = f" More unknowns would do, too, and touch cannot tell: {', '.join(others)}." if others else ""
     article = "an" if shape_name(shape)[0] in "aeiou" else "a"
     return (
-        f"It is {article} {shape_name(shape)}, the simplest shape within {limits} (RMS) of what was felt, as much as "
-        f"this finger may be off.{also}"
+        f"It is {article} {shape_name(shape)}: the simplest shape within {limits} (RMS) of what was felt, as "
+        f"much as this finger may be off.{also}"
     )
 
 
@@ -93,8 +103,8 @@ def shape_rows(shape: NamedShape) -> tuple[Row, ...]:
         turned = fit.turn_sd[:2][np.isfinite(fit.turn_sd[:2])]
         note = f"± {math.degrees(1.96 * float(turned.max())):.2g} degrees" if len(turned) else ""
         rows.append(("its own z axis", f"{x:z.4f}, {y:z.4f}, {z:z.4f}", "", note))
-    if fit.status is FitStatus.WEAK:
-        rows.append(("known", "weakly", "", "too little of it was felt"))
+    if fit.status is not FitStatus.OK:
+        rows.append(("known", "weakly", "", f"too little of it was felt ({fit.status.name})"))
     return tuple(rows)
 
 
@@ -127,6 +137,6 @@ def _calibration_note(calibration: float) -> str:
 
 
 def _mm(length: float) -> str:
-    """A length [m] in mm, three digits of a small one, micrometres of a large one."""
+    """A length [m] in mm, to a micrometre if it is large, to a hundredth of one if it is small."""
     value = MILLI * length
-    return f"{value:.3f}" if abs(value) >= 1.0 else f"{value:.3g}"
+    return f"{value:.3f}" if abs(value) >= 1.0 else f"{value:.5f}" if abs(value) < 0.01 else f"{value:.3g}"

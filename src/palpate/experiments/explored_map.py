@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray
 from palpate.experiments.explore_config import ExploreConfig
@@ -19,6 +20,7 @@ from palpate.mapping import (
     TouchCloud,
     surface_mesh,
 )
+from palpate.mapping.arc_bins import stretch_means, stretch_starts
 from palpate.mapping.layers import VertexLayer, vertex_layer
 from palpate.sim import SceneObject
 
@@ -28,11 +30,26 @@ MOST_VERTICES = 60_000
 MOST_VOXELS = 2e7
 """Of the box around a mesh: a third of what `surface_mesh` takes."""
 
-SLIDES = 0.25
+SLIDES = 0.5
 """Of the usual speed of a scan: slower, around corners, friction may not be all there yet."""
+
+WIDEST_ROWS = 2.0
+"""Rows count as neighbours up to so many times the distance at which they were to be: a wider gap is a hole."""
+
+WIDE_PERCENT = 95.0
+"""Of the contacts have the next row nearer than what a map takes for the distance of rows."""
+
+SAME_ROW = 3.0
+"""Contacts up to so many distances of rows apart along the path are of one row."""
 
 THIN = 4.0
 """Friction is averaged over stretches of the rows' distance over this."""
+
+SHAPE_CONTACTS = 400
+"""A shape is fitted to so many contacts, or, where rows are close, to one every distance of rows."""
+
+LONGEST_PAUSE = 0.1
+"""Between contacts of one stretch [s]."""
 
 STEPS = ("fitting the map", "cutting the mesh", "friction", "which shape it is", "comparing with the truth")
 """What is done, in order, for whoever shows progress."""
@@ -106,13 +123,16 @@ def explored_map(
         tell: Told of each step of `STEPS`.
     """
     tell(STEPS[0])
-    surface = SurfaceMap.learned(cloud, MapSettings.for_rows(config.spacing, bias=budget.total))
+    surface = SurfaceMap.learned(
+        cloud, MapSettings.for_rows(row_distance(cloud, config.spacing), bias=budget.total)
+    )
     tell(STEPS[1])
     mesh = surface_mesh(surface, voxel_for(cloud, config.map_spacing))
     tell(STEPS[2])
     friction = friction_layer(cloud, speed, mesh, config.spacing)
     tell(STEPS[3])
-    shape = named_shape(cloud.thinned(config.spacing), config.width / config.spacing, budget, surface.model)
+    thin = shape_spacing(cloud, config.spacing)
+    shape = named_shape(cloud.thinned(thin), config.width / thin, budget, surface.model)
     tell(STEPS[4])
     reachable = ReachableSurface.of(target, config)
     return ExploredMap(
@@ -136,13 +156,33 @@ def voxel_for(cloud: TouchCloud, finest: float) -> float:
     return max(finest, math.sqrt(area / MOST_VERTICES), math.cbrt(float(extent.prod()) / MOST_VOXELS))
 
 
-def friction_layer(cloud: TouchCloud, speed: FloatArray, mesh: SurfaceMesh, rows: float) -> VertexLayer:
-    """Return tangential over normal force at the vertices, from contacts that slid.
+def row_distance(cloud: TouchCloud, spacing: float) -> float:
+    """Return how far rows that the tip's centre followed `spacing` apart are apart on the surface [m].
 
-    Forces are averaged over short stretches first: the length of a noisy force is too large on the average.
+    In a hollow of radius R they spread by R / (R - r), r the tip's: a map that did not know would see holes there.
     """
-    if not len(cloud):
-        return vertex_layer("friction", mesh.vertices, np.zeros((0, 3)), np.zeros(0), rows)
-    thin = cloud.select(speed > SLIDES * float(np.median(speed))).thinned(rows / THIN)
-    ratio = np.linalg.norm(thin.tangential_force, axis=1) / thin.normal_force
-    return vertex_layer("friction", mesh.vertices, thin.position, ratio, rows)
+    path = cloud.thinned(spacing / THIN)
+    near = min(len(path), int(np.ceil(4.0 * SAME_ROW * THIN)))
+    if near < 2:
+        return spacing
+    found = KDTree(path.position).query(path.position, near, distance_upper_bound=WIDEST_ROWS * spacing)
+    distance, index = np.asarray(found[0]), np.asarray(found[1])
+    own = np.arange(len(path))[:, None]
+    nearest = np.where(np.abs(index - own) <= SAME_ROW * THIN, np.inf, distance).min(axis=1)
+    nearest = nearest[np.isfinite(nearest)]
+    return max(spacing, float(np.percentile(nearest, WIDE_PERCENT))) if len(nearest) else spacing
+
+
+def shape_spacing(cloud: TouchCloud, spacing: float) -> float:
+    """Return how far apart contacts are that a shape is fitted to [m]: so that there are enough of them."""
+    length = len(cloud.thinned(spacing)) * spacing
+    return min(spacing, max(length / SHAPE_CONTACTS, 1e-4))
+
+
+def friction_layer(cloud: TouchCloud, speed: FloatArray, mesh: SurfaceMesh, rows: float) -> VertexLayer:
+    """Return tangential over normal force at vertices, from contacts that slid, averaged over short stretches."""
+    slid = cloud.select(speed > SLIDES * float(np.median(speed))) if len(cloud) else cloud
+    ratio = np.linalg.norm(slid.tangential_force, axis=1) / slid.normal_force
+    starts = stretch_starts(slid.time, slid.position, slid.normal, rows / THIN, LONGEST_PAUSE)
+    position, value = (stretch_means(each, starts) for each in (slid.position, ratio))
+    return vertex_layer("friction", mesh.vertices, position, value, rows)

@@ -44,16 +44,17 @@ ROUND = 2.0
 class MapBudget:
     """Largest constant offset along the normal that is left, by where it comes from.
 
-    A fingertip that is known touches with its surface, wherever on it the sensor says: sideways errors of the contact
-    only count in second order, as the height of tip and object beside it.
+    A fingertip that is known touches with its surface, wherever on it the sensor says: sideways errors of the
+    contact only count in second order, as the height of tip and object beside it.
 
     Attributes:
-        calibration: Of the sensor: gain, cross-talk and zero [m]. 0 for a sensor without known ranges, which is taken
-            for perfect but for its noise.
+        calibration: Of the sensor: gain, cross-talk and zero [m]. 0 for a sensor without known ranges, which is
+            taken for perfect but for its noise.
         noise: What white noise adds on the average, since a contact that is off sideways is off outwards [m].
-        compression: By what tip and object give way to changes of the force while they last [m]: compression is known
-            for a steady force, and what a change within milliseconds does depends on damping.
-        tilt: How far all normals may be off in one direction by the sensor's calibration [rad]; no part of the total.
+        compression: By what tip and object give way to changes of the force while they last [m]: compression is
+            known for a steady force, and what a change within milliseconds does depends on damping.
+        tilt: How far all normals may be off in one direction by the sensor's calibration [rad]; no part of the
+            total.
     """
 
     calibration: float
@@ -117,7 +118,8 @@ def _calibration_covariance(wrenches: FloatArray, ranges: FloatArray) -> FloatAr
     """Return the covariance (6, 6) of what calibration and zero leave at a typical wrench of these (n, 6)."""
     load = float(np.sqrt(np.median(np.square(wrenches / ranges).sum(axis=1))))
     share = UNIFORM * np.hypot(CALIBRATION_SHARE * load, ZERO_SHARE)
-    return np.diag(np.square(share * ranges))
+    sd: FloatArray = share * ranges
+    return np.diag(sd * sd)
 
 
 def _rise(uncertain: ContactUncertainties) -> float:
@@ -127,4 +129,4 @@ def _rise(uncertain: ContactUncertainties) -> float:
 
 
 def _trace(covariance: FloatArray) -> FloatArray:
-    return np.maximum(np.trace(covariance, axis1=1, axis2=2), 0.0)
+    return np.asarray(np.maximum(np.trace(covariance, axis1=1, axis2=2), 0.0))

@@ -7,7 +7,15 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.map_budget import MapBudget
-from palpate.mapping import PrimitiveChoice, PrimitiveFit, PrimitiveKind, SurfaceModel, TouchCloud, choose_primitive
+from palpate.mapping import (
+    FitStatus,
+    PrimitiveChoice,
+    PrimitiveFit,
+    PrimitiveKind,
+    SurfaceModel,
+    TouchCloud,
+    choose_primitive,
+)
 from palpate.mapping.primitives.shape import PrimitiveShape
 
 DEVIATIONS = 1.96
@@ -17,14 +25,17 @@ NOISY = 2.0
 """A shape may miss the contacts by so many standard deviations of their noise, root mean square: it is known to no
 better than a factor of two (see `palpate.mapping.surface_map.learn`)."""
 
+_NO_SHAPE = (FitStatus.NO_SUCH_SHAPE, FitStatus.AT_LIMIT)
+"""A fit that has not converged counts: along a valley that is flat within a micrometre nothing converges."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedShape:
     """Which shape the contacts have.
 
-    Statistics alone (`choice`) take every error that neighbours share for a shape that was missed, also if the
-    sensor's calibration explains it, and an artefact of a tenth of a micrometre for the third axis of an ellipsoid. So
-    a finger's budget decides: what is within it cannot be told apart, and the simplest of that is the answer.
+    Statistics alone (`choice`) take every error that neighbours share for a shape that was missed, also if
+    the sensor's calibration explains it, and an artefact of a tenth of a micrometre for an ellipsoid's third axis.
+    So a finger's budget decides: what is within it cannot be told apart, and the simplest of that is the answer.
 
     Attributes:
         kind: The simplest shape that misses the contacts by no more than the limits; None: none of these.
@@ -48,18 +59,23 @@ class NamedShape:
     @property
     def sizes_band(self) -> FloatArray:
         """Half-widths that hold each size with 95 % [m]; empty without a shape, or for a plane."""
-        return np.zeros(0) if self.fit is None else DEVIATIONS * self.fit.sizes_sd + self.common
+        return np.zeros(0) if self.fit is None else self._band(self.fit.sizes_sd)
 
     @property
     def center_band(self) -> FloatArray:
         """Likewise of the center along each axis of the base frame, shape (3,) [m]; NaN without a shape."""
-        return np.full(3, np.nan) if self.fit is None else DEVIATIONS * self.fit.center_sd + self.common
+        return np.full(3, np.nan) if self.fit is None else self._band(self.fit.center_sd)
+
+    def _band(self, sd: FloatArray) -> FloatArray:
+        """Infinite where the fit has not converged: its deviations are those of some place in a valley."""
+        if self.fit is not None and self.fit.status is FitStatus.NOT_CONVERGED:
+            return np.full(len(sd), np.inf)
+        return DEVIATIONS * sd + self.common
 
     def is_within(self, kind: PrimitiveKind) -> bool:
         """Whether the contacts may be of such a shape."""
         fit = self.choice.fits[kind]
-        usable = math.isfinite(self.choice.criterion[kind])
-        return usable and fit.position_sd <= self.limit and fit.normal_sd <= self.limit_tilt
+        return fit.status not in _NO_SHAPE and fit.position_sd <= self.limit and fit.normal_sd <= self.limit_tilt
 
 
 def named_shape(

@@ -40,7 +40,11 @@ def run_progress(console: Console, expected_duration: float) -> Iterator[Observe
 @contextmanager
 def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
     """Show which of some steps is being worked on; yields what is told the name of each when it begins."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("step {task.completed:.0f} of {task.total:.0f}"))
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("step {task.completed:.0f} of {task.total:.0f}"),
+    )
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("", total=len(steps))
 

@@ -1,5 +1,6 @@
 """From a configuration to a regulation that can be carried out: everything is checked and built here."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import cast
@@ -16,6 +17,7 @@ from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.identify import IdentifyController, IdentifyParameters
 from palpate.controllers.landing import LandingModel
 from palpate.controllers.regulate import RegulateController, RegulateParameters
+from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.controllers.tangent_motion import TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import LEAST_FORCE, TOUCH_DEVIATIONS, TOUCH_FORCE
@@ -55,6 +57,9 @@ FASTEST_LANDING = 0.005
 LANDING_ON_MOTION = 0.0005
 """[m/s]. A surface that goes up and down is then met less than a landing speed times its period below its turning
 point, where it is slow: on one of 10 mm and 20 mm/s the peak is 7 N, instead of 15 N at 4 mm/s."""
+
+LIFT, LIFT_SPEED = 0.005, 0.02
+"""How far [m] and how fast [m/s] it is lifted from what stands still."""
 
 BEYOND = 0.005
 """How far below where the surface may be it is looked for [m]."""
@@ -202,7 +207,9 @@ def plan(
     assumed = config.true_stiffness if config.assumed_stiffness is None else config.assumed_stiffness
     gain = force_gain(series_stiffness(assumed, ready.stiffness), delay)
     descent = CLEARANCE + travel_of(config) + BEYOND
-    landing = config.landing_speed or _landing_speed(config, gain, assumed, ready)
+    model = _landing_model(gain, assumed, ready)
+    landing = config.landing_speed or _landing_speed(config, model, ready)
+    _check_meeting(config, model, landing, limits)
     parameters = RegulateParameters(
         gain,
         lead,
@@ -210,6 +217,9 @@ def plan(
         axis=(config.axis[0], config.axis[1], config.axis[2]) if config.axis else None,
         landing_speed=landing,
         approach_distance=descent,
+        # out of reach of what comes after it
+        lift_distance=LIFT + travel_of(config),
+        lift_speed=LIFT_SPEED + (config.surface_speed if config.surface == "sine" else 0.0),
     )
     way = (CLEARANCE + travel_of(config)) / landing + parameters.settle_time
     return RegulationPlan(
@@ -260,11 +270,39 @@ def _built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene
     return build(robot, task)
 
 
-def _landing_speed(config: RegulateConfig, gain: ForceGain, contact: float, ready: RobotInScene) -> float:
-    """How fast it may land [m/s]."""
+def _landing_model(gain: ForceGain, contact: float, ready: RobotInScene) -> LandingModel:
     # what a critically damped servo of this stiffness and lag 2/w moves: K / w^2
     mass = ready.stiffness * (0.5 * ready.response) ** 2
-    model = LandingModel(gain.stiffness, gain.delay, contact, mass)
+    return LandingModel(gain.stiffness, gain.delay, contact, mass)
+
+
+def _check_meeting(config: RegulateConfig, model: LandingModel, landing: float, limits: Limits) -> None:
+    """Refuse to meet a surface that goes up and down with a force beyond the limit.
+
+    The tip comes down by v P in each of the surface's periods P = 2 pi / w. So it meets the surface no more than
+    that below the highest point, where a sine of amplitude A goes no faster than w sqrt(2 A v P).
+    """
+    if config.surface != "sine":
+        return
+    if config.surface_speed > FASTEST_SURFACE:
+        raise InvalidValueError(
+            f"surface_speed = {config.surface_speed:g} m/s: must be at most {FASTEST_SURFACE:g} m/s, the fastest "
+            "that is followed"
+        )
+    rate = config.surface_speed / config.surface_amplitude
+    below = landing * 2.0 * math.pi / rate
+    upward = min(config.surface_speed, rate * math.sqrt(2.0 * config.surface_amplitude * below))
+    peak = model.peak(landing + upward)
+    if peak > limits.force:
+        raise InvalidValueError(
+            f"landing_speed = {landing:g} m/s: the surface may be met at {upward + landing:.2g} m/s, and so with "
+            f"about {peak:.2g} N, beyond the robot's limit of {limits.force:g} N; come down more slowly "
+            "(--landing-speed), or let the surface move more slowly or less far"
+        )
+
+
+def _landing_speed(config: RegulateConfig, model: LandingModel, ready: RobotInScene) -> float:
+    """How fast it may land [m/s]."""
     speed = min(model.speed(config.force, min(ready.touch_force, 0.5 * config.force)), FASTEST_LANDING)
     return min(speed, LANDING_ON_MOTION) if config.surface == "sine" else speed
 

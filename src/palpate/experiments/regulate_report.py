@@ -24,6 +24,7 @@ WORDS = {
     Loss.NEVER: "contact was never lost",
     Loss.FOUND: "contact was lost once, sought, and found again",
     Loss.MISSING: "nothing was found where the surface was looked for, and the tip stopped",
+    Loss.BOUNCING: "the tip bounced on landing again and again, never settled, and gave up",
     Loss.GONE: (
         "contact was lost, one slow search over a few millimetres found nothing to stay on, and the tip stopped"
     ),
@@ -133,9 +134,10 @@ def key_figures(regulation: Regulation) -> tuple[KeyFigure, ...]:
     tones = regulation.tones(regulation.true_force)
     if tones is not None:
         figures = _tone_figures(tones) + figures
+    error = round(regulation.sensor_error, 6)  # of a perfect sensor, rounding errors are left
     return (
         *figures,
-        KeyFigure("sensed less true force at the end", regulation.sensor_error, "N", "what the sensor is off", 3),
+        KeyFigure("sensed less true force at the end", error, "N", "what the sensor is off", 3),
         KeyFigure("contact", regulation.loss.value, "", _bounced(regulation.bounces)),
         KeyFigure("gain halved", regulation.guard_trips, "times", "because force control swung"),
         KeyFigure("simulated time", result.duration, "s"),

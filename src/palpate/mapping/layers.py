@@ -1,4 +1,4 @@
-"""What else was felt along the path, as values at the vertices of a mesh: friction, and whatever else contacts tell."""
+"""What else contacts tell, as values at the vertices of a mesh: friction, for one."""
 
 import os
 from dataclasses import dataclass
@@ -67,14 +67,10 @@ def vertex_layer(
     total = found.sum(axis=1)
     mean = near.sum(axis=1) / np.maximum(total, 1)
     square = np.where(found, (near - mean[:, None]) ** 2, 0.0).sum(axis=1) / np.maximum(total - 1, 1)
-    return VertexLayer(
-        name, np.where(total > 0, mean, np.nan), np.where(total > 1, np.sqrt(square), np.nan)
-    )
+    return VertexLayer(name, np.where(total > 0, mean, np.nan), np.where(total > 1, np.sqrt(square), np.nan))
 
 
-def write_layered_mesh(
-    mesh: SurfaceMesh, layers: tuple[VertexLayer, ...], path: str | os.PathLike[str]
-) -> None:
+def write_layered_mesh(mesh: SurfaceMesh, layers: tuple[VertexLayer, ...], path: str | os.PathLike[str]) -> None:
     """Write a mesh as PLY like `write_mesh`, each layer as two properties more: its name, and its name and `_sd`.
 
     Raises:

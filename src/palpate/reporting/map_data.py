@@ -38,7 +38,9 @@ class MapReport:
             raise InvalidValueError("error: must be finite [m]; give None where the truth is not known")
         for layer in self.layers:
             if len(layer) != count:
-                raise InvalidValueError(f"layer {layer.name} has {len(layer)} values: must be {count}, one per vertex")
+                raise InvalidValueError(
+                    f"layer {layer.name} has {len(layer)} values: must be {count}, one per vertex"
+                )
 
 
 @dataclass(frozen=True, slots=True)

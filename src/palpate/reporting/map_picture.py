@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
 from palpate.mapping import SurfaceMesh
@@ -36,7 +37,7 @@ MISSED_DRAWN = 4000
 
 
 def map_picture(told: MapReport) -> Picture:
-    """Return errors, if they are known, and standard deviations of the map; its mesh holds at least one triangle."""
+    """Return errors, if they are known, and standard deviations of a map with at least one triangle."""
     panels = 1 if told.error is None else 2
     full = new_figure(Width.HALF if panels == 1 else Width.FULL, 4.7)
     narrow = new_figure(Width.HALF, 4.6 * panels) if panels == 2 else None
@@ -51,9 +52,9 @@ def map_picture(told: MapReport) -> Picture:
     return Picture(
         title="The map and its uncertainty",
         caption=(
-            f"Seen from above. Standard deviations are of random errors; together with what may be off everywhere, "
-            f"{MICRO * told.mesh.bias:.3g} µm, they make a 95 % band of ±{float(np.median(band)):.3g} µm in the "
-            f"middle.{inside} Nothing is claimed on grey ground."
+            f"Seen from above. Standard deviations are of random errors; together with what may be off "
+            f"everywhere, {MICRO * told.mesh.bias:.3g} µm, they make a 95 % band of "
+            f"±{float(np.median(band)):.3g} µm (median).{inside} Nothing is claimed on grey ground."
         ),
         full=full,
         narrow=narrow,
@@ -72,12 +73,13 @@ def layer_picture(mesh: SurfaceMesh, layer: VertexLayer) -> Picture | None:
     room = max(0.5 * (LEAST_FRICTION - (high - low)), 0.0)
     _surface(figure, axes, mesh, layer.mean, HEIGHT_COLOURS, (low - room, high + room), layer.name)
     spread = layer.sd[np.isfinite(layer.sd)]
+    middle = float(np.median(layer.mean[known]))
     scatter = f", scattering by {float(np.median(spread)):.2g} between neighbours" if len(spread) else ""
     return Picture(
         title=layer.name.capitalize(),
         caption=(
-            f"Tangential over normal force while sliding: {float(np.median(layer.mean[known])):.3g} in the "
-            f"middle{scatter}; the colours span {2.0 * SHOWN_PERCENT - 100.0:.0f} % of the map."
+            f"Tangential over normal force while sliding: median {middle:.3g}{scatter}; "
+            f"the colours span {2.0 * SHOWN_PERCENT - 100.0:.0f} % of the map."
         ),
         full=figure,
         dense=True,
@@ -128,6 +130,8 @@ def _surface(
     bar = figure.colorbar(drawn, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
     bar.set_label(label, fontsize=FONT_SIZE, color=INK)
     bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    bar.locator = MaxNLocator(6)
+    bar.update_ticks()
     axes.set_facecolor(GROUND)
     axes.set_aspect("equal", adjustable="datalim")
     dress(axes, x="x [mm]", y="y [mm]", grid=False)

@@ -22,6 +22,7 @@ body { margin: 0; background: var(--ground); color: var(--ink); font: 16px/1.5 s
 main { max-width: 1060px; margin: 0 auto; padding: 20px 16px 48px; }
 h1 { font-size: 1.6rem; line-height: 1.25; margin: 0.4em 0; overflow-wrap: anywhere; }
 h2 { font-size: 1.15rem; margin: 2em 0 0.6em; }
+section > * + .card, section > * + .pictures { margin-top: 16px; }
 h3 { font-size: 1rem; margin: 0 0 0.4em; }
 .outcome { font-size: 1.05rem; margin: 0 0 1.2em; overflow-wrap: anywhere; }
 .card { background: var(--card); border: 1px solid var(--line); border-radius: 10px; }

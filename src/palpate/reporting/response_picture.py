@@ -80,7 +80,9 @@ def step_picture(steps: StepCurves) -> Picture:
     figure = new_figure(Width.HALF, 3.3)
     axes = figure.subplots()
     time = MILLI * steps.time
-    axes.axhspan(1.0 - steps.band, 1.0 + steps.band, color=GRID, linewidth=0, label=f"within {100.0 * steps.band:g} %")
+    axes.axhspan(
+        1.0 - steps.band, 1.0 + steps.band, color=GRID, linewidth=0, label=f"within {100.0 * steps.band:g} %"
+    )
     for row in steps.each:
         axes.plot(time, row, color=QUIET, linewidth=0.5, alpha=0.5)
     if steps.sensed is not None:

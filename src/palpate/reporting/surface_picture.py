@@ -93,8 +93,8 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
         path = _broken_line(_drawn_path(cloud))
         axes.plot(*(MILLI * path.T), color=PATH, linewidth=0.55, alpha=0.75, zorder=10)
         caption = (
-            "The map with the path of the finger: where contacts lie on all sides; holes and what is beyond the rim "
-            "were not felt."
+            "The map with the path of the finger: where contacts lie on all sides; holes and what is beyond the "
+            "rim were not felt."
         )
     return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
 

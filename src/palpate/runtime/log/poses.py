@@ -18,8 +18,8 @@ def poses_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Return poses at other times, straight between neighbouring samples, turning steadily.
 
-    A row whose two times are the same keeps its pose to the last bit. So does one with a time that cannot be; samples
-    with poses that cannot be are passed over. Beyond the first and the last sample the nearest one holds.
+    A row whose two times are the same keeps its pose to the last bit. So does one with a time that cannot be;
+    samples with poses that cannot be are passed over. Beyond the first and the last sample the nearest one holds.
 
     Args:
         wanted: Times, one per row, shape (n,) [s].
@@ -31,7 +31,7 @@ def poses_at(
         Positions (n, 3) [m] and rotations (n, 3, 3).
     """
     late = np.flatnonzero((wanted != time) & (np.abs(wanted) < FARTHEST) & (np.abs(time) < FARTHEST))
-    usable = (np.abs(time) < FARTHEST) & (np.abs(position) < FARTHEST).all(axis=1)
+    usable = np.asarray((np.abs(time) < FARTHEST) & (np.abs(position) < FARTHEST).all(axis=1))
     usable[usable] = _proper(rotation[usable])
     samples = np.flatnonzero(usable)
     if not len(late) or not len(samples):
@@ -57,7 +57,7 @@ def poses_at(
 
 def _proper(rotation: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which of some matrices (n, 3, 3), of any numbers, are rotations."""
-    fine = (np.abs(rotation) <= 1.0 + SKEWED).all(axis=(1, 2))
+    fine = np.asarray((np.abs(rotation) <= 1.0 + SKEWED).all(axis=(1, 2)))
     R = rotation[fine]
     fine[fine] = (np.abs(R.transpose(0, 2, 1) @ R - np.eye(3)) <= SKEWED).all(axis=(1, 2)) & (np.linalg.det(R) > 0)
-    return np.asarray(fine)
+    return fine

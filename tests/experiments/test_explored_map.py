@@ -1,0 +1,196 @@
+"""The map of an exploration against the truth: errors inside what is claimed, shapes named, friction found."""
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+import trimesh
+
+from mapping.raster import cloud_of, sphere_cap
+from palpate.experiments.explore import explore, felt_in_scan, write_exploration
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import plan
+from palpate.experiments.explore_tables import shape_rows
+from palpate.experiments.explored_map import MOST_VERTICES, row_distance, voxel_for
+from palpate.experiments.map_budget import map_budget
+from palpate.experiments.named_shape import named_shape
+from palpate.experiments.reachable_surface import ReachableSurface
+from palpate.experiments.robot_values import config_for
+from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
+from palpate.sim import SphereObject
+
+SMALL = {"width": 0.02, "depth": 0.02, "speed": 0.04}
+SHAPES = ("sphere", "ellipsoid", "torus", "bumps")
+
+
+@functools.cache
+def found(name, robot="stage", noise=(0.0, 0.0), seed=0):
+    values = {} if robot != "stage" else {"force_noise": noise[0], "moment_noise": noise[1]}
+    return explore(config_for(robot, object=name, seed=seed, **SMALL, **values))
+
+
+# --- errors and what is claimed of them ---
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_without_noise_the_map_is_within_a_hundredth_of_a_millimetre(name):
+    assert found(name).map.rms < 5e-6  # 10 asked for, at half this speed
+    assert found(name).map.observed_share > 0.95
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_true_errors_are_inside_the_band_without_noise(name):
+    assert found(name).map.covered >= 0.95
+
+
+@pytest.mark.parametrize("name", ["sphere", "bumps"])
+def test_true_errors_are_inside_the_band_with_noise_and_with_a_sensor_nobody_calibrates_better(name):
+    for run in (found(name, noise=(0.01, 1e-4)), found(name, "stage-nano17")):
+        assert run.map.covered >= 0.95
+        assert np.median(run.map.mesh.band()) < 20e-6  # and not by claiming nothing
+
+
+def test_a_budget_has_what_the_sensor_leaves_and_nothing_else():
+    """A perfect sensor leaves nothing of calibration or noise; noise adds its square; a calibration adds tilt."""
+    perfect, noisy, nano = (
+        each.map.budget
+        for each in (found("sphere"), found("sphere", noise=(0.01, 1e-4)), found("sphere", "stage-nano17"))
+    )
+    assert perfect.calibration == perfect.noise == 0.0
+    assert noisy.calibration == 0.0 < noisy.noise
+    assert nano.calibration > nano.noise > 0.0
+    assert nano.tilt > noisy.tilt == perfect.tilt
+    assert nano.total == pytest.approx(nano.calibration + nano.noise + nano.compression)
+
+
+def test_the_budget_for_noise_grows_with_its_square():
+    """A contact that is off sideways by d is off outwards by d^2 / 2 times the curvatures of tip and object."""
+    planned, run = plan(ExploreConfig(**SMALL)), found("sphere")
+    budgets = [
+        map_budget(
+            run.record,
+            planned.finger,
+            kept=felt_in_scan(run.record),
+            set_force=run.set_force,
+            half_compliance=planned.half_compliance,
+            force_noise=factor * 0.01,
+            moment_noise=factor * 1e-4,
+        ).noise
+        for factor in (1.0, 2.0)
+    ]
+    assert budgets[1] == pytest.approx(4.0 * budgets[0], rel=1e-6)
+    shift = 2.0 * ((1e-4 / 2.0) ** 2 + (0.008 * 0.01 / 2.0) ** 2)  # two directions, of moment and force, at 2 N
+    assert budgets[0] == pytest.approx(shift / 0.008, rel=0.5)
+
+
+# --- which shape ---
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "robot"),
+    [
+        ("sphere", PrimitiveKind.SPHERE, "stage"),
+        ("ellipsoid", PrimitiveKind.ELLIPSOID, "stage"),
+        ("torus", None, "stage"),
+        ("bumps", None, "stage"),
+        ("sphere", PrimitiveKind.SPHERE, "stage-nano17"),
+        ("ellipsoid", PrimitiveKind.ELLIPSOID, "stage-nano17"),
+    ],
+)
+def test_the_shape_is_named_or_it_is_none_of_these(name, kind, robot):
+    shape = found(name, robot).map.shape
+    assert shape.kind is kind
+    if kind is not None:
+        true = {"sphere": [0.04], "ellipsoid": [0.05, 0.04, 0.03]}[name]
+        assert (np.abs(shape.fit.shape.sizes - true) <= shape.sizes_band).all()
+
+
+def test_a_fit_that_has_not_converged_names_a_shape_but_claims_no_size():
+    shape = found("sphere").map.shape
+    unsure = dataclasses.replace(shape.fit, status=FitStatus.NOT_CONVERGED)
+    told = dataclasses.replace(
+        shape, choice=dataclasses.replace(shape.choice, fits={**shape.choice.fits, shape.kind: unsure})
+    )
+    assert np.isinf(told.sizes_band).all()
+    assert np.isinf(told.center_band).all()
+    assert ("radius", "not determined") in {(row[0], row[3]) for row in shape_rows(told)}
+
+
+def test_too_few_contacts_have_no_shape():
+    cap = sphere_cap(half=0.006, step=4e-4)
+    few = cap.select(np.arange(len(cap)) < 5)
+    assert named_shape(few, 1.0, found("sphere").map.budget, SurfaceModel()) is None
+
+
+# --- friction ---
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.6])
+def test_friction_is_found_everywhere_on_the_map(friction):
+    run = explore(ExploreConfig(width=0.01, depth=0.01, friction=friction))
+    layer = run.map.friction
+    assert len(layer) == len(run.map.mesh.vertices)
+    assert np.median(layer.mean) == pytest.approx(friction, rel=0.02)
+    assert np.percentile(np.abs(layer.mean - friction), 90) < 0.05 * friction
+
+
+# --- what could be felt ---
+
+
+def test_what_a_tip_can_feel_of_a_sphere_is_the_raster_shrunk_to_its_surface():
+    """A tip of radius r over a ball of radius R touches at R / (R + r) of where its centre is."""
+    config = ExploreConfig(**SMALL)
+    samples = ReachableSurface.of(SphereObject(0.04), config)
+    half = 0.01 * 0.04 / 0.048
+    step = (0.02 + 0.016) / 80
+    assert np.abs(samples.position[:, :2]).max() == pytest.approx(half, abs=step)
+    assert samples.area.sum() == pytest.approx((2.0 * half) ** 2, rel=0.08)
+
+
+def test_rows_spread_in_a_hollow_and_a_map_knows():
+    hollow = found("bumps").cloud
+    assert 2e-3 <= row_distance(sphere_cap(half=0.01, row=2e-3, step=1e-4), 2e-3) < 2.3e-3
+    assert row_distance(hollow, 2e-3) > 2e-3
+    assert row_distance(hollow.select(np.zeros(len(hollow), dtype=bool)), 2e-3) == 2e-3
+
+
+def test_a_mesh_of_a_large_surface_is_coarser_instead_of_larger():
+    xy = np.random.default_rng(0).uniform(-0.5, 0.5, (400, 2))
+    large = cloud_of(np.column_stack([xy, np.zeros(400)]), np.tile([0.0, 0.0, 1.0], (400, 1)))
+    assert voxel_for(found("sphere").cloud, 5e-4) == 5e-4
+    assert 1.0 / voxel_for(large, 5e-4) ** 2 <= MOST_VERTICES
+
+
+# --- files ---
+
+
+def test_the_files_of_a_map_hold_its_uncertainty_and_friction(tmp_path):
+    run = found("sphere")
+    files = {path.name for path in write_exploration(run, tmp_path)}
+    assert {"map.ply", "map.stl", "height_map.csv"} < files
+    ply = trimesh.load(tmp_path / "map.ply", process=False)
+    data = ply.metadata["_ply_raw"]["vertex"]["data"]
+    mesh = run.map.mesh
+    np.testing.assert_allclose(ply.vertices, mesh.vertices, atol=1e-6)
+    np.testing.assert_allclose(np.ravel(data["quality"]), 1e3 * mesh.sd, rtol=1e-5)
+    np.testing.assert_allclose(np.ravel(data["band"]), 1e3 * mesh.band(), rtol=1e-5)
+    assert (np.ravel(data["knowledge"]) == Knowledge.OBSERVED).all()
+    np.testing.assert_allclose(np.ravel(data["friction"]), run.map.friction.mean, rtol=1e-5)
+    np.testing.assert_allclose(np.ravel(data["friction_sd"]), run.map.friction.sd, rtol=1e-5)
+    assert len(trimesh.load(tmp_path / "map.stl").faces) == len(mesh.triangles)
+
+
+# --- honesty, at length ---
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["stage", "stage-nano17", "ur5e-nano17"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_claims_hold_for_every_seed(name, robot):
+    for seed in range(5):
+        values = {"force_noise": 0.01, "moment_noise": 1e-4} if robot == "stage" else {}
+        run = explore(config_for(robot, object=name, seed=seed, **values))
+        assert run.map.covered >= 0.95
+        assert run.map.observed_share >= 0.95
+        assert run.map.rms < 5e-6
