@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from mapping.raster import cloud_of, sphere_cap
-from palpate.experiments.explore import explore, felt_in_scan, write_exploration
+from palpate.experiments.explore import explore, felt_in_scan
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
 from palpate.experiments.explore_tables import shape_rows
@@ -18,10 +18,13 @@ from palpate.experiments.named_shape import named_shape
 from palpate.experiments.reachable_surface import ReachableSurface
 from palpate.experiments.robot_values import config_for
 from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
+from palpate.mapping.layers import write_layered_mesh
 from palpate.sim import SphereObject
 
 SMALL = {"width": 0.02, "depth": 0.02, "speed": 0.04}
 SHAPES = ("sphere", "ellipsoid", "torus", "bumps")
+QUICK = ("sphere", "bumps")
+"""The rest is in the slow test."""
 
 
 @functools.cache
@@ -33,20 +36,19 @@ def found(name, robot="stage", noise=(0.0, 0.0), seed=0):
 # --- errors and what is claimed of them ---
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", QUICK)
 def test_without_noise_the_map_is_within_a_hundredth_of_a_millimetre(name):
     assert found(name).map.rms < 5e-6  # 10 asked for, at half this speed
     assert found(name).map.observed_share > 0.95
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", QUICK)
 def test_true_errors_are_inside_the_band_without_noise(name):
     assert found(name).map.covered >= 0.95
 
 
-@pytest.mark.parametrize("name", ["sphere", "bumps"])
-def test_true_errors_are_inside_the_band_with_noise_and_with_a_sensor_nobody_calibrates_better(name):
-    for run in (found(name, noise=(0.01, 1e-4)), found(name, "stage-nano17")):
+def test_true_errors_are_inside_the_band_with_noise_and_with_a_sensor_nobody_calibrates_better():
+    for run in (found("sphere", noise=(0.01, 1e-4)), found("sphere", "stage-nano17")):
         assert run.map.covered >= 0.95
         assert np.median(run.map.mesh.band()) < 20e-6  # and not by claiming nothing
 
@@ -91,8 +93,6 @@ def test_the_budget_for_noise_grows_with_its_square():
     ("name", "kind", "robot"),
     [
         ("sphere", PrimitiveKind.SPHERE, "stage"),
-        ("ellipsoid", PrimitiveKind.ELLIPSOID, "stage"),
-        ("torus", None, "stage"),
         ("bumps", None, "stage"),
         ("sphere", PrimitiveKind.SPHERE, "stage-nano17"),
         ("ellipsoid", PrimitiveKind.ELLIPSOID, "stage-nano17"),
@@ -152,6 +152,7 @@ def test_rows_spread_in_a_hollow_and_a_map_knows():
     hollow = found("bumps").cloud
     assert 2e-3 <= row_distance(sphere_cap(half=0.01, row=2e-3, step=1e-4), 2e-3) < 2.3e-3
     assert row_distance(hollow, 2e-3) > 2e-3
+    assert found("bumps").map.surface.settings.reach > found("sphere").map.surface.settings.reach
     assert row_distance(hollow.select(np.zeros(len(hollow), dtype=bool)), 2e-3) == 2e-3
 
 
@@ -167,9 +168,9 @@ def test_a_mesh_of_a_large_surface_is_coarser_instead_of_larger():
 
 def test_the_files_of_a_map_hold_its_uncertainty_and_friction(tmp_path):
     run = found("sphere")
-    files = {path.name for path in write_exploration(run, tmp_path)}
-    assert {"map.ply", "map.stl", "height_map.csv"} < files
+    write_layered_mesh(run.map.mesh, (run.map.friction,), tmp_path / "map.ply")
     ply = trimesh.load(tmp_path / "map.ply", process=False)
+    assert isinstance(ply, trimesh.Trimesh)
     data = ply.metadata["_ply_raw"]["vertex"]["data"]
     mesh = run.map.mesh
     np.testing.assert_allclose(ply.vertices, mesh.vertices, atol=1e-6)
@@ -178,7 +179,6 @@ def test_the_files_of_a_map_hold_its_uncertainty_and_friction(tmp_path):
     assert (np.ravel(data["knowledge"]) == Knowledge.OBSERVED).all()
     np.testing.assert_allclose(np.ravel(data["friction"]), run.map.friction.mean, rtol=1e-5)
     np.testing.assert_allclose(np.ravel(data["friction_sd"]), run.map.friction.sd, rtol=1e-5)
-    assert len(trimesh.load(tmp_path / "map.stl").faces) == len(mesh.triangles)
 
 
 # --- honesty, at length ---
@@ -194,3 +194,5 @@ def test_claims_hold_for_every_seed(name, robot):
         assert run.map.covered >= 0.95
         assert run.map.observed_share >= 0.95
         assert run.map.rms < 5e-6
+        kinds = {"sphere": PrimitiveKind.SPHERE, "ellipsoid": PrimitiveKind.ELLIPSOID}
+        assert run.map.shape.kind is kinds.get(name)

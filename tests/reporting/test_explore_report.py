@@ -11,6 +11,7 @@ from rich.console import Console
 from palpate.experiments.explore import explore
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_report import exploration_report
+from palpate.mapping.primitives.sphere import SphereShape
 from palpate.reporting import summary_table
 
 
@@ -41,6 +42,7 @@ def test_a_sphere_has_a_radius_with_a_band_that_holds_it():
     assert figure.note.startswith("radius 40")
     assert figure.note.endswith(" mm")
     shape = found.map.shape
+    assert isinstance(shape.fit.shape, SphereShape)
     assert abs(shape.fit.shape.radius - 0.04) <= shape.sizes_band[0] < 1e-4
 
 

@@ -91,7 +91,7 @@ def shape_rows(shape: NamedShape) -> tuple[Row, ...]:
     if fit is None:
         return ()
     rows = [
-        (name, _mm(value), "mm", _plus_minus(band))
+        (name.replace("_", " "), _mm(value), "mm", _plus_minus(band))
         for name, value, band in zip(fit.shape.SIZES, fit.shape.sizes, shape.sizes_band, strict=True)
     ]
     rows += [

@@ -1,6 +1,7 @@
 """The record is what was fed, contact quantities in base coordinates."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,3 +117,23 @@ def test_there_is_a_record_of_each_finger():
     assert memory.record(finger=1).normal_force[0] == pytest.approx(3.0)
     with pytest.raises(InvalidValueError, match="finger = 2: must be from 0 to 1"):
         memory.record(finger=2)
+
+
+def test_a_late_wrench_belongs_to_where_the_tip_was_when_it_was_sampled():
+    """At a steady 20 mm/s, 18 ms late: 0.36 mm sideways that are not in the record."""
+    memory, hand, late = MemoryLog(), touch(), 0.018
+    recorder, contacts = Recorder(memory), []
+    for i in range(30):
+        time = PERIOD * i
+        given = sample(time, (0.1, 0.2, -2.0, 0.0, 0.0, 0.0), (0.02 * time, 0.0, 0.0), (0.02, 0.0, 0.0), ROTATION)
+        s = replace(given, wrenches=(replace(given.wrenches[0], time=time - late),))
+        now = hand.sense(s)
+        if i == 0:
+            recorder.start(s, now, PERIOD)
+        recorder.record(s, now, Command(), 1e-5, 0.0)
+        contacts.append(np.array(ROTATION) @ now.fingers[0].contact.centroid)
+    recorder.close()
+    record = memory.record()
+    wanted = np.array(contacts) + np.outer(0.02 * np.maximum(PERIOD * np.arange(30) - late, 0.0), [1.0, 0.0, 0.0])
+    np.testing.assert_allclose(record.centroid, wanted, atol=1e-12)
+    np.testing.assert_allclose(record.time - record.wrench_time, late, atol=1e-12)
