@@ -32,7 +32,8 @@ def exploration() -> None:
     found = explore(ExploreConfig(object="ellipsoid", width=0.05, speed=0.03, force_noise=0.01, moment_noise=1e-4))
     report = exploration_report(found)
     assert report.point_error is not None
-    left = pixels(touched_surface(report.cloud, report.height_map).full)
+    assert report.map is not None
+    left = pixels(touched_surface(report.cloud, report.map.mesh).full)
     right = pixels(error_map(report.cloud, report.point_error).full)
     height = max(len(left), len(right))
     padded = [np.pad(p, ((0, height - len(p)), (0, 0), (0, 0)), constant_values=255) for p in (left, right)]

@@ -62,7 +62,8 @@ class ExploreConfig:
 
     A fingertip on a six-axis force/torque sensor, carried by a simulated stage or arm (--robot), lands on the
     object, presses with a steady force and sweeps rows over it. Every millisecond the wrench tells where it
-    touches. The points become a height map, a sphere fit, PLY and CSV files, and one HTML report with pictures.
+    touches. The points become a map with its uncertainty, the shape that they have, PLY, STL and CSV files, and
+    one HTML report with pictures.
 
     All values are in SI units: metres, newtons, seconds.
 
