@@ -25,7 +25,7 @@ from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.errors import positive
 from palpate.runtime.data import ArmSample, Command, Observation, Phase
 from palpate.runtime.live import LiveParameter, LiveParameters
-from palpate.spatial import ZERO, Vector, add, add_scaled, cross, dot, norm, rotate, scale, subtract
+from palpate.spatial import ZERO, Vector, add, add_scaled, cross, dot, norm, rotate, scale, subtract, toward
 
 DOWN: Vector = (0.0, 0.0, -1.0)
 
@@ -227,7 +227,7 @@ class ExploreController:
         if self._orientation is not None:
             turn, along = self._turn(now, self._orientation)
             velocity = add(velocity, along)
-        velocity = self._within_slew(velocity)
+        velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
         # the run ends with the final phase: first come to rest as gently as ever
         braking = self._phase.is_final and (velocity != ZERO or turn != ZERO)
         self._command = Command(velocity, self._command.phase if braking else self._phase, None, turn)
@@ -244,13 +244,6 @@ class ExploreController:
         """From the tip frame's origin to the contact, base coordinates [m]."""
         x, y, z = now.fingers[0].contact.centroid.tolist()
         return rotate(now.arm.rotation_base_tip, (x, y, z))
-
-    def _within_slew(self, wanted: Vector) -> Vector:
-        """The wanted velocity, or as much of the way to it as one period allows."""
-        before = self._command.velocity_base_tip
-        change = subtract(wanted, before)
-        size = norm(change)
-        return wanted if size <= self._most_change else add_scaled(before, self._most_change / size, change)
 
     def _enter(self, phase: Phase, now: Observation) -> None:
         self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip

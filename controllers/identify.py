@@ -16,7 +16,7 @@ from palpate.controllers.identification import Identification, PressRecord, iden
 from palpate.controllers.tone import Tone
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add_scaled, dot, norm, rotate, scale, subtract
+from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract, toward
 
 DOWN: Vector = (0.0, 0.0, -1.0)
 
@@ -157,7 +157,7 @@ class IdentifyController:
     def step(self, now: Observation) -> Command:
         """Return the velocity for the next period; a final phase only once that is zero."""
         self._change_phase(now)
-        velocity = self._within_slew(self._velocity(now))
+        velocity = toward(self._command.velocity_base_tip, self._velocity(now), self._most_change)
         braking = self._phase.is_final and velocity != ZERO
         self._command = Command(velocity, self._command.phase if braking else self._phase)
         self._wanted += self._period * dot(self._normal, velocity)
@@ -177,12 +177,6 @@ class IdentifyController:
         force, depth, told = (np.array(rows) for rows in (self._force, self._depth, self._told))
         record = PressRecord(force, depth, told, np.array(self._steady, dtype=bool), self._period)
         return identify(record, self._tones, self._parameters.sensing_delay)
-
-    def _within_slew(self, wanted: Vector) -> Vector:
-        before = self._command.velocity_base_tip
-        change = subtract(wanted, before)
-        size = norm(change)
-        return wanted if size <= self._most_change else add_scaled(before, self._most_change / size, change)
 
     def _enter(self, phase: Phase, now: Observation) -> None:
         self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip

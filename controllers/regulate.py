@@ -28,7 +28,7 @@ from palpate.controllers.surface_motion import FASTEST_SURFACE, SurfaceFilter, S
 from palpate.controllers.tangent_motion import Still, TangentMotion
 from palpate.errors import not_negative, positive, vector
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add_scaled, dot, limit_norm, norm, rotate, scale, subtract
+from palpate.spatial import ZERO, Vector, add_scaled, dot, limit_norm, norm, rotate, scale, subtract, toward
 
 DOWN: Vector = (0.0, 0.0, -1.0)
 
@@ -219,7 +219,7 @@ class RegulateController:
             x, y, z = finger.contact.normal.tolist()
             self._tracker.update(rotate(now.arm.rotation_base_tip, (x, y, z)))
         self._change_phase(now, finger.touching)
-        velocity = self._within_slew(self._velocity(now))
+        velocity = toward(self._command.velocity_base_tip, self._velocity(now), self._most_change)
         braking = self._phase.is_final and velocity != ZERO
         self._command = Command(velocity, self._command.phase if braking else self._phase)
         return self._command
@@ -237,12 +237,6 @@ class RegulateController:
     def guard_trips(self) -> int:
         """How often gain and forward feed were halved because the loop swung, with contact kept."""
         return self._guard.trips - self._lowered
-
-    def _within_slew(self, wanted: Vector) -> Vector:
-        before = self._command.velocity_base_tip
-        change = subtract(wanted, before)
-        size = norm(change)
-        return wanted if size <= self._most_change else add_scaled(before, self._most_change / size, change)
 
     def _enter(self, phase: Phase, now: Observation) -> None:
         self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip

@@ -20,6 +20,7 @@ from palpate.spatial import (
     rotate_back,
     scale,
     subtract,
+    toward,
     unit,
 )
 
@@ -66,6 +67,17 @@ def test_the_cross_product_is_perpendicular_and_cyclic(a, b, c):
     assert abs(dot(a, cross(a, b))) <= 1e-13 * norm(a) * area
     # Lagrange: |a x b|^2 + (a.b)^2 = |a|^2 |b|^2
     assert math.hypot(norm(cross(a, b)), dot(a, b)) == pytest.approx(area, rel=1e-9, abs=1e-300)
+
+
+@checked
+@given(vectors, vectors, st.floats(0, 2e3))
+def test_toward_goes_no_farther_than_allowed_and_straight(a, b, most):
+    there = toward(a, b, most)
+    distance = norm(subtract(b, a))
+    assert norm(subtract(there, a)) == pytest.approx(min(most, distance), abs=1e-9)
+    assert norm(subtract(b, there)) == pytest.approx(max(0.0, distance - most), abs=1e-9)
+    if distance <= most:
+        assert there == b
 
 
 @checked

@@ -4,7 +4,7 @@ import mujoco
 
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.carrier import refuse_to_turn
-from palpate.spatial import IDENTITY, ZERO, Vector, add_scaled, norm, subtract
+from palpate.spatial import IDENTITY, ZERO, Vector, toward
 
 FIRST_SLIDE = "x"
 """Joint and servo of the first of three slides, which come one after the other."""
@@ -64,6 +64,4 @@ class StageDrive:
     def _leashed(self) -> Vector:
         """The servos' reference, drawn back to within the leash of the actual position."""
         x, y, z = self._position.tolist()
-        ahead = subtract(self._reference, (x, y, z))
-        distance, leash = norm(ahead), self._leash
-        return self._reference if distance <= leash else add_scaled((x, y, z), leash / distance, ahead)
+        return toward((x, y, z), self._reference, self._leash)

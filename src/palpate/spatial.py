@@ -54,6 +54,13 @@ def norm(a: Vector) -> float:
     return math.hypot(a[0], a[1], a[2])
 
 
+def toward(a: Vector, b: Vector, most: float) -> Vector:
+    """Return b, or the point on the way from a to b that lies `most` from a, if b lies farther."""
+    way = subtract(b, a)
+    distance = norm(way)
+    return b if distance <= most else add_scaled(a, most / distance, way)
+
+
 def unit(a: Vector) -> Vector:
     """Return a / |a|.
 
