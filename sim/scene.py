@@ -9,6 +9,7 @@ from palpate.errors import InvalidValueError
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.carriers.stage import Stage
 from palpate.sim.contact_law import ContactLaw, PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim.contact_pair import add_contact_sensor, add_pair
 from palpate.sim.fidelity import GRAVITY, Fidelity
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
@@ -24,15 +25,6 @@ OBJECT_GEOM = "object"
 """Of the object's body, too."""
 
 TABLE_GEOM = "table"
-
-_CONTACT_FIELDS = (
-    mujoco.mjtConDataField.mjCONDATA_FOUND,
-    mujoco.mjtConDataField.mjCONDATA_FORCE,
-    mujoco.mjtConDataField.mjCONDATA_TORQUE,
-    mujoco.mjtConDataField.mjCONDATA_POS,
-)
-_NET_FORCE = 3
-"""Contact sensor reduction (MuJoCo XML reference, sensor/contact, reduce="netforce")."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,13 +117,13 @@ def build_scene(
         sinks = GRAVITY * float(compiled.body(OBJECT_GEOM).mass[0]) / law.stiffness
         _check_stands(target, table, sinks)
         standing = pair_parameters(table.law(law), of_target, time_step)
-        _add_pair(spec, OBJECT_GEOM, TABLE_GEOM, standing)
+        add_pair(spec, OBJECT_GEOM, TABLE_GEOM, standing)
         # one for the whole model: the larger one lets the other contact creep even less
         impratio = max(impratio, standing.impratio)
     if pair.condim > 1 and impratio > pair.impratio:
         pair = replace(pair, impratio=impratio, creep_speed=pair.creep_speed * pair.impratio / impratio)
     spec.option.impratio = impratio
-    _add_pair(spec, TIP_GEOM, OBJECT_GEOM, pair)
+    add_pair(spec, TIP_GEOM, OBJECT_GEOM, pair)
     _add_sensors(spec)
     if target.mount is not Mount.FIXED:
         _add_pose_sensors(spec)
@@ -167,18 +159,6 @@ def _check_stands(target: Target, table: Table, sinks: float) -> None:
         )
 
 
-def _add_pair(spec: mujoco.MjSpec, first: str, second: str, pair: PairParameters) -> None:
-    spec.add_pair(
-        geomname1=first,
-        geomname2=second,
-        condim=pair.condim,
-        friction=pair.friction,
-        solref=pair.solref,
-        solreffriction=pair.solreffriction,
-        solimp=pair.solimp,
-    )
-
-
 def _add_pose_sensors(spec: mujoco.MjSpec) -> None:
     """Add what tells where an object is that moves, ahead of the carrier's own sensors."""
     for kind in (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FRAMEQUAT):
@@ -197,12 +177,4 @@ def _add_sensors(spec: mujoco.MjSpec) -> None:
         mujoco.mjtSensor.mjSENS_ACCELEROMETER,
     ):
         spec.add_sensor(type=kind, objtype=site, objname=SENSOR_SITE)
-    geom = mujoco.mjtObj.mjOBJ_GEOM
-    spec.add_sensor(
-        type=mujoco.mjtSensor.mjSENS_CONTACT,
-        objtype=geom,
-        objname=TIP_GEOM,
-        reftype=geom,
-        refname=OBJECT_GEOM,
-        intprm=[sum(1 << int(field) for field in _CONTACT_FIELDS), _NET_FORCE, 1],
-    )
+    add_contact_sensor(spec, TIP_GEOM, OBJECT_GEOM)

@@ -12,6 +12,7 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.sim import ContactLaw, Fidelity, Stage, Tip
 from palpate.sim.contact_law import PairParameters, frictionless_parameters, pair_parameters
+from palpate.sim.contact_pair import add_pair
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.plant import FrictionPlant
@@ -167,15 +168,7 @@ def _model(carried: Tip, fidelity: Fidelity, law: ContactLaw, plant: bool) -> mu
     parameters = frictionless_parameters if plant else pair_parameters
     pair: PairParameters = parameters(law, 1.0 / (STAGE.mass + carried.mass) + 1e-4, fidelity.time_step)
     spec.option.impratio = pair.impratio
-    spec.add_pair(
-        geomname1=TIP_GEOM,
-        geomname2=PLATE_GEOM,
-        condim=pair.condim,
-        friction=pair.friction,
-        solref=pair.solref,
-        solreffriction=pair.solreffriction,
-        solimp=pair.solimp,
-    )
+    add_pair(spec, TIP_GEOM, PLATE_GEOM, pair)
     kinds = (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
     for kind in (*kinds, mujoco.mjtSensor.mjSENS_ACCELEROMETER):
         spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=SENSOR_SITE)

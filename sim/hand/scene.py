@@ -1,6 +1,6 @@
 """A scene for grasping: hand, object, a table if wanted, and nothing else."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -10,6 +10,7 @@ from palpate.kinematics.pose import Pose, checked_pose
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.carriers.fixed import Fixed
 from palpate.sim.contact_law import PairParameters
+from palpate.sim.contact_pair import add_contact_sensor, add_pair
 from palpate.sim.fidelity import Fidelity
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
@@ -21,21 +22,11 @@ from palpate.sim.objects.primitives import SceneObject
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.traced import TracedObject
 from palpate.sim.presets import GRASP
-from palpate.sim.scene import OBJECT_GEOM
+from palpate.sim.scene import OBJECT_GEOM, TABLE_GEOM
 from palpate.sim.tip import SENSOR_SITE, TIP_GEOM
 from palpate.spatial import Vector, add
 
-TABLE_GEOM = "table"
 OBJECT = "object"
-
-_CONTACT_FIELDS = (
-    mujoco.mjtConDataField.mjCONDATA_FOUND,
-    mujoco.mjtConDataField.mjCONDATA_FORCE,
-    mujoco.mjtConDataField.mjCONDATA_TORQUE,
-    mujoco.mjtConDataField.mjCONDATA_POS,
-)
-_NET_FORCE = 3
-"""Contact sensor reduction (MuJoCo XML reference, sensor/contact, reduce="netforce")."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +140,7 @@ def build_grasp_scene(
     spec.option.impratio = pair.impratio
     tips = [f"{finger_name(i)}_{TIP_GEOM}" for i in range(hand.fingers)]
     for tip in tips:
-        _add_pair(spec, tip, OBJECT_GEOM, pair, pair.condim)
+        add_pair(spec, tip, OBJECT_GEOM, pair)
     if table is not None:
         _add_table(spec, table, law, of_object, time_step)
     _add_sensors(spec, hand.fingers)
@@ -177,19 +168,9 @@ def _add_table(
 ) -> None:
     table.add_to(spec, TABLE_GEOM)
     on_table = GraspContact(law.stiffness, table.friction, law.spin_length, law.damping_ratio)
-    _add_pair(spec, OBJECT_GEOM, TABLE_GEOM, grasp_pair_parameters(on_table, inverse_mass, time_step), 3)
-
-
-def _add_pair(spec: mujoco.MjSpec, first: str, second: str, pair: PairParameters, condim: int) -> None:
-    spec.add_pair(
-        geomname1=first,
-        geomname2=second,
-        condim=condim,
-        friction=pair.friction,
-        solref=pair.solref,
-        solreffriction=pair.solreffriction,
-        solimp=pair.solimp,
-    )
+    standing = grasp_pair_parameters(on_table, inverse_mass, time_step)
+    # without spin friction: it stands on more than one point
+    add_pair(spec, OBJECT_GEOM, TABLE_GEOM, replace(standing, condim=3))
 
 
 SENSORS_PER_FINGER = 19
@@ -198,7 +179,7 @@ SENSORS_AT_ALL = 19
 
 def _add_sensors(spec: mujoco.MjSpec, fingers: int) -> None:
     """Add sensors in the order in which `palpate.sim.hand.backend` reads them."""
-    site, body, geom = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_GEOM
+    site, body = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_BODY
     # xbody: the frame as it was given; body: its centre of mass
     frame = mujoco.mjtObj.mjOBJ_XBODY
     for name in (PALM, OBJECT):
@@ -213,11 +194,4 @@ def _add_sensors(spec: mujoco.MjSpec, fingers: int) -> None:
             mujoco.mjtSensor.mjSENS_ACCELEROMETER,
         ):
             spec.add_sensor(type=kind, objtype=site, objname=f"{finger_name(i)}_{SENSOR_SITE}")
-        spec.add_sensor(
-            type=mujoco.mjtSensor.mjSENS_CONTACT,
-            objtype=geom,
-            objname=f"{finger_name(i)}_{TIP_GEOM}",
-            reftype=geom,
-            refname=OBJECT_GEOM,
-            intprm=[sum(1 << int(field) for field in _CONTACT_FIELDS), _NET_FORCE, 1],
-        )
+        add_contact_sensor(spec, f"{finger_name(i)}_{TIP_GEOM}", OBJECT_GEOM)
