@@ -17,6 +17,7 @@ from rich.progress import track
 from rich.table import Table
 
 from palpate.controllers import ExploreController, Raster
+from palpate.controllers.paths import Follow
 from palpate.experiments.explore import Exploration, explore
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
@@ -99,7 +100,7 @@ def parts() -> Table:
     touch, supervisor = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor()
     recorder = Recorder(MemoryLog())
     observation, command = touch.sense(sample), Command()
-    controller = ExploreController(plan(BASE).parameters, Raster(0.04, 0.04, 0.004), backend.period)
+    controller = ExploreController(plan(BASE).parameters, Follow(Raster(0.04, 0.04, 0.004)), backend.period)
     controller.start(observation)
     recorder.start(sample, observation, backend.period)
     table = Table(title="One period of the stage, tip in contact, called in a loop")

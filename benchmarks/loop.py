@@ -31,6 +31,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from palpate.controllers import ExploreController, ExploreParameters, Raster, force_gain
+from palpate.controllers.paths import Follow
 from palpate.runtime import (
     ArmSample,
     Command,
@@ -178,7 +179,7 @@ class Stopwatch:
 def controller() -> ExploreController:
     gain = force_gain(20e3, 0.01)
     parameters = ExploreParameters(force=2.0, speed=0.01, gain=gain, lead=0.01)
-    return ExploreController(parameters, Raster(0.8, 0.8, 0.1), PERIOD)
+    return ExploreController(parameters, Follow(Raster(0.8, 0.8, 0.1)), PERIOD)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,6 +1,7 @@
 """Pure step functions: Observation -> Command."""
 
-from palpate.controllers.explore import ExploreController, ExploreParameters, live_parameters
+from palpate.controllers.explore import ExploreController
+from palpate.controllers.explore_parameters import ExploreParameters, live_parameters
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import Admittance, DirectForce, ForceLaw, VirtualBody
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce, SineForce
@@ -13,9 +14,12 @@ from palpate.controllers.margins import LoopMargins
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import NormalAxis, Orientation
-from palpate.controllers.raster import PathFollower, Raster
+from palpate.controllers.paths.path_follower import PathFollower
+from palpate.controllers.paths.raster import Raster
 from palpate.controllers.reference_force import ReferenceForce
-from palpate.controllers.regulate import Loss, RegulateController, RegulateParameters
+from palpate.controllers.regulate import Loss, RegulateController
+from palpate.controllers.regulate_parameters import RegulateParameters
+from palpate.controllers.room import Room
 from palpate.controllers.surface_motion import (
     StiffnessRange,
     SurfaceFilter,
@@ -55,6 +59,7 @@ __all__ = [
     "ReferenceForce",
     "RegulateController",
     "RegulateParameters",
+    "Room",
     "SineForce",
     "SineMotion",
     "StepForce",

@@ -1,164 +1,57 @@
-"""Hybrid force/position control that explores a surface along a path.
+"""Hybrid force/position control that explores a surface leg by leg, as a strategy asks.
 
 In the contact frame given by the centroid's normal, the normal direction is under force control and the tangents
-under motion control (Raibert & Craig 1981). The tip lands slowly, lets the force settle, sweeps the path, and
-lifts off; if it loses the surface it seeks it once, slowly and not far, and otherwise gives up. Whatever it does,
-the commanded velocity changes from one period to the next by no more than a slew limit allows.
+under motion control (Raibert & Craig 1981). The tip lands slowly, lets the force settle, slides where the leg
+leads (`palpate.controllers.paths`), lifts off and travels above the object to where it lands next. If it loses the
+surface it seeks it, once per leg, slowly and not far. Whatever it does, the commanded velocity changes from one
+period to the next by no more than a slew limit allows.
 
 Force, speed and force gain may be changed while it runs: see `live_parameters`. What else can be had, each of it
 only if asked for: another law of force control than the direct one, a surface that moves (followed), a force that
 follows a profile, and a tip that turns with the surface.
 """
 
-import math
-from dataclasses import dataclass
+from dataclasses import replace
 
-from palpate.controllers.force_law import DirectForce, ForceLaw
+from palpate.controllers.explore_parameters import ExploreParameters, live_parameters
+from palpate.controllers.flight import Airspace, Flight
+from palpate.controllers.force_law import ForceLaw
 from palpate.controllers.force_profile import ForceProfile
-from palpate.controllers.gains import ForceGain
-from palpate.controllers.landing import Handover
-from palpate.controllers.normal_force import NormalForce
+from palpate.controllers.held_force import HeldForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import Orientation, carried_along
-from palpate.controllers.raster import PathFollower, Raster
+from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke, Touch
+from palpate.controllers.paths.plane import Point
+from palpate.controllers.paths.slides import Slide, slide
+from palpate.controllers.paths.strategy import Strategy
 from palpate.controllers.surface_motion import SurfaceFilter
-from palpate.errors import positive
-from palpate.runtime.data import ArmSample, Command, Observation, Phase
-from palpate.runtime.live import LiveParameter, LiveParameters
-from palpate.spatial import ZERO, Vector, add, add_scaled, cross, dot, norm, rotate, scale, subtract, toward
+from palpate.controllers.tip_state import TipState
+from palpate.runtime.data import Command, Observation, Phase
+from palpate.spatial import ZERO, Vector, add, add_scaled, dot, norm, rotate, scale, subtract, toward
 
-DOWN: Vector = (0.0, 0.0, -1.0)
-
-STEEPEST = math.radians(70.0)
-"""Steepest slope that is swept [rad]: beyond it the path, given from above, makes no progress, and a tip that
-came over an edge would slide down the side for ever."""
-
-FORCE_RATE = 1.0 / 3.0
-"""How far the set force moves in one delay of force control, in least forces. With dF/dt = k K (F_set - F)(t - T)
-the force trails a ramp r by r T / (k K T); where the ramp ends it overshoots by about 0.2 r T at k K T = 0.6, the
-largest live gain, and by 0.09 r T at the default 0.5: less than 5 % of where a ramp upwards can end."""
-
-
-HANDOVER = 0.5
-"""Of the settling time, in which the set force goes from what is felt at the touch to what is wanted: half of it
-is left to settle."""
-
-WATCH_AFTER = 3.0
-"""Delays of force control after a touch, until which what the contact does is not taken for the surface's motion:
-by then the knock of landing has died down."""
-
-
-@dataclass(frozen=True, slots=True)
-class ExploreParameters:
-    """What the exploration is to be like.
-
-    Attributes:
-        force: Normal force to hold [N].
-        speed: Along the surface [m/s].
-        gain: Force gain with its margin.
-        lead: How far ahead the normal is predicted [s]: the lag between a command and its effect.
-        normal_smoothing: Time constant of the normal's filter [s].
-        acceleration: Bound on tangential acceleration [m/s^2].
-        landing_speed: Of approach and seek [m/s]. The landing peak grows with it: about 2 N at 5 mm/s and
-            20 kN/m.
-        approach_distance: How far down the surface is looked for at first [m].
-        settle_time: From touching to sweeping [s].
-        seek_distance: How far a lost surface is sought [m].
-        lift_distance: How far the tip is lifted at the end [m].
-        lift_speed: Of lifting [m/s].
-        slew: Bound on the change of commanded velocity [m/s^2]. By default 10 mm/s in a millisecond: twice the
-            landing speed, so that landing never waits for it, and far below what the supervisor stops at.
-        force_range: Least and largest force that may be asked for while it runs [N]. By default from one and a
-            half times the touch threshold of a `Finger` to three quarters of the supervisor's limit.
-        speed_range: Likewise for the speed [m/s].
-    """
-
-    force: float
-    speed: float
-    gain: ForceGain
-    lead: float
-    normal_smoothing: float = 0.01
-    acceleration: float = 0.5
-    landing_speed: float = 0.005
-    approach_distance: float = 0.05
-    settle_time: float = 0.3
-    seek_distance: float = 0.005
-    lift_distance: float = 0.005
-    lift_speed: float = 0.02
-    slew: float = 10.0
-    force_range: tuple[float, float] = (0.3, 15.0)
-    speed_range: tuple[float, float] = (0.001, 0.1)
-
-    def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
-        for name, unit in (("force_range", "N"), ("speed_range", "m/s")):
-            for end in getattr(self, name):
-                positive(name, end, unit)
-
-
-_UNITS = {
-    "force": "N",
-    "speed": "m/s",
-    "lead": "s",
-    "normal_smoothing": "s",
-    "acceleration": "m/s^2",
-    "landing_speed": "m/s",
-    "approach_distance": "m",
-    "settle_time": "s",
-    "seek_distance": "m",
-    "lift_distance": "m",
-    "lift_speed": "m/s",
-    "slew": "m/s^2",
-}
-
-
-def live_parameters(parameters: ExploreParameters) -> LiveParameters:
-    """Return what may be changed while an exploration runs. What was asked for at the start is always in bounds.
-
-    `force` moves at `FORCE_RATE`; `speed` at the path's bound on acceleration, which the tip can keep to downwards
-    too; `force_gain` within and at the rate that `ForceGain` states.
-    """
-    force, speed, gain = parameters.force, parameters.speed, parameters.gain
-    (least, most), (slowest, fastest) = parameters.force_range, parameters.speed_range
-    weakest, strongest = gain.live_range
-    force_rate = FORCE_RATE * min(least, force) / gain.delay
-    return LiveParameters(
-        LiveParameter(
-            "force", force, min(least, force), max(most, force), force_rate, "N", "normal force to hold"
-        ),
-        LiveParameter(
-            "speed",
-            speed,
-            min(slowest, speed),
-            max(fastest, speed),
-            parameters.acceleration,
-            "m/s",
-            "speed along the surface",
-        ),
-        LiveParameter(
-            "force_gain",
-            gain.gain,
-            weakest,
-            strongest,
-            gain.live_rate,
-            "m/s/N",
-            "normal velocity per force error",
-        ),
-    )
+FAINT = 0.1
+"""Of the set force: what a tip feels in flight is no touch below it. A sensor's zero moves, and a tip that took
+0.1 N of drift for an object overhead lifted off into the one below (7 N, where 2 N were set)."""
 
 
 class ExploreController:
-    """Lands, settles, sweeps a raster, lifts off. Uses the first finger.
+    """Does what a strategy asks for, leg by leg. Uses the first finger.
+
+    The run ends as DONE with the strategy, or as LOST if that ended because of a loss or nothing was ever swept.
+    Heights at which the tip travels and how far down it looks for the surface count from where the run begins, so
+    that should be above the object.
 
     Attributes:
         live: What may be changed while it runs: force, speed and force gain.
+        strategy: What decides where the tip goes; its marks tell what there is besides the surface.
+        leg: That is being carried out; None before the start and after the end.
     """
 
     def __init__(
         self,
         parameters: ExploreParameters,
-        raster: Raster,
+        strategy: Strategy,
         period: float,
         *,
         law: ForceLaw | None = None,
@@ -170,62 +63,72 @@ class ExploreController:
 
         Args:
             parameters: What the exploration is to be like.
-            raster: Where.
+            strategy: Where; it belongs to this controller from now on.
             period: Of control [s].
             law: Of force control; the direct one, if not given.
             follow: How the motion of the surface is followed; taken for still, if not given.
-            profile: Of the force while it sweeps, from the beginning of the sweep on; the live parameter `force`,
-                if not given.
+            profile: Of the force while it sweeps, from the beginning of the first sweep on; the live parameter
+                `force`, if not given.
             orientation: Turns the tip with the surface; it never turns, if not given.
         """
         self.live = live_parameters(parameters)
+        self.strategy = strategy
+        self.leg: Leg | None = None
         self._parameters = parameters
-        self._raster = raster
         self._period = period
+        self._plane = strategy.plane
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
-        self._follower = PathFollower(raster.corners(), parameters.acceleration)
+        self._force = HeldForce(parameters, period, law, follow, profile)
+        self._orientation = orientation
+        self._most_change = parameters.slew * period
+        self._braking = parameters.acceleration * period
+        self._forget()
+
+    def _forget(self) -> None:
+        self._command = Command()
         self._phase = Phase.APPROACH
         self._since = 0.0
         self._from: Vector = ZERO
-        self._sought = False
-        self._landed = False
-        self._outcome = Phase.DONE
-        self._start: Vector = ZERO
-        self._most_change = parameters.slew * period
-        self._command = Command()
-        gain = parameters.gain
-        self._force = NormalForce(law or DirectForce(gain), gain.stiffness, gain.delay, period, follow)
-        self._handover = Handover(HANDOVER * parameters.settle_time)
-        self._follows, self._watch_after = follow is not None, WATCH_AFTER * gain.delay
-        self._profile = profile
-        self._scanning_since = 0.0
-        self._orientation = orientation
+        self._state = TipState(0.0, ZERO, ZERO, False, ZERO, ZERO)
+        self._space = Airspace(self._parameters, self._plane, self._period, 0.0)
+        self._low = 0.0  # height at which the tip travels from touch to touch
+        self._begin: Point = (0.0, 0.0)  # where the present leg begins, if all went well
+        self._ending: LegEnd | None = None  # of the present leg, while the tip comes to rest
+        self._ended: LegEnd | None = None  # of the last leg
+        self._swept = self._sought = self._landing = False
+        self._slide: Slide | None = None
+        self._along: Vector = ZERO
+        self._flight: Flight | None = None
+        self._outcome: Phase | None = None  # of the run, once the strategy has ended
 
     def start(self, first: Observation) -> None:
-        """Begin the approach from where the tip is, from rest."""
+        """Begin with the first leg from where the tip is, from rest."""
+        self._forget()
         self.live.restart()
-        self._command = Command()
         self._tracker.reset()
-        self._follower = PathFollower(self._raster.corners(), self._parameters.acceleration)
-        self._sought = False
-        self._landed = False
-        self._outcome = Phase.DONE
-        self._start = first.arm.position_base_tip
         self._force.start()
         if self._orientation is not None:
             self._orientation.reset()
-        self._enter(Phase.APPROACH, first)
+        # what is felt before the tip has moved is no contact yet
+        self._state = state = replace(self._sensed(first), touching=False)
+        u, v, top = self._plane.flat(state.tip)
+        self._space = replace(self._space, top=top)
+        self._low, self._begin = top, (u, v)
+        self.strategy.start()
+        self._begin_leg(self.strategy.next(None), state)
 
     def step(self, now: Observation) -> Command:
         """Return the velocity for the next period; a final phase only once that is zero."""
-        finger = now.fingers[0]
-        if finger.touching:
-            x, y, z = finger.contact.normal.tolist()
-            self._tracker.update(rotate(now.arm.rotation_base_tip, (x, y, z)))
-        self._change_phase(now, finger.touching)
-        velocity, turn = self._velocity(now), ZERO
+        self._state = state = self._sensed(now)
+        if state.touching:
+            self._tracker.update(state.normal)
+        if self._ending is None:
+            self._go_on(state)
+        if self._ending is not None and self._rests(state):
+            self._next_leg(self._ending, state)
+        velocity, turn = self._velocity(now, state), ZERO
         if self._orientation is not None:
-            turn, along = self._turn(now, self._orientation)
+            turn, along = self._turn(now, state, self._orientation)
             velocity = add(velocity, along)
         velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
         # the run ends with the final phase: first come to rest as gently as ever
@@ -233,112 +136,228 @@ class ExploreController:
         self._command = Command(velocity, self._command.phase if braking else self._phase, None, turn)
         return self._command
 
-    def _turn(self, now: Observation, orientation: Orientation) -> tuple[Vector, Vector]:
+    def _sensed(self, now: Observation) -> TipState:
+        arm, finger, before = now.arm, now.fingers[0], self._state
+        normal, lever, tip = before.normal, before.lever, arm.position_base_tip
+        touching = finger.touching
+        if touching and self._phase in (Phase.LIFT, Phase.TRAVEL):
+            touching = norm(finger.wrench[:3]) >= FAINT * self.live.value("force")
+        if touching:
+            x, y, z = finger.contact.normal.tolist()
+            normal = rotate(arm.rotation_base_tip, (x, y, z))
+            x, y, z = finger.contact.centroid.tolist()
+            lever = rotate(arm.rotation_base_tip, (x, y, z))
+        if self._orientation is not None:
+            pivot = self._orientation.pivot
+            tip = add(tip, subtract(rotate(arm.rotation_base_tip, pivot), pivot))
+        return TipState(now.time, arm.position_base_tip, tip, touching, normal, lever)
+
+    def _pressing(self, state: TipState) -> bool:
+        """Whether force control acts."""
+        return state.touching and self._phase in (Phase.SETTLE, Phase.SCAN)
+
+    def _turn(self, now: Observation, state: TipState, orientation: Orientation) -> tuple[Vector, Vector]:
         """Angular velocity that keeps the tip normal, and velocity that keeps the contact in place meanwhile."""
-        if not (now.fingers[0].touching and self._phase in (Phase.SETTLE, Phase.SCAN)):
+        if not self._pressing(state):
             return orientation.rest(), ZERO
         turn = orientation.turn(now.arm.rotation_base_tip, self._tracker.predicted)
-        return turn, carried_along(turn, self._lever(now))
+        return turn, carried_along(turn, state.lever)
 
-    def _lever(self, now: Observation) -> Vector:
-        """From the tip frame's origin to the contact, base coordinates [m]."""
-        x, y, z = now.fingers[0].contact.centroid.tolist()
-        return rotate(now.arm.rotation_base_tip, (x, y, z))
+    def _enter(self, phase: Phase, state: TipState) -> None:
+        self._phase, self._since, self._from = phase, state.time, state.position
 
-    def _enter(self, phase: Phase, now: Observation) -> None:
-        self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip
-
-    def _change_phase(self, now: Observation, touching: bool) -> None:
-        wanted, phase = self._parameters, self._phase
-        gone = norm(subtract(now.arm.position_base_tip, self._from))
-        if phase in (Phase.APPROACH, Phase.SEEK):
-            if touching:
-                self._handover.reset()
-                self._force.lift()
-                self._enter(Phase.SETTLE, now)
-            elif gone > (wanted.seek_distance if phase is Phase.SEEK else wanted.approach_distance):
-                self._enter(Phase.LOST, now)
-        elif phase is Phase.SETTLE:
-            if not touching:
-                self._lose(now)
-            elif now.time - self._since > wanted.settle_time:
-                if not self._landed:
-                    self._landed, self._scanning_since = True, now.time
-                self._enter(Phase.SCAN, now)
-                self._leave_if_steep(now)
-        elif phase is Phase.SCAN:
-            if not touching:
-                self._lose(now)
-            elif self._follower.finished:
-                self._enter(Phase.LIFT, now)
+    def _go_on(self, state: TipState) -> None:
+        phase = self._phase
+        if phase is Phase.SCAN:
+            if state.touching:
+                self._slide_on(state)
             else:
-                self._leave_if_steep(now)
-        elif phase is Phase.LIFT and gone > wanted.lift_distance:
-            self._enter(self._outcome, now)
+                self._lose(state)
+        elif phase is Phase.SETTLE:
+            self._settle(state)
+        elif phase in (Phase.APPROACH, Phase.SEEK):
+            self._look(state)
+        elif self._flight is not None:
+            self._flight.step(state)
+            self._fly(self._flight, state)
 
-    def _leave_if_steep(self, now: Observation) -> None:
-        if -self._tracker.predicted[2] < math.cos(STEEPEST):  # beside the object, or over its edge
-            self._outcome = Phase.LOST
-            self._enter(Phase.LIFT, now)
+    # from leg to leg
 
-    def _lose(self, now: Observation) -> None:
-        if not self._landed:  # a knock, noise or a bounce: the approach goes on, from where it began
-            self._tracker.reset()
-            self._enter(Phase.APPROACH, now)
-            self._from = self._start
+    def _begin_leg(self, leg: Leg | None, state: TipState) -> None:
+        self.leg, self._slide, self._along, self._sought = leg, None, ZERO, False
+        if leg is None:
+            self._finish(state)
+        elif isinstance(leg, Hop):
+            self._low = self._space.top
+            self._fly(Flight(self._space, state, (leg.to, self._space.top)), state)
+        elif isinstance(leg, Touch):
+            low = self._ended is LegEnd.REACHED
+            self._fly(Flight(self._space, state, (leg.at, self._low if low else self._space.top)), state)
+        elif self._pressing(state):
+            self._slide_on(state)
+        else:  # the way along the surface begins on it
+            self._begin = self._place(state)
+            self._approach(state)
+
+    def _finish(self, state: TipState) -> None:
+        self._outcome = Phase.DONE if self._swept and self._ended is not LegEnd.LOST else Phase.LOST
+        # not to be left deep beside the object
+        rise = self._outcome is Phase.DONE and self._ended is LegEnd.MISSED
+        self._fly(Flight(self._space, state, (self._place(state), self._space.top) if rise else None), state)
+
+    def _conclude(self, how: LegEnd) -> None:
+        """The leg has ended; the next begins when the tip rests."""
+        self._ending = how
+
+    def _rests(self, state: TipState) -> bool:
+        if self._pressing(state):
+            return self._along == ZERO
+        # what was lost is given up in the period that brings the tip to rest; otherwise it rests for one at least
+        left = self._most_change if self._ending is LegEnd.LOST else 0.0
+        return norm(self._command.velocity_base_tip) <= left
+
+    def _next_leg(self, how: LegEnd, state: TipState) -> None:
+        self._ending, self._ended = None, how
+        leg = self.leg
+        if how is LegEnd.REACHED and isinstance(leg, Hop | Touch):
+            self._begin = leg.to if isinstance(leg, Hop) else leg.at
+        elif how is LegEnd.REACHED and isinstance(leg, Stroke):
+            self._begin = leg.corners[-1]
+        else:
+            self._begin = self._place(state)
+        self._begin_leg(self.strategy.next(Ended(how, state.tip)), state)
+
+    def _place(self, state: TipState) -> Point:
+        u, v, _ = self._plane.flat(state.tip)
+        return (u, v)
+
+    # off the surface
+
+    def _fly(self, flight: Flight, state: TipState) -> None:
+        """Go on flying, or do what the flight was for."""
+        self._flight = flight
+        if flight.arrived is None:
+            if flight.phase is not self._phase:
+                self._enter(flight.phase, state)
+        elif self._outcome is not None:
+            self._enter(self._outcome, state)
+        elif not flight.arrived:
+            self._conclude(LegEnd.BLOCKED)
+        elif isinstance(self.leg, Touch) and self._slide is not None:  # it has touched and is back
+            self._low = min(self._plane.flat(state.tip)[2], self._space.top)
+            self._conclude(LegEnd.REACHED)
+        else:
+            self._approach(state)
+
+    def _approach(self, state: TipState) -> None:
+        self._landing = True
+        self._tracker.reset()
+        self._enter(Phase.APPROACH, state)
+
+    def _look(self, state: TipState) -> None:
+        """Go on towards the surface until it is there, or not."""
+        wanted = self._parameters
+        if state.touching:
+            self._force.touch(state.time)
+            self._enter(Phase.SETTLE, state)
+        elif self._phase is Phase.SEEK:
+            if norm(subtract(state.position, self._from)) > wanted.seek_distance or not self._in_room(state):
+                self._conclude(LegEnd.LOST)
+        else:
+            down = self._space.top - self._plane.flat(state.tip)[2]
+            if down > wanted.approach_distance or not self._in_room(state):
+                self._conclude(LegEnd.MISSED)
+
+    # on the surface
+
+    def _settle(self, state: TipState) -> None:
+        if not state.touching:
+            self._lose(state)
+        elif state.time - self._since > self._parameters.settle_time:
+            self._landing = False
+            if isinstance(self.leg, Hop):
+                self._conclude(LegEnd.REACHED)
+            else:
+                self._slide_on(state)
+
+    def _lose(self, state: TipState) -> None:
+        if self._landing:  # a knock, noise or a bounce: the approach goes on
+            self._approach(state)
+        elif isinstance(self.leg, Touch):  # it was felt, which is all that was wanted
+            self._retreat(self.leg, state)
+        else:
+            if self._slide is not None:
+                self._slide.stop()
+            self._force.lose()
+            self._along = ZERO
+            if self._sought:
+                self._conclude(LegEnd.LOST)
+            else:
+                self._sought = True
+                self._enter(Phase.SEEK, state)
+
+    def _slide_on(self, state: TipState) -> None:
+        leg = self.leg
+        assert leg is not None
+        assert not isinstance(leg, Hop)
+        if self._slide is None:
+            acceleration = self._parameters.acceleration
+            self._slide = slide(leg, self._begin, self._place(state), self._plane, acceleration, self._period)
+        contact = add(state.position, state.lever)
+        ahead = Felt(state.tip, contact, scale(-1.0, self._tracker.predicted))
+        along = self._slide.step(ahead, self.live.value("speed"))
+        if along is LegEnd.STEEP:
+            self._conclude(along)
             return
-        self._follower.stop()
-        self._force.lose()
-        self._enter(Phase.LOST if self._sought else Phase.SEEK, now)
-        self._sought = True
+        if self._phase is not Phase.SCAN:
+            self._force.sweep(state.time)
+            self._enter(Phase.SCAN, state)
+        self._swept = True
+        found = self.strategy.feel(Felt(state.tip, contact, scale(-1.0, state.normal)))
+        if isinstance(along, LegEnd):
+            if isinstance(leg, Touch):
+                self._retreat(leg, state)
+            else:
+                self._conclude(along)
+            return
+        self._along = along
+        if found:
+            self._conclude(LegEnd.REACHED)
+        elif not self._in_room(state):
+            self._conclude(LegEnd.BLOCKED)
 
-    def _velocity(self, now: Observation) -> Vector:
-        wanted, live, phase = self._parameters, self.live.value, self._phase
+    def _retreat(self, leg: Touch, state: TipState) -> None:
+        self._along = ZERO
+        self._fly(Flight(self._space, state, back=leg.retreat), state)
+
+    def _in_room(self, state: TipState) -> bool:
+        """Whether the tip can still come to rest within its room."""
+        velocity = self._command.velocity_base_tip
+        time = self._parameters.gain.delay + 0.5 * norm(velocity) / self._parameters.acceleration
+        return self._parameters.room.holds(add_scaled(state.position, time, velocity))
+
+    # velocities
+
+    def _velocity(self, now: Observation, state: TipState) -> Vector:
+        wanted, phase = self._parameters, self._phase
+        if self._pressing(state):
+            return self._on_surface(now, state)
+        if self._ending is not None or phase.is_final:
+            return ZERO
         if phase is Phase.APPROACH:
-            return scale(wanted.landing_speed, DOWN)
+            return scale(-wanted.landing_speed, self._plane.axis)
         if phase is Phase.SEEK:
             return scale(wanted.landing_speed, self._tracker.normal)
-        if phase is Phase.LIFT:
-            # away from a surface that comes after it, too
-            return scale(min(self._force.surface_velocity, 0.0) - wanted.lift_speed, self._tracker.normal)
-        if phase in (Phase.DONE, Phase.LOST):
+        if self._flight is None:
             return ZERO
-        normal, speed = self._tracker.predicted, live("speed")
-        fastest = wanted.landing_speed if phase is Phase.SETTLE else max(wanted.landing_speed, speed)
-        push = self._push(now, fastest, live("force"), live("force_gain"))
-        along = self._along_surface(now, normal, speed) if phase is Phase.SCAN else ZERO
-        return add_scaled(along, push, normal)
+        normal = self._tracker.normal if phase is Phase.LIFT else ZERO  # it lifts off what it touches
+        return self._flight.velocity(state, normal, self._force.surface_velocity)
 
-    def _on_path(self, arm: ArmSample) -> Vector:
-        """Where that point is which follows the path [m], as if the tip had not turned."""
-        if self._orientation is None:
-            return arm.position_base_tip
-        pivot = self._orientation.pivot
-        return add(arm.position_base_tip, subtract(rotate(arm.rotation_base_tip, pivot), pivot))
-
-    def _push(self, now: Observation, fastest: float, wanted: float, gain: float) -> float:
-        """Velocity into the object that force control asks for; `fastest` bounds what an error alone can."""
-        felt, rate = now.fingers[0].contact.normal_force, 0.0
-        settling = self._phase is Phase.SETTLE
-        if self._profile is not None:
-            since = now.time - self._scanning_since if self._landed else 0.0
-            wanted, _ = self._profile.at(since)
-            if not settling:
-                _, rate = self._profile.at(since + self._parameters.gain.delay)
-        if settling:
-            wanted = self._handover.force(now.time, felt, wanted)
-        if self._follows and not (settling and now.time - self._since < self._watch_after):
-            arm, normal = now.arm, self._tracker.normal
-            contact = add(arm.velocity_base_tip, cross(arm.angular_velocity_base_tip, self._lever(now)))
-            self._force.watch(dot(normal, contact), felt)
-        return self._force.step(wanted, felt, gain, fastest, rate)
-
-    def _along_surface(self, now: Observation, normal: Vector, speed: float) -> Vector:
-        """The path's horizontal velocity, raised or lowered so that it lies in the tangent plane."""
-        nx, ny, nz = normal
-        x, y, _ = self._on_path(now.arm)
-        ux, uy = self._follower.heading
-        climb = -(nx * ux + ny * uy) / nz
-        slope = 1.0 / (1.0 + climb * climb) ** 0.5
-        vx, vy = self._follower.velocity((x, y), slope, speed, self._period)
-        return (vx, vy, -(nx * vx + ny * vy) / nz)
+    def _on_surface(self, now: Observation, state: TipState) -> Vector:
+        normal, force = self._tracker.predicted, self._force
+        control = force.settling if self._phase is Phase.SETTLE else force.sweeping
+        push = control(now, self._tracker.normal, state.lever, self.live)
+        if self._ending is not None:  # come to rest along the surface
+            self._along = toward(self._along, ZERO, self._braking)
+            self._along = add_scaled(self._along, -dot(self._along, normal), normal)
+        return add_scaled(self._along, push, normal)

@@ -3,7 +3,8 @@
 Ramps between two forces give the stiffnesses: force against where the tip is, of the contact (K, with a viscous
 part c v that must not be taken for it); and how far the tip falls behind its commands under force, of the servo.
 Sines from slow to fast give the force's whole response to commands, and with it the largest gain that force
-control bears: robots and damped contacts have no such thing as one delay, and are stiffer when it goes fast.
+control bears: robots and damped contacts have no such thing as one delay, and are stiffer when it goes fast. Where
+that is what limits the gain, an admittance bears a larger one: see `palpate.controllers.measured_admittance`.
 """
 
 import math
@@ -14,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.controllers.gains import LOOP_GAIN, ForceGain, series_stiffness
+from palpate.controllers.measured_admittance import MeasuredAdmittance, measured_admittance
 from palpate.controllers.measured_loop import ForceResponse
 from palpate.controllers.tone import Tone, lag_of
 from palpate.errors import FloatArray, InvalidValueError
@@ -54,6 +56,7 @@ class Identification:
         oscillation_frequency: At which that would be [Hz].
         gain: Of force control, with its margins.
         phase_margin_deg: As measured at that gain [degrees].
+        admittance: A law that bears a larger gain, where one is found; None where the direct law does as well.
     """
 
     stiffness: Measured
@@ -68,6 +71,7 @@ class Identification:
     oscillation_frequency: float
     gain: ForceGain
     phase_margin_deg: float
+    admittance: MeasuredAdmittance | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +129,7 @@ def identify(
         np.array([tone.amplitude(2) / tone.amplitude(1) for tone in tones]),
         record.period,
     )
-    gain, (frequency, critical) = response.gain(loop_gain), response.oscillation
+    gain, (frequency, critical) = response.gain(loop_gain), response.oscillation()
     # k K T = pi/2 where the delayed integrator begins to oscillate
     delay = 0.5 * math.pi / (critical * series.value)
     near = min(tones, key=lambda tone: abs(tone.angular - frequency))
@@ -143,6 +147,7 @@ def identify(
         oscillation_frequency=frequency / (2.0 * math.pi),
         gain=ForceGain(gain, series.value, delay),
         phase_margin_deg=response.phase_margin_deg(gain),
+        admittance=measured_admittance(response, series.value, loop_gain),
     )
 
 

@@ -3,13 +3,22 @@
 A tip that touches at speed v goes on for the delay T in which nothing that is commanded can act, and presses into
 K: the force reaches K v T. What moves has a mass m, too, and is brought to rest by the contact: an elastic one
 takes up v sqrt(K m), one that is damped critically (c = 2 sqrt(K m)) gives c v at once, twice as much. The peak is
-bounded by the larger of both.
+bounded by the larger of both. No braking makes that second one smaller: it is there with the first sample that
+shows a touch. What does is to land more slowly.
+
+A surface that comes towards the tip adds its own speed. What goes up and down at up to V = A w is met near its
+highest point by a tip that comes down slowly: in a period P = 2 pi / w that sinks by v P, and so meets the surface
+no farther below that point, where a sine goes no faster than w sqrt(2 A v P) = sqrt(4 pi V v), whatever A is.
 """
 
 import math
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, not_negative, positive
+
+SETTLING_PUSH = 0.005
+"""How fast a tip may press until it has settled, if it landed more slowly [m/s]: what is met near its turning
+point goes away faster than a slow landing comes after it."""
 
 EXCESS = 1.0
 """By how much landing may exceed the set force, if nothing else is said [N]."""
@@ -70,6 +79,39 @@ class LandingModel:
                 f"touch_force = {touch_force:g} N: must be below force + excess = {force + excess:g} N; press more"
             )
         return left / self.force_per_speed
+
+    def speed_on_motion(self, most: float, fastest: float) -> float:
+        """Return the largest speed of landing [m/s] on a surface that goes up and down, for a bounded force.
+
+        Args:
+            most: With which it may be met [N].
+            fastest: The surface goes [m/s].
+        """
+        allowed = positive("most", most, "N") / self.force_per_speed
+        slow = positive("fastest", fastest, "m/s") * math.pi
+        root = math.sqrt(slow + allowed) - math.sqrt(slow)  # of v + sqrt(4 pi V v) = allowed
+        return max(root**2, allowed - fastest)
+
+
+def meeting_speed(landing: float, fastest: float) -> float:
+    """Return at most how fast tip and a surface that goes up and down meet [m/s].
+
+    Args:
+        landing: Speed of landing [m/s].
+        fastest: The surface goes [m/s].
+    """
+    positive("landing", landing, "m/s")
+    return landing + min(fastest, math.sqrt(4.0 * math.pi * positive("fastest", fastest, "m/s") * landing))
+
+
+def moved_mass(servo_stiffness: float, response: float) -> float:
+    """Return what a critically damped servo moves [kg]: K / w^2 with its response of 2 / w.
+
+    Args:
+        servo_stiffness: Along the normal, at the tip [N/m].
+        response: How long it takes to follow [s].
+    """
+    return positive("servo_stiffness", servo_stiffness, "N/m") * (0.5 * positive("response", response, "s")) ** 2
 
 
 class Handover:

@@ -12,21 +12,20 @@ from then on, when the knock has died down.
 """
 
 import math
-from collections import deque
-from dataclasses import dataclass
 from enum import Enum
 
+from palpate.controllers.coasting_surface import CoastingSurface
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import DirectForce, ForceLaw
 from palpate.controllers.force_profile import ForceProfile
-from palpate.controllers.gains import ForceGain
-from palpate.controllers.landing import Handover
+from palpate.controllers.landing import SETTLING_PUSH, Handover
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
-from palpate.controllers.reference_force import ReferenceForce
-from palpate.controllers.surface_motion import FASTEST_SURFACE, SurfaceFilter, SurfaceMotion
+from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
+from palpate.controllers.set_force import SetForce
+from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tangent_motion import Still, TangentMotion
-from palpate.errors import not_negative, positive, vector
+from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Vector, add_scaled, dot, limit_norm, norm, rotate, scale, subtract, toward
 
@@ -39,10 +38,6 @@ WATCH_AFTER = 3.0
 """Delays of force control after a touch, until which what the contact does is not taken for the surface's motion:
 by then the knock of landing has died down."""
 
-SETTLING_PUSH = 0.005
-"""How fast it may press until it has settled, if it landed more slowly [m/s]: what is met near its turning point
-goes away faster than a slow landing comes after it."""
-
 MOST_BOUNCES = 20
 """So often it may lose contact again before it has settled; then it gives up: what it touches moves too fast."""
 
@@ -52,74 +47,6 @@ what it changes by in a delay. The error of a force that changes is then within 
 
 CALMING = 10.0
 """Delays in which that is forgotten again."""
-
-
-@dataclass(frozen=True, slots=True)
-class RegulateParameters:
-    """How force is to be regulated.
-
-    Attributes:
-        gain: Force gain with its margin.
-        lead: How far ahead the normal is predicted [s]: the lag between a command and its effect.
-        duration: How long the profile is held [s].
-        axis: Along which force is regulated and the surface approached, into the object, base frame; None: down
-            onto it, then along the contact's normal.
-        damping_time: c / K of the contact [s], by which its force leads its depth; 0 if nobody knows.
-        landing_speed: Of approach and seek [m/s].
-        approach_distance: How far the surface is looked for at first [m].
-        settle_time: From touching to the profile's beginning [s].
-        seek_distance: How far a lost surface is sought [m].
-        lift_distance: How far the tip is lifted at the end [m].
-        lift_speed: Of lifting [m/s].
-        give_way: How fast the tip goes back from too large a force [m/s].
-        fastest_push: How fast a force error alone can make it press, once it has settled [m/s].
-        tangential_acceleration: Bound on the change of what moves it along the surface [m/s^2].
-        normal_smoothing: Time constant of the normal's filter [s].
-        slew: Bound on the change of commanded velocity [m/s^2].
-    """
-
-    gain: ForceGain
-    lead: float
-    duration: float
-    axis: Vector | None = None
-    damping_time: float = 0.0
-    landing_speed: float = 0.004
-    approach_distance: float = 0.05
-    settle_time: float = 0.5
-    seek_distance: float = 0.005
-    lift_distance: float = 0.005
-    lift_speed: float = 0.02
-    give_way: float = FASTEST_SURFACE
-    fastest_push: float = FASTEST_SURFACE
-    tangential_acceleration: float = 0.5
-    normal_smoothing: float = 0.01
-    slew: float = 10.0
-
-    def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            positive(name, getattr(self, name), unit)
-        not_negative("damping_time", self.damping_time, "s")
-        if self.axis is not None:
-            vector("axis", self.axis, 3, "")
-            length = positive("length of axis", norm(self.axis), "")
-            object.__setattr__(self, "axis", scale(1.0 / length, self.axis))
-
-
-_UNITS = {
-    "lead": "s",
-    "duration": "s",
-    "landing_speed": "m/s",
-    "approach_distance": "m",
-    "settle_time": "s",
-    "seek_distance": "m",
-    "lift_distance": "m",
-    "lift_speed": "m/s",
-    "give_way": "m/s",
-    "fastest_push": "m/s",
-    "tangential_acceleration": "m/s^2",
-    "normal_smoothing": "s",
-    "slew": "m/s^2",
-}
 
 
 class Loss(Enum):
@@ -136,6 +63,7 @@ class RegulateController:
     """Lands, settles, holds a force profile, lifts off. Uses the first finger.
 
     Attributes:
+        live: What may be changed while it runs: force and force gain.
         loss: What became of the contact so far.
         bounces: How often the tip lost contact again before it had settled.
     """
@@ -163,28 +91,28 @@ class RegulateController:
         self._parameters, self._profile = parameters, profile
         self._period = positive("period", period, "s")
         self._motion: TangentMotion = motion or Still()
+        self.live = live_regulation(parameters)
         gain = parameters.gain
         self._force = NormalForce(law or DirectForce(gain), gain.stiffness, gain.delay, period)
         # its own here, for the guard has to know what the profile does; and what stands still is misjudged, too
-        self._surface = None if follow is None else SurfaceMotion(follow, period)
+        self._surface = None if follow is None else CoastingSurface(follow, period)
         self._guard = ForceGuard(GuardSettings(gain.delay, period))
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
         self._handover = Handover(HANDOVER * parameters.settle_time)
         self._watch_after = WATCH_AFTER * gain.delay
         self._calming = math.exp(-period / (CALMING * gain.delay))
-        # what a command will bring about that acts a delay from now, and what is to be felt until then
-        self._ahead = ReferenceForce(max(gain.delay, parameters.lead), period)
-        # F = K (d + damping_time d'): the depth, whose rate is fed forward, follows the force by so much
         damping = parameters.damping_time
+        self._wanted = SetForce(
+            gain.delay, parameters.lead, period, damping_time=damping, step_time=parameters.step_time
+        )
         self._per_period = 1.0 if damping == 0.0 else 1.0 - math.exp(-period / damping)
-        self._delays = max(1, round(gain.delay / period))
-        self._expected = deque([0.0], self._delays)
         self._most_change = parameters.slew * period
         self._most_along = parameters.tangential_acceleration * period
         self._restart(ZERO, 0.0)
 
     def start(self, first: Observation) -> None:
         """Begin the approach from where the tip is, from rest."""
+        self.live.restart()
         self._restart(first.arm.position_base_tip, first.time)
 
     def _restart(self, position: Vector, time: float) -> None:
@@ -195,7 +123,8 @@ class RegulateController:
         self.loss, self.bounces = Loss.NEVER, 0
         self._tracker.reset()
         self._handover.reset()
-        self._allowed = self._rate = 0.0
+        self._led: float | None = None  # what the set force was led to last
+        self._allowed = self._moved = 0.0
         self._forget()
         self._guard.reset()
         self._lowered = 0
@@ -224,10 +153,6 @@ class RegulateController:
         self._command = Command(velocity, self._command.phase if braking else self._phase)
         return self._command
 
-    def wanted(self, time: float) -> float | None:
-        """Return the force that the profile asked for at a time on the observations' clock [N]; None before it."""
-        return None if self._held_since is None else self._profile.at(time - self._held_since)[0]
-
     @property
     def held_since(self) -> float | None:
         """When the profile began, on the observations' clock [s]; None before it."""
@@ -247,6 +172,7 @@ class RegulateController:
         if phase in (Phase.APPROACH, Phase.SEEK):
             if touching:
                 self._handover.reset()
+                self._led = None
                 self._forget()
                 self._enter(Phase.SETTLE, now)
             elif gone > (wanted.seek_distance if phase is Phase.SEEK else wanted.approach_distance):
@@ -324,37 +250,41 @@ class RegulateController:
         self._along = add_scaled(self._along, 1.0, change)
         return add_scaled(self._along, -dot(self._along, direction), direction)
 
-    def _expect(self, force: float) -> None:
-        """Nothing changes: this force [N] is to be felt."""
-        self._ahead.reset(force, 0.0)
-        self._rate = 0.0
-        for _ in range(self._delays):
-            self._expected.append(force)
+    def _profiled(self, since: float) -> tuple[float, float]:
+        """What the profile asks for [N, N/s], moved by as much as the live force was."""
+        force, rate = self._profile.at(since)
+        moved = self.live.value("force") - self._parameters.force
+        rate += (moved - self._moved) / self._period
+        self._moved = moved
+        return force + moved, rate
 
     def _push(self, now: Observation) -> float:
         """Velocity into the object."""
-        wanted, felt = self._parameters, self._felt(now)
-        settling = self._phase is Phase.SETTLE
-        since = 0.0 if self._held_since is None else now.time - self._held_since
-        force, rate = self._profile.at(since)
+        wanted, set_force, felt = self._parameters, self._wanted, self._felt(now)
+        delay, settling = wanted.gain.delay, self._phase is Phase.SETTLE
+        force, rate = self._profiled(0.0 if self._held_since is None else now.time - self._held_since)
         if settling:
-            self._expect(force)
-            force, rate = self._handover.force(now.time, felt, force), 0.0
+            set_force.hold(force)
+            force = self._handover.force(now.time, felt, force)
+            rate = 0.0 if self._led is None else (force - self._led) / self._period
+            self._led = force
         else:
-            # as far ahead as its rate tells: a step comes unawares
-            self._ahead.step(force + rate * wanted.gain.delay, rate)
-            force = self._expected[0]
-            self._rate += self._per_period * (self._ahead.rate - self._rate)
-            rate = self._rate
-            self._expected.append(self._ahead.force)
+            set_force.step(force, rate)
+            force, rate = set_force.force, set_force.rate
         self._spring += self._per_period * (felt - self._spring)
-        if self._surface is not None and not (settling and now.time - self._since < self._watch_after):
+        # neither the knock of landing nor what a step does to a contact is the surface's motion
+        knocked = settling and now.time - self._since < self._watch_after
+        if self._surface is not None and not knocked:
             into = dot(wanted.axis or self._tracker.normal, now.arm.velocity_base_tip)
-            self._surface.update(into, self._spring)
+            if set_force.stepping == 0.0:
+                self._surface.update(into, self._spring)
+            else:
+                self._surface.update_in_step(into, self._spring, set_force.stepping)
         # a force that is to change is off by about its rate times the delay: that is no oscillation
-        self._allowed = max(abs(self._ahead.rate), self._allowed * self._calming)
-        share = self._guard.step(force - felt, force + RATE_ALLOWANCE * self._allowed * wanted.gain.delay)
+        self._allowed = max(abs(set_force.ahead_rate), self._allowed * self._calming)
+        share = self._guard.step(force - felt, force + RATE_ALLOWANCE * self._allowed * delay)
         followed = share * self._surface_velocity
         most = max(wanted.landing_speed, SETTLING_PUSH) if settling else wanted.fastest_push
-        push = self._force.step(force, felt, share * wanted.gain.gain, wanted.give_way, rate) + followed
+        gain = share * self.live.value("force_gain")
+        push = self._force.step(force, felt, gain, wanted.give_way, rate) + followed
         return min(push, most + max(followed, 0.0) + abs(rate) / wanted.gain.stiffness)

@@ -71,7 +71,11 @@ def surface_filter(stiffness: float, gain: ForceGain, lead: float) -> SurfaceFil
 
 
 class SurfaceMotion:
-    """Tracks and predicts the velocity of a surface along the normal."""
+    """Tracks and predicts the velocity of a surface along the normal.
+
+    Attributes:
+        settings: Of the filter.
+    """
 
     def __init__(self, settings: SurfaceFilter, period: float) -> None:
         """Take the filter's settings and the control period [s]."""
@@ -79,8 +83,17 @@ class SurfaceMotion:
         self._period = positive("period", period, "s")
         self._weights = settings.coefficients(period)
         self._ahead = settings.lead / period
-        self._per_force = 1.0 / (settings.stiffness * period)
+        self.stiffness = settings.stiffness
         self.reset()
+
+    @property
+    def stiffness(self) -> float:
+        """Of the contact [N/m]: that of the settings, or as it has shown itself meanwhile."""
+        return 1.0 / (self._per_force * self._period)
+
+    @stiffness.setter
+    def stiffness(self, stiffness: float) -> None:
+        self._per_force = 1.0 / (stiffness * self._period)
 
     def reset(self) -> None:
         """Forget: the surface stands still."""

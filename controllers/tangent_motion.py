@@ -7,7 +7,7 @@ control's and is taken off. All of these begin at rest or are brought up by whoe
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -92,8 +92,8 @@ class VelocityTable:
         velocities: One per time [m/s], base frame.
     """
 
-    times: Sequence[float]
-    velocities: Sequence[Vector]
+    times: tuple[float, ...]
+    velocities: tuple[Vector, ...]
 
     def __post_init__(self) -> None:
         if len(self.times) != len(self.velocities) or not self.times:
@@ -101,13 +101,21 @@ class VelocityTable:
                 f"table of {len(self.times)} times and {len(self.velocities)} velocities: must be as many of "
                 "both, and one at least"
             )
-        times = vector("times", self.times, len(self.times), "s")
-        if np.any(np.diff(times) <= 0.0):
-            i = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
-            raise InvalidValueError(f"times[{i + 1}] = {times[i + 1]:g} s: must be later than {times[i]:g} s")
+        times = _rising(self.times)
         rows = [vector(f"velocities[{i}]", row, 3, "m/s").tolist() for i, row in enumerate(self.velocities)]
-        object.__setattr__(self, "times", tuple(times.tolist()))
+        object.__setattr__(self, "times", times)
         object.__setattr__(self, "velocities", tuple((x, y, z) for x, y, z in rows))
+
+    @property
+    def fastest(self) -> float:
+        """Largest speed [m/s]."""
+        return max(map(norm, self.velocities))
+
+    @property
+    def farthest(self) -> float:
+        """How far along x or y it leads from where it begins [m]."""
+        way = np.diff(self.times)[:, None] * 0.5 * (np.array(self.velocities)[1:] + np.array(self.velocities)[:-1])
+        return float(np.abs(np.cumsum(way, axis=0)[:, :2]).max(initial=0.0))
 
     def velocity(self, time: float) -> Vector:
         """See `TangentMotion`."""
@@ -119,3 +127,74 @@ class VelocityTable:
         share = (time - self.times[i - 1]) / (self.times[i] - self.times[i - 1])
         (a, b, c), (p, q, r) = self.velocities[i - 1], self.velocities[i]
         return (a + share * (p - a), b + share * (q - b), c + share * (r - c))
+
+
+@dataclass(frozen=True, slots=True)
+class PathTable:
+    """Along positions at given times, as they were recorded: smooth between them, at rest before and after.
+
+    Between two positions the way is a cubic, whose velocity joins those of its neighbours: the slopes on either
+    side, the nearer one counting more, 0 at both ends.
+
+    Attributes:
+        times: Rising [s]; the first one is when the motion begins, whatever its number.
+        positions: One per time [m], base frame; only their differences matter.
+        slopes: Velocity at each of them [m/s]; follows from the others.
+    """
+
+    times: tuple[float, ...]
+    positions: tuple[Vector, ...]
+    slopes: tuple[Vector, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        if len(self.times) != len(self.positions) or len(self.times) < 2:
+            raise InvalidValueError(
+                f"path of {len(self.times)} times and {len(self.positions)} positions: must be as many of both, "
+                "and two at least"
+            )
+        times = _rising(self.times)
+        rows = [vector(f"positions[{i}]", row, 3, "m").tolist() for i, row in enumerate(self.positions)]
+        slopes = np.zeros((len(rows), 3))
+        if len(rows) > 2:
+            slopes[1:-1] = np.gradient(np.array(rows), np.array(times), axis=0)[1:-1]
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "positions", tuple((x, y, z) for x, y, z in rows))
+        object.__setattr__(self, "slopes", tuple((x, y, z) for x, y, z in slopes.tolist()))
+
+    @property
+    def fastest(self) -> float:
+        """Largest speed [m/s], of ten samples between neighbours."""
+        begin, spans = self.times[0], zip(self.times, self.times[1:], strict=False)
+        return max(norm(self.velocity(a - begin + 0.1 * i * (b - a))) for a, b in spans for i in range(10))
+
+    @property
+    def farthest(self) -> float:
+        """How far along x or y it leads from where it begins [m]."""
+        return float(np.abs(np.array(self.positions) - self.positions[0])[:, :2].max())
+
+    def velocity(self, time: float) -> Vector:
+        """See `TangentMotion`."""
+        time += self.times[0]
+        i = bisect_right(self.times, time)
+        if i in (0, len(self.times)):
+            return ZERO
+        span = self.times[i] - self.times[i - 1]
+        u = (time - self.times[i - 1]) / span
+        # derivatives of Hermite's cubics
+        way, begin, end = 6.0 * u * (1.0 - u) / span, (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
+        (a, b, c), (p, q, r) = self.positions[i - 1], self.positions[i]
+        (d, e, f), (s, t, w) = self.slopes[i - 1], self.slopes[i]
+        return (
+            way * (p - a) + begin * d + end * s,
+            way * (q - b) + begin * e + end * t,
+            way * (r - c) + begin * f + end * w,
+        )
+
+
+def _rising(given: Sequence[float]) -> tuple[float, ...]:
+    """Times that rise [s], checked."""
+    times = vector("times", given, len(given), "s")
+    if np.any(np.diff(times) <= 0.0):
+        i = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
+        raise InvalidValueError(f"times[{i + 1}] = {times[i + 1]:g} s: must be later than {times[i]:g} s")
+    return tuple(times.tolist())

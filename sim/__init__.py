@@ -24,6 +24,7 @@ from palpate.sim.objects.primitives import (
     SceneObject,
     SphereObject,
 )
+from palpate.sim.objects.sprung import SprungTarget
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.target import StillObject, Target
 from palpate.sim.objects.torus import Torus
@@ -64,6 +65,7 @@ __all__ = [
     "SensorModel",
     "Sine",
     "SphereObject",
+    "SprungTarget",
     "Stage",
     "StillObject",
     "Table",

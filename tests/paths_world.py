@@ -37,7 +37,8 @@ class HeightWorld:
             self.at = leg.to if isinstance(leg, Hop) else leg.at
             if self.missing(*self.at):
                 return self.ended(LegEnd.MISSED)
-            strategy.feel(self.felt(*self.at))
+            if isinstance(leg, Touch):  # a landing is not swept
+                strategy.feel(self.felt(*self.at))
             return self.ended(LegEnd.REACHED)
         assert isinstance(leg, Stroke)
         for corner in leg.corners:

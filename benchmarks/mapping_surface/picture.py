@@ -5,11 +5,12 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib import pyplot as plt
+from PIL import Image
 
 from mapping_surface.shapes import SHAPES, Errors, felt
 from palpate.mapping import SurfaceMap
 
-GRID = 140
+GRID = 100
 
 
 def draw(path: Path) -> None:
@@ -46,5 +47,8 @@ def draw(path: Path) -> None:
     figure.suptitle(
         "Rows 1 mm apart, noise 0.03 mm kept along 1 mm of path, normals 0.5 degrees; grey: not observed"
     )
-    figure.savefig(path, dpi=110)
+    # few pixels and no transparency instead of a palette, which would show bands where colours pass gently
+    figure.savefig(path, dpi=56)
     plt.close(figure)
+    with Image.open(path) as drawn:
+        drawn.convert("RGB").save(path, optimize=True)

@@ -125,7 +125,9 @@ def _ellipsoid(a: float, b: float, c: float) -> Surface:
     return surface
 
 
-def _torus(R: float, r: float) -> Surface:
+def torus(R: float, r: float) -> Surface:
+    """Return a torus about z, of radii R [m] of its ring and r of its tube; u goes round the ring."""
+
     def surface(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         out = np.stack([np.cos(u), np.sin(u), np.zeros_like(u)], axis=1)
         normal = np.cos(v)[:, None] * out
@@ -176,7 +178,7 @@ def _rounded_box(half: FloatArray, radius: float) -> Surface:
 SHAPES = (
     Shape("sphere", _ellipsoid(0.02, 0.02, 0.02), (0.0, 2.0 * np.pi), (0.02, 0.5 * np.pi - 0.01)),
     Shape("ellipsoid", _ellipsoid(0.03, 0.02, 0.015), (0.0, 2.0 * np.pi), (0.02, 0.5 * np.pi - 0.01)),
-    Shape("torus", _torus(0.025, 0.008), (0.0, 2.0 * np.pi), (-0.5 * np.pi, 0.5 * np.pi)),
+    Shape("torus", torus(0.025, 0.008), (0.0, 2.0 * np.pi), (-0.5 * np.pi, 0.5 * np.pi)),
     Shape(
         "rounded box",
         _rounded_box(np.array([0.015, 0.010]), 0.004),

@@ -15,6 +15,7 @@ from palpate.controllers import (
     series_stiffness,
     tracking_delay,
 )
+from palpate.controllers.paths import Follow
 from palpate.errors import InvalidValueError
 from palpate.runtime import Command, Finger, Touch
 from palpate.runtime.data import Observation, Phase, Sample
@@ -111,7 +112,7 @@ class Exploration:
         sensed = Sphere(RADIUS - force * self.half_compliance)
         touch_force = max(TOUCH_FORCE, TOUCH_SIGMAS * max(sensor.noise_sd[:3]))
         self.touch = Touch(Finger(sensed, choice.payload, touch_force, touch_force / 2.0))
-        self.controller = ExploreController(parameters, RASTER, choice.period)
+        self.controller = ExploreController(parameters, Follow(RASTER), choice.period)
         self.sample: Sample = self.backend.start()
         self.observation: Observation = self.touch.sense(self.sample)
         self.controller.start(self.observation)

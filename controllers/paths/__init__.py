@@ -2,14 +2,15 @@
 
 from palpate.controllers.paths.active import Active, ActiveSettings, Goal, Measure
 from palpate.controllers.paths.contour import Contour
-from palpate.controllers.paths.curve_follower import CurveFollower
 from palpate.controllers.paths.features import FeatureLimits, FeatureWatch
 from palpate.controllers.paths.felt import Felt
 from palpate.controllers.paths.follow import Follow, Path
 from palpate.controllers.paths.legs import Circuit, Ended, Hop, Leg, LegEnd, Stroke, Touch
 from palpate.controllers.paths.marks import Event, Mark
 from palpate.controllers.paths.missed import TouchNoise
+from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.plane import PathPlane, Point
+from palpate.controllers.paths.raster import Raster
 from palpate.controllers.paths.spiral import Spiral
 from palpate.controllers.paths.steering import EdgeSteering, LevelSteering, Steering, Turn
 from palpate.controllers.paths.strategy import Strategy
@@ -21,7 +22,6 @@ __all__ = [
     "ActiveSettings",
     "Circuit",
     "Contour",
-    "CurveFollower",
     "EdgeSteering",
     "Ended",
     "Event",
@@ -37,8 +37,10 @@ __all__ = [
     "Mark",
     "Measure",
     "Path",
+    "PathFollower",
     "PathPlane",
     "Point",
+    "Raster",
     "Spiral",
     "Steering",
     "Strategy",

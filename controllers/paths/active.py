@@ -1,70 +1,41 @@
 """Goes where the map would err most: a coarse pass, then strokes where something was felt that it would miss.
 
 A Gaussian process of fixed length scale is as unsure everywhere between rows, whatever was felt. What was felt
-tells more: along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
-would miss (`palpate.controllers.paths.missed`). The first row thus chooses the distance of the next; later, every
-strip between rows has an expected error, and the stroke comes next that takes away most of it per way.
+tells more. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
+would miss (`missed`); a row between two others tells how far they foretold it (`surprise`). The first rows thus
+choose the distance of the coarse pass; later, every strip between rows has an expected error, and the stroke comes
+next that takes away most of it per way: details that were met first, and between them rows that halve the widest
+strips, until no detail of the size that is sought can lie between two rows.
 """
 
 import math
 from dataclasses import dataclass, field
-from enum import Enum
-from itertools import pairwise
 
+from palpate.controllers.paths.coarse import CoarseGap
 from palpate.controllers.paths.diary import Diary
 from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.goal import Goal, Measure
 from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
 from palpate.controllers.paths.marks import Mark
-from palpate.controllers.paths.missed import TouchNoise, typical
+from palpate.controllers.paths.missed import TouchNoise
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.row import Row, RowRecorder
-from palpate.controllers.paths.strips import Columns, Expectation, Strip
+from palpate.controllers.paths.strips import Columns, Expectation, Place, Strip
 from palpate.errors import InvalidValueError, positive
+
+__all__ = ["Active", "ActiveSettings", "Goal", "Measure"]
 
 COLUMN = 5e-4
 """Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path tells."""
 
-LADDER = tuple(2e-3 * 1.15**k for k in range(40))
-"""Gaps tried for the coarse pass [m]; between two of them the error's law of the fourth power is used."""
-
-SIGNAL = 4.0
-"""What rows miss is extrapolated from the gap at which it is this many times the goal: above noise."""
-
 ASIDE = 3e-4
 """Farther from its row than this the tip is still on the way to it [m]."""
 
+BESIDE = 0.1
+"""How much longer than the loud part of a strip its stroke is, in gaps. From `benchmarks/active.py --tune`."""
 
-class Measure(Enum):
-    """Which error a goal speaks of."""
-
-    RMS = 2.0
-    """Root mean square over the area; the value is the power with which errors count."""
-    LARGEST = 4.0
-    """The largest anywhere: large errors count far more than small ones."""
-
-
-@dataclass(frozen=True, slots=True)
-class Goal:
-    """When an active exploration is done: whichever comes first.
-
-    Attributes:
-        error: Wanted error of the map [m].
-        measure: Of which kind.
-        length: Way of the tip, lifted or not [m].
-        area: Part of the field that must lie between rows at most `ActiveSettings.prior` apart before `error`
-            counts.
-    """
-
-    error: float = 2e-5
-    measure: Measure = Measure.RMS
-    length: float = math.inf
-    area: float = 1.0
-
-    def __post_init__(self) -> None:
-        positive("goal error", self.error, "m")
-        positive("goal length", self.length, "m", infinite_allowed=True)
-        if not 0.0 <= self.area <= 1.0:
-            raise InvalidValueError(f"goal area = {self.area:g}: must lie between 0 and 1 (all of the field)")
+BERTH = 3e-3
+"""On the way to a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +44,8 @@ class ActiveSettings:
 
     Attributes:
         widest: Distance of rows on a surface that seems smooth [m].
-        prior: Distance of rows that every part gets before strokes are chosen [m]: half of it is how far from a
-            row detail worth finding is still felt.
+        prior: Distance of rows that every part gets before the wanted error may end the exploration [m]: half of
+            it is how far from a row detail worth finding is still felt.
         finest: Rows are not laid closer than this [m].
         stretch: Contacts are averaged over it [m].
         unknown: Error expected of detail that no row met, per gap.
@@ -87,7 +58,7 @@ class ActiveSettings:
     finest: float = 5e-4
     stretch: float = 6e-4
     unknown: float = 1e-3
-    caution: float = 0.94
+    caution: float = 1.0
     noise: TouchNoise = field(default_factory=TouchNoise)
 
     def __post_init__(self) -> None:
@@ -103,7 +74,7 @@ class ActiveSettings:
     @classmethod
     def suited(cls, measure: Measure) -> "ActiveSettings":
         """Return the defaults for a measure: the largest error asks for closer rows than the mean does."""
-        return cls() if measure is Measure.RMS else cls(widest=0.0134, caution=0.75)
+        return cls() if measure is Measure.RMS else cls(caution=0.85)
 
 
 class Active:
@@ -146,15 +117,21 @@ class Active:
 
     def start(self) -> None:
         """As `Strategy`."""
+        own = self._settings
         self._diary = Diary()
-        self._recorder = RowRecorder(self._settings.stretch)
+        self._recorder = RowRecorder(own.stretch)
         self._rows: list[Row] = []
-        self._queue: list[tuple[Point, Point]] = []
+        self._coarse_gap = CoarseGap(own.noise, own.stretch, COLUMN)
+        self._columns = Columns(*self._u, COLUMN, Expectation(own.noise, own.stretch, own.unknown, own.prior))
         self._stroke: Leg | None = None  # to follow the present hop
         self._row: float | None = None  # v of the present stroke
         self._at: Point = (self._u[0], self._v[0])
         self._coarse = True
-        self._tried: list[Strip] = []
+        self._tried: set[Place] = set()
+        self._sliding = False  # the tip is on the surface
+        self._slid: tuple[Point, Point] | None = None  # the present stroke, if the tip slid to its beginning
+        self._failed = False  # the last leg did not end well
+        self._obstacles: list[Point] = []  # where legs did not end well
         self.way = 0.0
 
     def feel(self, felt: Felt) -> bool:
@@ -173,102 +150,121 @@ class Active:
             self._diary.end(ended)
             if ended.how is LegEnd.LOST:
                 return None
-            if self._stroke is not None and ended.how is LegEnd.REACHED:
+            self._failed = ended.how is not LegEnd.REACHED
+            self._sliding = self._sliding or not self._failed
+            if self._failed:
+                u, v, _ = self.plane.flat(ended.tip)
+                self._obstacles.append((u, v))
+            if self._stroke is not None and not self._failed:
                 stroke, self._stroke = self._stroke, None
                 return stroke
             self._stroke = None
-            self._take_row()
+            felt = self._take_row()
+            again, self._slid = self._slid, None
+            if self._failed and again is not None and not felt:  # stopped on the way there: from above, then
+                return self._go(*again)
         planned = self._plan()
         return None if planned is None else self._go(*planned)
 
     def _go(self, begin: Point, end: Point) -> Leg:
         self.way += math.dist(self._at, begin) + math.dist(begin, end)
+        slid = self._sliding and not self._failed and self._clear(self._at, begin)
         self._at, self._row = end, begin[1]
+        if slid:
+            self._slid = (begin, end)
+            return Stroke((begin, end))
         self._stroke = Stroke((end,))
         return Hop(begin)
 
-    def _take_row(self) -> None:
-        if self._row is not None:
-            row = self._recorder.take(self._row)
-            if len(row) > 1:
-                self._rows.append(row)
+    def _clear(self, begin: Point, end: Point) -> bool:
+        """Whether the tip may slide from one point to the other: not past where it could not go on before."""
+        length = math.dist(begin, end)
+        along = ((end[0] - begin[0]) / length, (end[1] - begin[1]) / length) if length > 0.0 else (0.0, 0.0)
+        for place in self._obstacles:
+            u, v = place[0] - begin[0], place[1] - begin[1]
+            way = min(max(u * along[0] + v * along[1], 0.0), length)
+            if math.dist((u, v), (way * along[0], way * along[1])) < BERTH:
+                return False
+        return True
+
+    def _take_row(self) -> bool:
+        """Keep what was felt; return whether it was enough for a row."""
+        if self._row is None:
+            return False
+        row = self._recorder.take(self._row)
+        if len(row) > 1:
+            self._rows.append(row)
+        return len(row) > 1
 
     def _plan(self) -> tuple[Point, Point] | None:
-        if self.way >= self._goal.length:
+        if self.way >= self._goal.way:
             return None
-        if not self._queue:
-            self._queue = self._coarse_strokes() if self._coarse else []
-        if not self._queue:
-            self._queue = self._fine_strokes()
-        return self._queue.pop(0) if self._queue else None
+        return (self._coarse_stroke() if self._coarse else None) or self._fine_stroke()
 
-    def _coarse_strokes(self) -> list[tuple[Point, Point]]:
-        """The next row of the first pass; then, at once, the rows between that `prior` asks for."""
+    def _coarse_stroke(self) -> tuple[Point, Point] | None:
+        """The next row of the first pass; None at its end."""
         near, far = self._u
         if self._row is None:
-            return [((near, self._v[0]), (far, self._v[0]))]
+            return (near, self._v[0]), (far, self._v[0])
         if self._at[0] > 0.5 * (near + far):
             near, far = far, near
         rest = self._v[1] - self._row
         if rest > self._settings.finest:
-            v = self._row + rest / max(math.ceil(rest / self._coarse_gap() - 0.15), 1)
-            return [((near, v), (far, v))]
+            v = self._row + rest / max(math.ceil(rest / self._gap() - 0.15), 1)
+            return (near, v), (far, v)
         self._coarse = False
-        strokes: list[tuple[Point, Point]] = []
-        levels = sorted({*self._v, *(row.v for row in self._rows)}, reverse=True)
-        for high, low in pairwise(levels):
-            count = math.ceil((high - low) / self._settings.prior - 0.05)
-            for k in range(1, count):
-                v = high - (high - low) * k / count
-                strokes.append(((near, v), (far, v)))
-                near, far = far, near
-        return strokes
+        return None
 
-    def _coarse_gap(self) -> float:
+    def _gap(self) -> float:
         """Return the distance of rows that what was felt so far asks for [m]."""
-        own, gap = self._settings, self._settings.widest
-        quantile = 0.5 if self._goal.measure is Measure.RMS else 0.8
-        for tried in LADDER:
-            if tried > self._u[1] - self._u[0]:
-                break
-            noise = own.noise.missed_variance(tried, own.stretch)
-            error = typical(self._rows, tried, COLUMN, noise, quantile)
-            if error > SIGNAL * self._goal.error:
-                gap = min(gap, own.caution * tried * (self._goal.error / error) ** 0.25)
-                break
+        own, goal = self._settings, self._goal
+        gap = self._coarse_gap.wanted(self._rows, goal.error * own.caution**4, goal.measure, own.widest)
         return max(gap, 2.0 * own.finest)
 
-    def _fine_strokes(self) -> list[tuple[Point, Point]]:
-        """The stroke along the strip that is worth most per way; none if the goal is reached everywhere."""
+    def _fine_stroke(self) -> tuple[Point, Point] | None:
+        """The stroke that is worth most per way; None if the goal is reached, or nothing is left."""
         own, goal = self._settings, self._goal
-        how = Expectation(own.noise, own.stretch, own.unknown)
-        strips = Columns(self._rows, *self._u, COLUMN, how).strips(goal.measure.value, goal.error)
-        open_strips = [s for s in strips if s.gap >= 2.0 * own.finest and s not in self._tried]
-        if not open_strips or self._reached(strips):
-            return []
+        if not self._rows:
+            return None
+        self._columns.take(self._rows)
+        if self._reached():
+            return None
+        strips = self._columns.strips(goal.measure.value, goal.error)
+        open_strips = [s for s in strips if s.gap >= 2.0 * own.finest and s.place not in self._tried]
+        if not open_strips:
+            return None
         best = max(open_strips, key=self._worth_per_way)
-        self._tried.append(best)  # what could not be felt the first time is not asked for again
-        begin, end = self._ends(best)
-        return [(begin, end)]
+        self._tried.add(best.place)  # what could not be felt the first time is not asked for again
+        return self._ends(best)
 
     def _ends(self, strip: Strip) -> tuple[Point, Point]:
-        v = 0.5 * (strip.low + strip.high)
-        a, b = (strip.begin, v), (strip.end, v)
+        v, middle = 0.5 * (strip.low + strip.high), 0.5 * (strip.begin + strip.end)
+        # a detail is about as long as the gap in which it was noticed, and its flanks count
+        half = 0.5 * max(strip.end - strip.begin + BESIDE * strip.gap, strip.gap)
+        # what would be left of the strip at the end of the field is not worth coming back for
+        near, far = self._u[0] + 0.5 * strip.gap, self._u[1] - 0.5 * strip.gap
+        a = (middle - half if middle - half > near else self._u[0], v)
+        b = (middle + half if middle + half < far else self._u[1], v)
         return (a, b) if math.dist(self._at, a) <= math.dist(self._at, b) else (b, a)
 
     def _worth_per_way(self, strip: Strip) -> float:
         begin, end = self._ends(strip)
         return strip.worth / (math.dist(self._at, begin) + math.dist(begin, end))
 
-    def _reached(self, strips: list[Strip]) -> bool:
-        """Whether the error that is expected meets the goal, over enough of the field."""
-        width, depth = self._u[1] - self._u[0], self._v[1] - self._v[0]
-        power = self._goal.measure.value
-        whole = [s for s in strips if s.whole]
-        near = sum((s.end - s.begin) * s.gap for s in whole if s.gap <= self._settings.prior)
-        if near < (self._goal.area - 1e-9) * width * depth * 0.97:
+    def _reached(self) -> bool:
+        """Whether the error that is expected meets the goal, over as much of the field as it asks for."""
+        error, gap, area = self._columns.cells()
+        own, goal = self._settings, self._goal
+        wanted = goal.area * (self._u[1] - self._u[0]) * (self._v[1] - self._v[0]) * 0.99
+        known = gap <= own.prior
+        if goal.area >= 1.0 and not known.all():
             return False
-        if self._goal.measure is Measure.LARGEST:
-            return max((s.worst for s in whole), default=0.0) <= self._goal.error
-        area = sum((s.end - s.begin) * s.gap for s in whole)
-        return bool(sum(s.worth for s in whole) <= area * self._goal.error**power)
+        error, area = error[known], area[known]
+        order = error.argsort()
+        best = area[order].cumsum() <= max(wanted, area.sum() * goal.area)
+        error, area = error[order][best], area[order][best]
+        if area.sum() < wanted - area.max(initial=0.0):
+            return False
+        if goal.measure is Measure.LARGEST:
+            return bool(error.max(initial=0.0) <= goal.error)
+        return bool((error**2 * area).sum() <= area.sum() * goal.error**2)

@@ -81,7 +81,9 @@ class Contour:
     def next(self, ended: Ended | None) -> Leg | None:
         """As `Strategy`."""
         if ended is not None:
-            self._diary.end(ended)
+            leg = self._legs[self._next - 1]
+            height = self.plane.flat(ended.tip)[2]
+            self._diary.end(ended, self.plane.base(leg.to, height) if isinstance(leg, Hop) else None)
             if ended.how is not LegEnd.REACHED:
                 return None
         if self._next == len(self._legs):

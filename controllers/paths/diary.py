@@ -10,9 +10,14 @@ EVENTS = {
     LegEnd.MISSED: (Event.UNREACHABLE, "nothing was met within the approach distance"),
     LegEnd.LOST: (Event.LOST, "the surface was lost, and one slow bounded search did not find it"),
     LegEnd.STEEP: (Event.STEEP, "steeper than what can be followed: the rest of the leg was left out"),
-    LegEnd.BLOCKED: (Event.BLOCKED, "the force rose against the motion: the rest of the leg was left out"),
+    LegEnd.BLOCKED: (
+        Event.BLOCKED,
+        "the force rose against the motion, or the robot's room ended: the rest of the leg was left out",
+    ),
     LegEnd.OVERLONG: (Event.OPEN, "the contour did not close within the length that was allowed"),
 }
+
+OUT_OF_REACH = "the tip could not be brought there: something stood in the way, or the robot's room ended"
 
 
 class Diary:
@@ -35,12 +40,14 @@ class Diary:
         if mark is not None:
             self._marks.append(mark)
 
-    def end(self, ended: Ended) -> None:
-        """Take the end of a leg."""
+    def end(self, ended: Ended, aim: Vector | None = None) -> None:
+        """Take the end of a leg; `aim` is where it should have landed, if that was what it was for [m]."""
         mark = self._watch.leave()
         if mark is not None:
             self._marks.append(mark)
-        if ended.how in EVENTS:
+        if ended.how is LegEnd.BLOCKED and aim is not None:
+            self._marks.append(Mark(Event.UNREACHABLE, aim, OUT_OF_REACH))
+        elif ended.how in EVENTS:
             event, reason = EVENTS[ended.how]
             self._marks.append(Mark(event, self._contact or ended.tip, reason))
         self._contact = None

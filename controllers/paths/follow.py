@@ -1,13 +1,15 @@
 """Follows a path that is known beforehand, and goes on beyond what cannot be followed."""
 
 import math
-from itertools import pairwise
+from bisect import bisect_right
+from itertools import accumulate, pairwise
 from typing import Protocol
 
 from palpate.controllers.paths.diary import Diary
 from palpate.controllers.paths.felt import Felt
 from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
 from palpate.controllers.paths.marks import Mark
+from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.errors import positive
 
@@ -26,13 +28,17 @@ class Path(Protocol):
 class Follow:
     """Lands at the first corner and slides along the path.
 
-    Where it is too steep or blocked, or nothing is met, the place is marked and the path goes on from its next
-    corner, at least `left_out` further on. A loss ends it.
+    Where it is too steep or blocked, or nothing is met, the place is marked and the path goes on `left_out`
+    further on, and twice as far every time that this leads to nothing either: of a path that lies beside the
+    object the number of tries grows with the logarithm of its length. A loss ends it; so does a first landing
+    that meets nothing.
     """
 
     def __init__(self, path: Path, plane: PathPlane | None = None, left_out: float = LEFT_OUT) -> None:
         self.plane = plane or PathPlane()
         self._corners = path.corners()
+        steps = (math.dist(a, b) for a, b in pairwise(self._corners))
+        self._ways = tuple(accumulate(steps, initial=0.0))  # along the path to every corner
         self._left_out = positive("left_out", left_out, "m")
         self.start()
 
@@ -44,55 +50,59 @@ class Follow:
     def start(self) -> None:
         """As `Strategy`."""
         self._diary = Diary()
-        self._next = 0  # corner where the present leg began or begins
+        self._way = 0.0  # along the path, to where the present leg began or begins
         self._landing = False
+        self._met = False
+        self._leave_out = self._left_out
 
     def feel(self, felt: Felt) -> bool:
         """As `Strategy`."""
         self._diary.feel(felt)
+        self._met, self._leave_out = True, self._left_out
         return False
 
     def next(self, ended: Ended | None) -> Leg | None:
         """As `Strategy`."""
         if ended is None:
-            return self._hop(0)
-        self._diary.end(ended)
-        if ended.how is LegEnd.LOST:
+            return self._land(0.0)
+        aim = self.plane.base(self._at(self._way), self.plane.flat(ended.tip)[2]) if self._landing else None
+        self._diary.end(ended, aim)
+        if ended.how is LegEnd.LOST or (ended.how is LegEnd.MISSED and not self._met):
             return None
         if ended.how is LegEnd.REACHED:
-            rest = self._corners[self._next + 1 :]
-            if not self._landing or not rest:
+            if not self._landing:
                 return None
             self._landing = False
-            return Stroke(rest)
-        at = self._next if self._landing else self._reached(ended)
-        return self._hop(self._beyond(at))
+            return Stroke(self._corners[bisect_right(self._ways, self._way) :])
+        way = (self._way if self._landing else self._reached(ended)) + self._leave_out
+        self._leave_out *= 2.0
+        return self._land(way) if way < self._ways[-1] - PathFollower.ARRIVED else None
 
-    def _hop(self, corner: int) -> Leg | None:
-        if corner >= len(self._corners):
-            return None
-        self._next, self._landing = corner, True
-        return Hop(self._corners[corner])
+    def _land(self, way: float) -> Leg:
+        self._way, self._landing = way, True
+        return Hop(self._at(way))
 
-    def _reached(self, ended: Ended) -> int:
-        """The corner that the tip was heading for: the end of the segment nearest to it."""
+    def _at(self, way: float) -> Point:
+        """The place so far along the path [m]."""
+        k = min(bisect_right(self._ways, way), len(self._ways) - 1)
+        (ax, ay), (bx, by) = self._corners[k - 1], self._corners[k]
+        share = (way - self._ways[k - 1]) / (self._ways[k] - self._ways[k - 1])
+        return (ax + share * (bx - ax), ay + share * (by - ay))
+
+    def _reached(self, ended: Ended) -> float:
+        """How far along the path the tip came [m]: to the place nearest to it, on the way that was left."""
         u, v, _ = self.plane.flat(ended.tip)
-        segments = list(pairwise(self._corners))[self._next :]
-        distances = [_distance((u, v), a, b) for a, b in segments]
-        return self._next + 1 + distances.index(min(distances))
-
-    def _beyond(self, corner: int) -> int:
-        """The first corner from here on that is far enough along the path."""
-        way, k = 0.0, corner + (1 if self._landing else 0)
-        while k < len(self._corners) and way < self._left_out:
-            way += math.dist(self._corners[k - 1], self._corners[k]) if k else 0.0
-            k += 1
-        return max(k - 1, corner) if way >= self._left_out else len(self._corners)
+        first = bisect_right(self._ways, self._way) - 1
+        tried = []
+        for k, (a, b) in enumerate(pairwise(self._corners[first:]), first):
+            share = _share((u, v), a, b)
+            nearest = (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]))
+            tried.append((math.dist((u, v), nearest), self._ways[k] + share * (self._ways[k + 1] - self._ways[k])))
+        return max(min(tried)[1], self._way)
 
 
-def _distance(point: Point, a: Point, b: Point) -> float:
-    """Distance of a point from a segment [m]."""
+def _share(point: Point, a: Point, b: Point) -> float:
+    """Where on a segment the place nearest to a point lies, from 0 at its beginning to 1 at its end."""
     du, dv = b[0] - a[0], b[1] - a[1]
-    t = ((point[0] - a[0]) * du + (point[1] - a[1]) * dv) / (du * du + dv * dv)
-    t = min(max(t, 0.0), 1.0)
-    return math.dist(point, (a[0] + t * du, a[1] + t * dv))
+    along = ((point[0] - a[0]) * du + (point[1] - a[1]) * dv) / (du * du + dv * dv)
+    return min(max(along, 0.0), 1.0)

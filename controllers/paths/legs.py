@@ -11,7 +11,10 @@ from palpate.spatial import Vector
 
 @dataclass(frozen=True, slots=True)
 class Hop:
-    """Lift off, travel above the object, and land.
+    """Lift off, travel above the object at the height at which the run began, and land.
+
+    It ends as REACHED in contact and settled; as MISSED, with the tip still down there, if nothing is met within
+    the approach distance; as BLOCKED if the way there is.
 
     Attributes:
         to: Where to land, in the plane of the path [m].
@@ -23,6 +26,8 @@ class Hop:
 @dataclass(frozen=True, slots=True)
 class Stroke:
     """Slide in contact along a polygon, from wherever the tip is to its first corner and on.
+
+    A tip that is off the surface first lands where it is. A lost surface is sought once per leg.
 
     Attributes:
         corners: In the plane of the path [m], at least one.
@@ -37,7 +42,7 @@ class Stroke:
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """Approach along the axis, touch once, and retreat.
+    """Approach along the axis, touch once, and retreat along it; from touch to touch travel at that height.
 
     Attributes:
         at: In the plane of the path [m].
@@ -82,7 +87,8 @@ class LegEnd(Enum):
     STEEP = "steep"
     """The surface became too steep to follow."""
     BLOCKED = "blocked"
-    """The force rose against the motion, or the robot's limits ended it."""
+    """The tip did not get on, though it was told to; what stood in the way of a flight could not be avoided; or
+    the tip would have left its room."""
     OVERLONG = "overlong"
     """A circuit did not end by itself."""
 

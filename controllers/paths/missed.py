@@ -55,14 +55,16 @@ def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
     if len(row) < 2:
         return np.full(len(at), np.nan)
     low, high = at - 0.5 * gap, at + 0.5 * gap
+    # rows begin and end within a stretch of where they were meant to: there the profile goes on straight
+    slack = 1.5 * (u[1] - u[0])
+    longer = np.concatenate([[u[0] - slack], u, [u[-1] + slack]])
     profile = row.profile
-    across = 0.5 * (np.interp(low, u, profile) + np.interp(high, u, profile))
+    profile = np.concatenate([[-slack * row.slope[0]], profile, [profile[-1] + slack * row.slope[-1]]])
+    across = 0.5 * (np.interp(low, longer, profile) + np.interp(high, longer, profile))
     across += 0.125 * gap * (np.interp(low, u, row.slope) - np.interp(high, u, row.slope))
-    along = np.interp(at, u, profile) - across
+    along = np.interp(at, longer, profile) - across
     cross = row.cross_slope
     aside = np.interp(at, u, cross) - 0.5 * (np.interp(low, u, cross) + np.interp(high, u, cross))
-    # rows begin and end within a stretch of where they were meant to
-    slack = 1.5 * (u[1] - u[0])
     error = np.hypot(along, CROSS * gap * aside)
     error[(low < u[0] - slack) | (high > u[-1] + slack)] = np.nan
     return np.asarray(error)
@@ -90,16 +92,3 @@ def missed_around(row: Row, gap: float, at: FloatArray, noise: float) -> FloatAr
     index = np.arange(len(at))
     begin, end = np.maximum(index - half, 0), np.minimum(index + half + 1, len(at))
     return np.asarray(np.sqrt(np.maximum((total[end] - total[begin]) / (end - begin) - noise, 0.0)))
-
-
-def typical(rows: list[Row], gap: float, spacing: float, noise: float, quantile: float = 0.5) -> float:
-    """Return what rows a gap apart typically miss: the median over all that was felt [m].
-
-    The median does not see detail on less than half of the surface: that is for strokes of its own.
-    """
-    values = []
-    for row in rows:
-        if len(row) > 1 and row.u[-1] - row.u[0] >= gap:
-            at = np.arange(row.u[0] + 0.5 * gap, row.u[-1] - 0.5 * gap + spacing, spacing)
-            values.append(missed_around(row, gap, at, noise))
-    return float(np.quantile(np.concatenate(values), quantile)) if values else 0.0

@@ -11,9 +11,12 @@ from palpate.controllers.paths.plane import PathPlane
 class Strategy(Protocol):
     """Decides leg by leg where the tip goes, from what it felt.
 
-    A controller calls `feel` in every period in contact (microseconds) and `next` between legs, with the tip at
-    rest (up to 100 ms). All that a strategy knows it was told by these calls: told the same again after `start`,
-    it asks for the same.
+    A controller calls `feel` in every period in which the tip sweeps or a touch rests (microseconds), and `next`
+    between legs, when it has told the tip to rest: on the surface under force control, or lifted. (After a loss it
+    is just stopping from landing speed: 10 ms are 0.05 mm.) `next` should take a period at most, and 10 ms at
+    worst: so long the robot goes on as it was last told, and a real-time loop is late and, unless it was told to
+    stop at that, skips the periods it missed. At 100 ms between samples the supervisor ends the run.
+    All that a strategy knows it was told by these calls: told the same again after `start`, it asks for the same.
     """
 
     @property
@@ -31,7 +34,10 @@ class Strategy(Protocol):
         ...
 
     def feel(self, felt: Felt) -> bool:
-        """Take one period in contact; return whether the present leg has now found its end."""
+        """Take one period in contact; return whether the present leg has now found its end.
+
+        Landings are not told: they are settled, not swept.
+        """
         ...
 
     def next(self, ended: Ended | None) -> Leg | None:

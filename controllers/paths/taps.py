@@ -51,7 +51,8 @@ class Taps:
     def next(self, ended: Ended | None) -> Leg | None:
         """As `Strategy`."""
         if ended is not None:
-            self._diary.end(ended)
+            at = self._legs[self._next - 1].at
+            self._diary.end(ended, self.plane.base(at, self.plane.flat(ended.tip)[2]))
         if self._next == len(self._legs):
             return None
         self._next += 1

@@ -25,9 +25,10 @@ WAVE_SAMPLES = 60
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HeightField(TracedObject):
-    """The surface through heights on a regular grid, about the z axis; beside its rectangle is nothing.
+    """The surface through heights on a regular grid, about the z axis, and all below it; beside it is nothing.
 
-    Between samples it is a bicubic spline, smooth up to its curvature.
+    Between samples it is a bicubic spline, smooth up to its curvature. Its rim is an edge, below which walls go
+    straight down, without end.
 
     Attributes:
         heights: z at the samples, y from -depth/2 to depth/2 along rows, x along columns, shape (ny, nx) [m].
@@ -123,7 +124,7 @@ class HeightField(TracedObject):
         )
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
-        """See `SceneObject`; negative below. Far away, the nearest point is first looked for on a grid."""
+        """See `SceneObject`. Far away, the nearest point is first looked for on a grid."""
         return np.asarray(distances_to_heights(self._packed, np.ascontiguousarray(points, dtype=np.float64)))
 
     def height(self, x: FloatArray, y: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.nearest import each, nearest_on_mesh
 from palpate.sim.objects.primitives import STEEPEST
+from palpate.sim.objects.pseudonormals import pseudonormals
 from palpate.sim.objects.traced import PICTURE_COLOUR, Nearest, TracedObject, add_mesh_picture, picture_name
 from palpate.sim.objects.vertical import heights_of_mesh, upper_surface, windings
 from palpate.sim.one_contact import one_contact
@@ -192,7 +193,8 @@ def packed_tree(corners: FloatArray) -> FloatArray:
 
     Returns:
         Number of branches; of each branch, lows and highs of its box and either its two children or (first
-        triangle, -number of triangles); then the corners of every triangle in the tree's order.
+        triangle, -number of triangles); then the corners of every triangle in the tree's order; then likewise
+        their pseudonormals.
     """
     centers = corners.mean(axis=1)
     branches: list[list[float]] = []
@@ -212,7 +214,8 @@ def packed_tree(corners: FloatArray) -> FloatArray:
         return here
 
     grow(np.arange(len(corners)))
-    return np.concatenate([[len(branches)], np.ravel(branches), corners[order].ravel()])
+    normals = pseudonormals(corners)[order]
+    return np.concatenate([[len(branches)], np.ravel(branches), corners[order].ravel(), normals.ravel()])
 
 
 def _vertex_normals(triangles: Triangles) -> FloatArray:

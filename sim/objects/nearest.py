@@ -21,14 +21,20 @@ NEWTON_STEPS = 20
 CONVERGED = 1e-13
 """Length of a Newton step [m] that is rounding."""
 
+ON_RIM = 1e-12
+"""[m] A point nearer to the rim has no direction from it."""
+
 SEARCHED = 41
 """Samples along each side of the square in which a distant point's nearest one on a height field is looked for."""
 
 NOWHERE = 1e-300
 """[m] from an axis below which there is no direction: denormal numbers divide to vectors longer than 1."""
 
-BRANCHES, TRIANGLE = 8, 9
-"""Numbers of a branch of the tree of boxes, and of a triangle."""
+BRANCHES, TRIANGLE, NORMALS = 8, 9, 21
+"""Numbers of a branch of the tree of boxes, of a triangle's corners, and of its pseudonormals."""
+
+FACET, EDGE_AB, EDGE_BC, EDGE_CA, VERTEX_A, VERTEX_B, VERTEX_C = range(7)
+"""What of a triangle is nearest, as its pseudonormals are ordered."""
 
 DEEPEST = 64
 """Levels of that tree: halving the triangles at each, more than memory holds."""
@@ -84,7 +90,10 @@ def spline_height(p: Any, x: Any, y: Any) -> Any:
 
 @njit(error_model="numpy", cache=True)
 def nearest_from(p: Any, x: Any, y: Any, z: Any, u: Any, v: Any) -> Any:
-    """Newton's method from above (u, v) on the squared distance to the height field; stays on its rectangle."""
+    """Newton's method from above (u, v) on the squared distance to the height field; stays on its rectangle.
+
+    At its rim, where surface and wall meet, the normal points to the given point, as on every edge.
+    """
     half_width, half_depth = 0.5 * p[6], 0.5 * p[7]
     u, v = min(max(u, -half_width), half_width), min(max(v, -half_depth), half_depth)
     h, hx, hy, hxx, hxy, hyy = spline_height(p, u, v)
@@ -121,25 +130,42 @@ def nearest_from(p: Any, x: Any, y: Any, z: Any, u: Any, v: Any) -> Any:
         else:
             break
         u, v, h, hx, hy, hxx, hxy, hyy, squared = tu, tv, th, tx, ty, txx, txy, tyy, tried
+    if abs(u) >= half_width or abs(v) >= half_depth:
+        beside = abs(x) > half_width or abs(y) > half_depth
+        nx, ny, nz = x - u, y - v, z - h
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if length > ON_RIM and (beside or z > spline_height(p, x, y)[0]):
+            return (u, v, h, nx / length, ny / length, nz / length)
     steep = math.sqrt(1.0 + hx * hx + hy * hy)
     return (u, v, h, -hx / steep, -hy / steep, 1.0 / steep)
 
 
 @njit(error_model="numpy", cache=True)
 def nearest_on_heights(p: Any, x: Any, y: Any, z: Any) -> Any:
-    """Nearest point of a height field, searched from the point below."""
+    """Nearest point of a height field, searched from the point below; beside it, below its rim, on its wall."""
+    u, v = min(max(x, -0.5 * p[6]), 0.5 * p[6]), min(max(y, -0.5 * p[7]), 0.5 * p[7])
+    beside = math.hypot(x - u, y - v)
+    if beside > ON_RIM and z <= spline_height(p, u, v)[0]:
+        return (u, v, z, (x - u) / beside, (y - v) / beside, 0.0)
     return nearest_from(p, x, y, z, x, y)
 
 
 @njit(error_model="numpy", cache=True)
 def distances_to_heights(p: Any, points: Any) -> Any:
-    """Distance of points (n, 3) to a height field, negative below it; shape (n,). Searches a grid first."""
+    """Distance of points (n, 3) to what lies below a height field, negative in it; shape (n,).
+
+    Above it, the nearest point is first searched for on a grid.
+    """
     half_width, half_depth = 0.5 * p[6], 0.5 * p[7]
     distances = np.empty(len(points))
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         u, v = min(max(x, -half_width), half_width), min(max(y, -half_depth), half_depth)
         below = spline_height(p, u, v)[0]
+        beside = math.hypot(x - u, y - v)
+        if beside > 0.0 and z <= below:  # the wall
+            distances[i] = beside
+            continue
         best = (u - x) ** 2 + (v - y) ** 2 + (below - z) ** 2
         reach = math.sqrt(best)  # the nearest point is not farther
         for k in range(SEARCHED):
@@ -152,8 +178,10 @@ def distances_to_heights(p: Any, points: Any) -> Any:
                         best, u, v = squared, a, b
         a, b, c, _, _, _ = nearest_from(p, x, y, z, u, v)
         distance = math.sqrt((a - x) ** 2 + (b - y) ** 2 + (c - z) ** 2)
-        covered = abs(x) <= half_width and abs(y) <= half_depth
-        distances[i] = -distance if covered and z < below else distance
+        if beside == 0.0 and z < below:
+            distances[i] = -min(distance, half_width - abs(x), half_depth - abs(y))
+        else:
+            distances[i] = distance
     return distances
 
 
@@ -161,12 +189,13 @@ def distances_to_heights(p: Any, points: Any) -> Any:
 def nearest_on_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
     """Nearest point of a triangle mesh; p as `palpate.sim.objects.mesh.packed_tree` makes it.
 
-    The normal points from the nearest point to the given one; inside, by the nearest facet, the other way.
+    The normal points from the nearest point to the given one; inside, the other way. Which it is, the pseudonormal
+    of what is nearest tells, a facet, an edge or a vertex: see `palpate.sim.objects.pseudonormals`.
     """
     first = 1 + BRANCHES * int(p[0])
     best = math.inf
     bx = by = bz = 0.0
-    facet = 0
+    facet = feature = 0
     stack = np.empty(DEEPEST, np.int64)
     stack[0], filled = 0, 1
     while filled > 0:
@@ -184,18 +213,17 @@ def nearest_on_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
             continue
         for k in range(a, a - b):
             at = first + TRIANGLE * k
-            qx, qy, qz = nearest_on_triangle(p, at, x, y, z)
+            qx, qy, qz, of = nearest_on_triangle(p, at, x, y, z)
             squared = (qx - x) ** 2 + (qy - y) ** 2 + (qz - z) ** 2
             if squared < best:
-                best, bx, by, bz, facet = squared, qx, qy, qz, at
-    ux, uy, uz = p[facet + 3] - p[facet], p[facet + 4] - p[facet + 1], p[facet + 5] - p[facet + 2]
-    vx, vy, vz = p[facet + 6] - p[facet], p[facet + 7] - p[facet + 1], p[facet + 8] - p[facet + 2]
-    fx, fy, fz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                best, bx, by, bz, facet, feature = squared, qx, qy, qz, k, of
+    triangles = (len(p) - first) // (TRIANGLE + NORMALS)
+    at = first + TRIANGLE * triangles + NORMALS * facet + 3 * feature
+    fx, fy, fz = p[at], p[at + 1], p[at + 2]
     nx, ny, nz = x - bx, y - by, z - bz
     length = math.sqrt(best)
     if length < 1e-12:
-        length = math.sqrt(fx * fx + fy * fy + fz * fz)
-        return (bx, by, bz, fx / length, fy / length, fz / length)
+        return (bx, by, bz, fx, fy, fz)
     if nx * fx + ny * fy + nz * fz < 0.0:
         length = -length
     return (bx, by, bz, nx / length, ny / length, nz / length)
@@ -212,35 +240,38 @@ def box_distance(p: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
 
 @njit(error_model="numpy", cache=True)
 def nearest_on_triangle(p: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
-    """Nearest point of the triangle at p[at:at + 9] (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    """Nearest point of the triangle at p[at:at + 9], and what it lies on.
+
+    After Ericson, Real-Time Collision Detection, 5.1.5.
+    """
     ax, ay, az = p[at], p[at + 1], p[at + 2]
     ux, uy, uz = p[at + 3] - ax, p[at + 4] - ay, p[at + 5] - az
     vx, vy, vz = p[at + 6] - ax, p[at + 7] - ay, p[at + 8] - az
     wx, wy, wz = x - ax, y - ay, z - az
     d1, d2 = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
     if d1 <= 0.0 and d2 <= 0.0:
-        return (ax, ay, az)
+        return (ax, ay, az, VERTEX_A)
     uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
     d3, d4 = d1 - uu, d2 - uv
     if d3 >= 0.0 and d4 <= d3:
-        return (ax + ux, ay + uy, az + uz)
+        return (ax + ux, ay + uy, az + uz, VERTEX_B)
     vc = d1 * d4 - d3 * d2
     if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
         s = d1 / (d1 - d3)
-        return (ax + s * ux, ay + s * uy, az + s * uz)
+        return (ax + s * ux, ay + s * uy, az + s * uz, EDGE_AB)
     d5, d6 = d1 - uv, d2 - vv
     if d6 >= 0.0 and d5 <= d6:
-        return (ax + vx, ay + vy, az + vz)
+        return (ax + vx, ay + vy, az + vz, VERTEX_C)
     vb = d5 * d2 - d1 * d6
     if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
         t = d2 / (d2 - d6)
-        return (ax + t * vx, ay + t * vy, az + t * vz)
+        return (ax + t * vx, ay + t * vy, az + t * vz, EDGE_CA)
     va = d3 * d6 - d5 * d4
     if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
         t = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        return (ax + ux + t * (vx - ux), ay + uy + t * (vy - uy), az + uz + t * (vz - uz))
+        return (ax + ux + t * (vx - ux), ay + uy + t * (vy - uy), az + uz + t * (vz - uz), EDGE_BC)
     s, t = vb / (va + vb + vc), vc / (va + vb + vc)
-    return (ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz)
+    return (ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz, FACET)
 
 
 @njit(error_model="numpy", cache=True)

@@ -18,6 +18,7 @@ class Mount(Enum):
     FIXED = "fixed"
     FREE = "free"
     DRIVEN = "driven"
+    SPRUNG = "sprung"
 
 
 class Placer(Protocol):
@@ -39,7 +40,7 @@ class Nowhere:
 
 @runtime_checkable
 class Target(Protocol):
-    """A body with one geom, for a tip to touch: `StillObject`, `ObjectBody`, `MovingTarget`."""
+    """A body with one geom, for a tip to touch: `StillObject`, `ObjectBody`, `MovingTarget`, `SprungTarget`."""
 
     @property
     def shape(self) -> SceneObject:

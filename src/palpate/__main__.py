@@ -1,7 +1,19 @@
-"""`python -m palpate` is `palpate`."""
+"""`palpate`, and `python -m palpate`."""
 
+import os
 import sys
 
-from palpate.cli import main
+from palpate.one_thread import LINEAR_ALGEBRA
 
-sys.exit(main())
+
+def main() -> int:
+    """Run the command with the words that were typed; returns its exit code."""
+    for name, value in LINEAR_ALGEBRA.items():
+        os.environ.setdefault(name, value)
+    from palpate.cli import main as command  # only now: it loads numpy
+
+    return command()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -19,6 +19,7 @@ from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import ExploreOptions
 from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
 from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_options import RegulateOptions
 from palpate.experiments.replay_config import ReplayConfig
 from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.experiments.view_config import ViewConfig
@@ -69,9 +70,11 @@ COMMANDS: Mapping[str, Command | Group] = {
         ExploreConfig,
     ),
     "regulate": Command(
-        RegulateConfig,
+        RegulateOptions,
         "palpate.experiments.regulate_command:run_regulate",
         "Hold a force on a simulated surface that stands, moves or yields, and show how well.",
+        "palpate.experiments.regulate_options:default_options",
+        RegulateConfig,
     ),
     "contact": Command(
         ContactConfig,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.controllers import ExploreController, ExploreParameters, Raster, force_gain
+from palpate.controllers.paths import Follow
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, Phase, Sample, WrenchSample
 from palpate.runtime.touch import Finger, Touch
@@ -54,7 +55,7 @@ class Plane:
 def explore(plane, seconds=6.0, vanish=None, back=None, parameters=WANTED):
     """Rows of (time, phase, velocity, force, touching); the plane vanishes and returns at given times."""
     touch = Touch(Finger(Sphere(RADIUS)))
-    controller = ExploreController(parameters, RASTER, PERIOD)
+    controller = ExploreController(parameters, Follow(RASTER), PERIOD)
     controller.start(touch.sense(plane.sample()))
     rows = []
     while plane.time < seconds:
@@ -149,7 +150,7 @@ def test_a_surface_found_again_is_swept_on():
 def test_the_surface_is_sought_once_only():
     plane = Plane()
     touch = Touch(Finger(Sphere(RADIUS)))
-    controller = ExploreController(WANTED, RASTER, PERIOD)
+    controller = ExploreController(WANTED, Follow(RASTER), PERIOD)
     controller.start(touch.sense(plane.sample()))
     seen = []
     while plane.time < 5.0:
@@ -174,7 +175,7 @@ def test_a_single_spike_before_landing_does_not_end_the_approach():
     """One sample over the touch threshold, from noise or a knock, and nothing there."""
     plane = Plane(gap=0.005)
     touch = Touch(Finger(Sphere(RADIUS)))
-    controller = ExploreController(WANTED, RASTER, PERIOD)
+    controller = ExploreController(WANTED, Follow(RASTER), PERIOD)
     controller.start(touch.sense(plane.sample()))
     seen = []
     for i in range(9000):
@@ -195,7 +196,7 @@ def test_on_a_wall_the_exploration_is_given_up_without_a_crash_or_a_leap(tilt):
     """A path seen from above makes no way on a wall; at 90 degrees its tangent has no horizontal part at all."""
     out = (math.sin(tilt), 0.0, math.cos(tilt))
     wrench = (*(FORCE * c for c in out), 0.0, 0.0, 0.0)
-    touch, controller = Touch(Finger(Sphere(RADIUS))), ExploreController(WANTED, RASTER, PERIOD)
+    touch, controller = Touch(Finger(Sphere(RADIUS))), ExploreController(WANTED, Follow(RASTER), PERIOD)
     position, seen = np.array([*RASTER.corners()[0], 0.0]), []
     for i in range(2000):
         arm = ArmSample(i * PERIOD, tuple(position.tolist()), IDENTITY, (0.0, 0.0, 0.0))
@@ -212,7 +213,7 @@ def test_on_a_wall_the_exploration_is_given_up_without_a_crash_or_a_leap(tilt):
 
 
 def test_starting_again_forgets_everything():
-    controller = ExploreController(WANTED, RASTER, PERIOD)
+    controller = ExploreController(WANTED, Follow(RASTER), PERIOD)
     runs = []
     for _ in range(2):
         plane, touch = Plane(TILT), Touch(Finger(Sphere(RADIUS)))
@@ -243,7 +244,7 @@ def test_from_rest_to_rest_no_phase_begins_or_ends_with_a_leap(tilt, vanish, sle
 def test_force_control_does_not_wait_for_the_slew_limit_on_landing():
     """From descending at landing speed to retreating at it in one period: a bounce is answered at once."""
     plane, touch = Plane(gap=0.001), Touch(Finger(Sphere(RADIUS)))
-    controller = ExploreController(WANTED, RASTER, PERIOD)
+    controller = ExploreController(WANTED, Follow(RASTER), PERIOD)
     controller.start(touch.sense(plane.sample()))
     for _ in range(50):
         plane.move(controller.step(touch.sense(plane.sample())))

@@ -19,6 +19,7 @@ from palpate.controllers import (
     surface_filter,
     tracking_delay,
 )
+from palpate.controllers.paths import Follow
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.replay import replay
 from palpate.sensing.compensation import Payload
@@ -51,7 +52,9 @@ TURNTABLE = MovingTarget(PLATE, [DrivenJoint(JointKind.HINGE, (0.0, 0.0, 1.0), R
 class Swept:
     """One exploration of a target."""
 
-    def __init__(self, target, carrier=None, assumed=None, follow=False, seconds=8.0, make=None, **options):
+    def __init__(
+        self, target, carrier=None, assumed=None, follow=False, seconds=8.0, make=None, landing=0.005, **options
+    ):
         law, tip = ContactLaw(), Tip(Sphere(RADIUS))
         self.carrier = carrier or Stage()
         self.shape = getattr(target, "shape", target)
@@ -61,13 +64,15 @@ class Swept:
         stiffness = assumed or law.stiffness
         delay = tracking_delay(PERIOD, self.carrier.lag)
         gain = force_gain(series_stiffness(stiffness, self.carrier.stiffness(tip.mass)), delay)
-        parameters = ExploreParameters(force=FORCE, speed=0.02, gain=gain, lead=delay, settle_time=0.8)
+        parameters = ExploreParameters(
+            force=FORCE, speed=0.02, gain=gain, lead=delay, settle_time=0.8, landing_speed=landing
+        )
         self.finger = Finger(Sphere(RADIUS - FORCE / (2.0 * law.stiffness)), Payload(tip.mass))
 
         def controller():
             more = {} if make is None else make(gain)
             track = surface_filter(stiffness, gain, delay) if follow else None
-            return ExploreController(parameters, RASTER, PERIOD, follow=track, **options, **more)
+            return ExploreController(parameters, Follow(RASTER), PERIOD, follow=track, **options, **more)
 
         self.samples, self.commands, truth = [], [], []
 
@@ -121,6 +126,16 @@ def test_with_a_stiffness_wrong_by_three_it_stays_stable(assumed):
     swept = Swept(PLATE, assumed=assumed, follow=True)
     assert swept.result.ending is Ending.DONE
     assert np.abs(swept.force[swept.scan, 2] - FORCE).max() < 1.0
+
+
+@pytest.mark.parametrize("assumed", [20e3 / 3.0, 60e3])
+def test_a_moving_surface_is_kept_with_a_stiffness_wrong_by_three(assumed):
+    """Landed on slowly, near its turning point; no loss, and nothing near the force's limit of 20 N."""
+    swept = Swept(SHAKEN, assumed=assumed, follow=True, seconds=14.0, landing=0.0005)
+    assert swept.result.ending is Ending.DONE
+    assert swept.touching[swept.scan].all()
+    assert np.abs(swept.force[swept.scan, 2] - FORCE).max() < 0.5
+    assert swept.force[:, 2].max() < 10.0
 
 
 def test_a_force_that_swings_is_held():

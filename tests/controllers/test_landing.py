@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import Handover, LandingModel, series_stiffness
+from palpate.controllers.landing import meeting_speed
 from palpate.errors import InvalidValueError
 
 
@@ -68,3 +69,24 @@ def test_the_handover_begins_with_what_is_felt_and_ends_with_what_is_wanted():
     assert forces[100:] == pytest.approx([2.0] * 100)
     handover.reset()
     assert handover.force(6.0, 3.5, 2.0) == 2.0  # a knock is not held
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.floats(0.0001, 0.005), st.floats(0.002, 0.05), st.floats(0.002, 0.03), st.floats(0.0, 1.0))
+def test_what_goes_up_and_down_is_met_no_faster_than_stated(landing, fastest, amplitude, phase):
+    """A tip that comes down steadily on a sine, wherever that begins."""
+    rate = fastest / amplitude
+    time = np.linspace(0.0, 2.0 * math.pi / rate * 3.0 + 2.2 * amplitude / landing, 400_001)
+    surface = amplitude * np.sin(rate * time + 2.0 * math.pi * phase)
+    tip = 1.05 * amplitude - landing * time
+    first = int(np.argmax(tip <= surface))
+    upward = amplitude * rate * math.cos(rate * time[first] + 2.0 * math.pi * phase)
+    assert landing + upward <= meeting_speed(landing, fastest) * 1.001
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.floats(4.0, 20.0), st.floats(0.001, 0.05))
+def test_the_speed_of_landing_on_motion_keeps_the_force(most, fastest):
+    model = LandingModel(14e3, 0.0215, 20e3, 5.0)
+    speed = model.speed_on_motion(most, fastest)
+    assert model.peak(meeting_speed(speed, fastest)) == pytest.approx(most, rel=1e-6)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.paths import Active, Ended, Event, Goal, Hop, LegEnd, Measure, Stroke
+from palpate.controllers.paths import Active, ActiveSettings, Ended, Event, Goal, Hop, LegEnd, Measure, Stroke
 from palpate.errors import InvalidValueError
 from paths_world import HeightWorld, explore
 
@@ -18,10 +18,25 @@ def bump(u, v):
     return 1.5e-3 * math.exp(-((u - BUMP[0]) ** 2 + (v - BUMP[1]) ** 2) / (2 * 1.2e-3**2))
 
 
+class Fenced(HeightWorld):
+    """What is missing cannot be slid into either."""
+
+    def do(self, leg, strategy):
+        if isinstance(leg, Stroke) and any(self.missing(*corner) for corner in leg.corners):
+            self.legs.append(leg)
+            return self.ended(LegEnd.BLOCKED)
+        return super().do(leg, strategy)
+
+
 def strokes(legs):
-    """Rows as (begin, end)."""
-    pairs = zip(legs[::2], legs[1::2], strict=False)
-    return [(hop.to, stroke.corners[-1]) for hop, stroke in pairs if isinstance(stroke, Stroke)]
+    """Rows as (begin, end), landed at or slid to; what is in line with a row belongs to it."""
+    rows, at = [], None
+    for leg in legs:
+        if isinstance(leg, Stroke):
+            in_line = [p for p in (at, *leg.corners) if p[1] == leg.corners[-1][1]]
+            rows.append((in_line[0], in_line[-1]))
+        at = leg.to if isinstance(leg, Hop) else leg.corners[-1]
+    return rows
 
 
 @settings(max_examples=4, deadline=None, derandomize=True)
@@ -32,17 +47,18 @@ def strokes(legs):
     st.floats(0.0, 0.4),
 )
 def test_it_stays_in_its_field_and_leaves_no_strip_wider_than_the_prior(width, depth, center, slope):
-    active = Active(width, depth, Goal(length=0.5), center=center)
+    active = Active(width, depth, Goal(length=2.0), center=center)
     legs = explore(active, HeightWorld(lambda u, v: slope * u + bump(u - center[0], v - center[1])))
-    points = np.array([leg.to if isinstance(leg, Hop) else leg.corners[-1] for leg in legs])
+    points = np.array([point for leg in legs for point in ([leg.to] if isinstance(leg, Hop) else leg.corners)])
     half = np.array([width, depth]) / 2
     low, high = center - half, center + half
     assert (points >= low - 1e-9).all()
     assert (points <= high + 1e-9).all()
-    whole = sorted(a[1] for a, b in strokes(legs) if abs(a[0] - b[0]) > width * (1 - 1e-6))
-    assert whole[0] == pytest.approx(low[1])
-    assert whole[-1] == pytest.approx(high[1])
-    assert np.diff(whole).max() <= 0.0067 * 1.06
+    for u in np.linspace(low[0] + 1e-3, high[0] - 1e-3, 9):
+        over = sorted(a[1] for a, b in strokes(legs) if min(a[0], b[0]) <= u <= max(a[0], b[0]))
+        assert over[0] == pytest.approx(low[1])
+        assert over[-1] == pytest.approx(high[1])
+        assert np.diff(over).max() <= ActiveSettings().prior + 1e-9
     longest = max(math.dist(a, b) for a, b in strokes(legs))
     assert longest <= width * (1 + 1e-9)
 
@@ -57,11 +73,13 @@ def test_told_the_same_it_asks_for_the_same():
 def test_extra_strokes_go_where_the_detail_is():
     flat = explore(Active(0.03, 0.03), HeightWorld(lambda u, v: 0.0 * u))
     found = explore(Active(0.03, 0.03), HeightWorld(bump))
-    extra = strokes(found)[len(strokes(flat)) :]
-    assert extra
-    off = [abs(a[1] - BUMP[1]) for a, _ in extra]
-    assert np.median(off) < 5e-3
-    assert max(math.dist(a, b) for a, b in extra) < 0.03
+    assert all(math.dist(a, b) == pytest.approx(0.03) for a, b in strokes(flat))
+
+    def near(legs):
+        way = np.concatenate([np.linspace(a, b, 1 + int(math.dist(a, b) / 1e-4)) for a, b in strokes(legs)])
+        return np.mean(np.linalg.norm(way - BUMP, axis=1) < 4e-3)
+
+    assert near(found) > 1.6 * near(flat)
 
 
 def test_a_rough_surface_gets_closer_rows_than_a_smooth_one():
@@ -89,11 +107,48 @@ def test_the_way_and_a_loss_end_it():
 
 def test_what_cannot_be_reached_is_marked_and_not_asked_for_for_ever():
     active = Active(0.02, 0.02, Goal(length=3.0))
-    legs = explore(active, HeightWorld(bump, missing=lambda u, v: v > 5e-3))
+    legs = explore(active, Fenced(bump, missing=lambda u, v: v > 5e-3))
     assert Event.UNREACHABLE in {mark.event for mark in active.marks}
     tried = [leg.to for leg in legs if isinstance(leg, Hop) and leg.to[1] > 5e-3]
     assert len(tried) == len(set(tried))
     assert any(isinstance(leg, Stroke) for leg in legs)
+
+
+def test_the_tip_slides_from_stroke_to_stroke_but_not_past_what_stopped_it():
+    legs = explore(Active(0.03, 0.03), HeightWorld(bump))
+    assert [leg for leg in legs if isinstance(leg, Hop)] == [Hop((-0.015, -0.015))]
+    wall = HeightWorld(lambda u, v: 2e-3 * math.tanh((u - 4e-3) / 2e-4), steep=1.2)
+    legs = explore(Active(0.03, 0.03, Goal(length=1.0)), wall)
+    hops = [leg for leg in legs if isinstance(leg, Hop)]
+    assert len(hops) > 1  # lifted after every stop
+    assert all(b[0] != a[0] for a, b in strokes(legs))
+
+
+def test_time_at_a_speed_is_a_way():
+    by_time = explore(Active(0.03, 0.03, Goal(time=10.0, speed=0.02)), HeightWorld(bump))
+    assert by_time == explore(Active(0.03, 0.03, Goal(length=0.2)), HeightWorld(bump))
+
+
+def test_a_part_of_the_field_is_less_work_than_all_of_it():
+    def way(area):
+        active = Active(0.03, 0.03, Goal(area=area, length=5.0))
+        explore(active, HeightWorld(bump))
+        return active.way
+
+    assert way(0.3) < way(0.7) < way(1.0)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1.1e-3, 2.2e-3])
+def test_a_seam_along_the_rows_is_found_and_gets_rows_of_its_own(offset):
+    # along a row nothing changes: only what its neighbours foretold tells of the seam
+    def seam(u, v):
+        return 5e-4 * math.exp(-((v - 1.3e-3 - offset) ** 2) / (2 * 1e-3**2))
+
+    found = strokes(explore(Active(0.03, 0.03, Goal(5e-5, Measure.LARGEST)), HeightWorld(seam)))
+    at = np.array([b[1] for a, b in found if abs(a[0] - b[0]) > 0.02])
+    near = at[np.abs(at - 1.3e-3 - offset) < 3e-3]
+    assert np.diff(np.sort(near)).max() < 2.2e-3
+    assert np.diff(np.sort(at[at < -5e-3])).max() > 3e-3
 
 
 def test_a_goal_met_later_costs_more():
@@ -102,7 +157,9 @@ def test_a_goal_met_later_costs_more():
         explore(active, HeightWorld(bump))
         return active.way
 
-    assert way(2e-4) <= way(1e-4) < way(2e-5)
+    # greedy: a little more travel for a little less work may happen
+    assert way(2e-4) <= 1.1 * way(1e-4)
+    assert way(1e-4) < way(2e-5)
 
 
 def test_goals_and_fields_that_cannot_be_are_refused():
@@ -110,6 +167,10 @@ def test_goals_and_fields_that_cannot_be_are_refused():
         Goal(0.0)
     with pytest.raises(InvalidValueError, match="goal area"):
         Goal(area=1.1)
+    with pytest.raises(InvalidValueError, match="goal time"):
+        Goal(time=0.0)
+    with pytest.raises(InvalidValueError, match="goal speed"):
+        Goal(speed=math.nan)
     with pytest.raises(InvalidValueError, match="width"):
         Active(-1.0, 0.02)
     assert Active(0.02, 0.02).next(Ended(LegEnd.LOST, (0.0, 0.0, 0.0))) is None

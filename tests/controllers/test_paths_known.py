@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from palpate.controllers import Raster
 from palpate.controllers.paths import (
-    CurveFollower,
     Ended,
     Event,
     Follow,
     Hop,
     LegEnd,
+    PathFollower,
     PathPlane,
     Spiral,
     Stroke,
@@ -78,7 +78,7 @@ def test_every_place_of_the_disc_lies_within_half_a_spacing_of_the_spiral(spiral
 
 
 def run(corners, speed=0.02, acceleration=0.5, period=1e-3):
-    follower = CurveFollower(corners, acceleration)
+    follower = PathFollower(corners, acceleration)
     at = np.array(corners[0], float)
     path, speeds = [at], []
     for _ in range(200_000):
@@ -116,7 +116,7 @@ def test_whatever_the_path_speed_and_acceleration_are_kept_and_every_corner_reac
     for corner in corners:
         assert np.hypot(*(path - corner).T).min() < 3e-4
     # faster by no more than a, and by what takes back the tenth of a millimetre that a corner leaves
-    assert np.diff(np.hypot(*v.T)).max() <= 0.5 * 1e-3 + CurveFollower.STEERING * CurveFollower.ARRIVED + 1e-9
+    assert np.diff(np.hypot(*v.T)).max() <= 0.5 * 1e-3 + PathFollower.STEERING * PathFollower.ARRIVED + 1e-9
 
 
 @settings(max_examples=30, deadline=None, derandomize=True)
@@ -163,18 +163,51 @@ def test_steep_places_are_marked_left_out_and_passed():
     follow = Follow(SQUARE)
     world = HeightWorld(height, steep=math.radians(70.0))
     legs = explore(follow, world)
-    assert [mark.event for mark in follow.marks] == [Event.STEEP]
+    assert [mark.event for mark in follow.marks] == [Event.STEEP, Event.STEEP]
     assert follow.marks[0].position[1] == pytest.approx(0.008, abs=3e-4)
-    assert [type(leg) for leg in legs] == [Hop, Stroke, Hop, Stroke]
-    assert legs[2].to == (0.02, 0.02)
+    # 2 mm on it is still steep; 4 mm further it is not
+    assert [type(leg) for leg in legs] == [Hop, Stroke, Hop, Stroke, Hop, Stroke]
+    assert [leg.to[1] for leg in legs[2::2]] == pytest.approx([0.010, 0.014], abs=3e-4)
     assert world.at == (0.0, 0.02)
 
 
-def test_where_nothing_is_met_the_next_corner_is_tried_until_none_is_left():
+def test_where_nothing_is_met_at_first_it_is_given_up():
     follow = Follow(Raster(0.02, 0.01, 0.005))
     legs = explore(follow, HeightWorld(level, missing=lambda u, v: True))
-    assert len(follow.marks) == len(legs) == 6
-    assert {mark.event for mark in follow.marks} == {Event.UNREACHABLE}
+    assert legs == [Hop((-0.01, -0.005))]
+    assert [mark.event for mark in follow.marks] == [Event.UNREACHABLE]
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(st.integers(1, 60))
+def test_of_what_lies_beside_the_object_the_number_of_tries_grows_with_the_logarithm_of_its_length(rows):
+    """The rows behind the first are missed: each try leaves out twice what the last one did."""
+    raster = Raster(0.02, 0.001 * rows, 0.001)
+    first = raster.corners()[0][1]
+
+    def height(u, v):
+        return 10.0 * max(v - first - 4e-4, 0.0)
+
+    follow = Follow(raster)
+    world = HeightWorld(height, steep=math.radians(70.0), missing=lambda u, v: v > first + 1e-6)
+    legs = explore(follow, world)
+    assert [mark.event for mark in follow.marks[:1]] == [Event.STEEP]
+    missed = [mark for mark in follow.marks if mark.event is Event.UNREACHABLE]
+    assert len(missed) <= 1 + math.log2(1.0 + raster.length / 2e-3)
+    assert len(legs) == 2 + len(missed)
+
+
+def test_after_something_was_met_again_little_is_left_out_again():
+    """Two holes far apart: behind the second the path goes on as near as behind the first."""
+    points = Waypoints(tuple((1e-3 * k, 0.0) for k in range(60)))
+    follow = Follow(points)
+
+    def height(u, v):
+        return 10.0 * max(u - 0.0101, 0.0) if u < 0.0105 else 10.0 * max(u - 0.0401, 0.0) if u < 0.0405 else 0.0
+
+    world = HeightWorld(height, steep=math.radians(70.0), missing=lambda u, v: 0.0105 < u < 0.0165)
+    hops = [leg.to[0] for leg in explore(follow, world) if isinstance(leg, Hop)]
+    assert hops[1:] == pytest.approx([0.0121, 0.0161, 0.0241, 0.0421], abs=3e-4)
 
 
 def test_after_a_steep_place_a_fine_curve_goes_on_some_way_further():
@@ -214,7 +247,7 @@ def test_paths_that_cannot_be_are_refused():
     with pytest.raises(InvalidValueError, match="corners"):
         Stroke(())
     with pytest.raises(InvalidValueError, match="direction"):
-        CurveFollower(((0.0, 0.0), (0.0, 0.0)), 0.5)
+        PathFollower(((0.0, 0.0), (0.0, 0.0)), 0.5)
 
 
 def test_the_end_of_a_blocked_leg_is_told_with_its_reason():
@@ -222,7 +255,11 @@ def test_the_end_of_a_blocked_leg_is_told_with_its_reason():
     follow.next(None)
     follow.next(Ended(LegEnd.REACHED, (0.0, 0.0, 0.0)))
     leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.0)))
-    assert leg == Hop((0.02, 0.0))
-    (mark,) = follow.marks
-    assert mark.event is Event.BLOCKED
-    assert "force" in mark.reason
+    assert leg.to == pytest.approx((0.012, 0.0))
+    # beside the object at the second try: a landing that is blocked is marked where it should have been
+    leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
+    assert follow.marks[1].event is Event.UNREACHABLE
+    assert follow.marks[1].position == pytest.approx((0.012, 0.0, 0.05))
+    assert leg.to == pytest.approx((0.016, 0.0))
+    assert follow.marks[0].event is Event.BLOCKED
+    assert "force" in follow.marks[0].reason

@@ -1,6 +1,8 @@
 """`palpate compare` as people type it."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -81,3 +83,12 @@ def test_mistakes_are_said_in_one_line(folder, words, said, capsys):
     error = capsys.readouterr().err
     assert said in error
     assert error.count("\n") == 1
+
+
+def test_a_wrong_name_is_said_before_anything_heavy_is_loaded(tmp_path):
+    none = str(tmp_path / "none.ply")
+    asked = f"import sys; from palpate.cli import main; main(['compare', {none!r}, 'x.stl']); "
+    asked += "print([name for name in ('numba', 'trimesh', 'mujoco', 'scipy') if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert "there is no such file" in done.stdout + done.stderr
+    assert done.stdout.strip().endswith("[]")

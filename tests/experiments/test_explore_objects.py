@@ -299,9 +299,9 @@ def test_a_damaged_mesh_in_a_log_is_refused(text, files):
     ("name", "fields"),
     [
         ("torus", {"center": (0.0, 0.0)}),
-        ("torus", {"size": (0.03, 0.012)}),
+        ("torus", {"size": (0.03, 0.012), "width": 0.04, "depth": 0.04}),
         ("bumps", {"width": 0.17}),
-        ("heights", {}),
+        ("heights", {"width": 0.04, "depth": 0.04}),
         ("heights", {"width": 0.02, "depth": 0.02, "center": (0.1, 0.0)}),
         ("ring", {"center": (0.0, 0.0), "width": 0.03, "depth": 0.03}),
         ("ball", {"width": 0.1}),

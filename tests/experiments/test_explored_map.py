@@ -12,13 +12,15 @@ from palpate.experiments.explore import explore, felt_in_scan
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
 from palpate.experiments.explore_tables import shape_rows
-from palpate.experiments.explored_map import MOST_VERTICES, row_distance, voxel_for
+from palpate.experiments.explored_map import MOST_VERTICES, row_distance
 from palpate.experiments.map_budget import map_budget
 from palpate.experiments.named_shape import named_shape
 from palpate.experiments.reachable_surface import ReachableSurface
 from palpate.experiments.robot_values import config_for
+from palpate.experiments.scans import scan_on
 from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh
+from palpate.mapping.mesh_figures import voxel_for
 from palpate.sim import SphereObject
 
 SMALL = {"width": 0.02, "depth": 0.02, "speed": 0.04}
@@ -140,8 +142,8 @@ def test_friction_is_found_everywhere_on_the_map(friction):
 
 def test_what_a_tip_can_feel_of_a_sphere_is_the_raster_shrunk_to_its_surface():
     """A tip of radius r over a ball of radius R touches at R / (R + r) of where its centre is."""
-    config = ExploreConfig(**SMALL)
-    samples = ReachableSurface.of(SphereObject(0.04), config)
+    config, target = ExploreConfig(**SMALL), SphereObject(0.04)
+    samples = ReachableSurface.of(target, config, scan_on(target, config))
     half = 0.01 * 0.04 / 0.048
     step = (0.02 + 0.016) / 80
     assert np.abs(samples.position[:, :2]).max() == pytest.approx(half, abs=step)
@@ -159,8 +161,8 @@ def test_rows_spread_in_a_hollow_and_a_map_knows():
 def test_a_mesh_of_a_large_surface_is_coarser_instead_of_larger():
     xy = np.random.default_rng(0).uniform(-0.5, 0.5, (400, 2))
     large = cloud_of(np.column_stack([xy, np.zeros(400)]), np.tile([0.0, 0.0, 1.0], (400, 1)))
-    assert voxel_for(found("sphere").cloud, 5e-4) == 5e-4
-    assert 1.0 / voxel_for(large, 5e-4) ** 2 <= MOST_VERTICES
+    assert voxel_for(found("sphere").cloud.position, 5e-4, MOST_VERTICES) == 5e-4
+    assert 1.0 / voxel_for(large.position, 5e-4, MOST_VERTICES) ** 2 <= MOST_VERTICES
 
 
 # --- files ---

@@ -1,6 +1,8 @@
 """Regulation of force from configuration to report: figures, hostile cases, logs, refusals."""
 
 import math
+import os
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +13,7 @@ from palpate.controllers.regulate import Loss
 from palpate.errors import InvalidValueError
 from palpate.experiments.regulate import carry_out, regulate
 from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_figures import margins
 from palpate.experiments.regulate_file import (
     Identified,
     identified_text,
@@ -18,12 +21,15 @@ from palpate.experiments.regulate_file import (
     read_regulation,
     regulation_text,
 )
-from palpate.experiments.regulate_parts import motion_text, read_motion
+from palpate.experiments.regulate_motion import motion_text, read_table
 from palpate.experiments.regulate_plan import plan, plan_from_texts
-from palpate.experiments.regulate_replay import replay_regulation
-from palpate.experiments.regulate_report import outcome, regulation_report
-from palpate.runtime import Ending, Phase
-from palpate.runtime.log import LogWriter
+from palpate.experiments.regulate_replay import FIXED, REGULATION
+from palpate.experiments.regulate_report import regulation_report
+from palpate.experiments.regulate_view import regulation_scene
+from palpate.experiments.regulate_words import limits, outcome
+from palpate.experiments.replay import replay_log
+from palpate.runtime import Command, Ending, Phase
+from palpate.runtime.log import LogWriter, read_log
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
@@ -124,6 +130,70 @@ def test_landing_on_a_moving_surface_is_bounded_wherever_it_is_met(phase):
     assert found.peak < 8.0
 
 
+@pytest.mark.parametrize("robot", ["stage", pytest.param("ur5e-sim", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [1.0 / 3.0, 1.0, 3.0])
+@pytest.mark.parametrize("stiffness", [2e3, 20e3, pytest.param(100e3, marks=pytest.mark.slow)])
+def test_steps_do_not_overshoot_though_the_stiffness_be_off_by_three(robot, times, stiffness):
+    found = regulated(
+        robot=robot, stiffness=stiffness, assumed_stiffness=times * stiffness, profile="step", duration=2.0
+    )
+    steps = found.steps(found.true_force)
+    assert steps.largest_overshoot <= 0.1
+    assert found.guard_trips == 0
+    if times == 1.0:
+        assert steps.rise_time < 0.2
+
+
+@pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
+def test_a_sine_of_5_hz_is_followed_without_identification(robot):
+    found = regulated(robot=robot, profile="sine", frequencies=(5.0, 8.0, 16.0), swing=0.5)
+    tones = found.tones(found.true_force)
+    assert tones.gain[0] == pytest.approx(1.0, abs=0.1)
+    assert tones.bandwidth > 8.0
+
+
+def test_a_surface_on_a_mount_yields_and_is_pressed_as_wanted():
+    found = regulated(surface="yielding", profile="step", duration=2.0)
+    steps = found.steps(found.true_force)
+    assert steps.overshoot <= 0.1
+    assert found.bounces == 0
+    held = found.counted
+    depth = np.ptp(found.record.position[held, 2])
+    # from 2 to 3 N on contact and mount in series
+    assert depth == pytest.approx(1.0 / 20e3 + 1.0 / 2e3, rel=0.1)
+    assert "mount of 2 kN/m" in dict(regulation_report(found).settings)["object"]
+
+
+def test_a_recorded_path_is_played(tmp_path):
+    table, times = tmp_path / "path.csv", np.linspace(10.0, 11.5, 16)
+    xs = 0.1 + 0.004 * (1.0 - np.cos(math.pi * (times - 10.0) / 1.5))
+    lines = "".join(f"{t!r},{x!r},0.3,0.9\n" for t, x in zip(times.tolist(), xs.tolist(), strict=True))
+    table.write_text("time,x,y,z\n" + lines)
+    found = regulated(motion="path", motion_file=table, duration=2.0)
+    x = found.record.position[found.holding, 0]
+    assert x[-1] - x[0] == pytest.approx(0.008, abs=2e-4)
+    assert found.true_rms < 0.02
+
+
+def test_the_force_may_be_changed_while_it_runs():
+    found = regulated(duration=2.0, change=((1.7, "force", 3.0),))
+    assert found.set_force[found.holding][-1] == pytest.approx(3.0)
+    assert found.true_force[found.holding][-1] == pytest.approx(3.0, abs=0.01)
+    assert found.true_rms < 0.05
+    with pytest.raises(InvalidValueError, match=r"change after 1 s: force = 20 N: must lie between"):
+        plan(RegulateConfig(change=((1.0, "force", 20.0),)))
+
+
+def test_the_margin_is_that_of_the_damped_contact_and_the_limits_are_told():
+    planned = plan(RegulateConfig(surface="soft", robot="ur5e-sim"))
+    contact, gain = planned.contact, planned.parameters.gain
+    assert contact.damping_time > 0.1
+    assert contact.margins(gain).gain_margin == pytest.approx(math.pi, rel=1e-3)
+    told = {figure.name: figure.value for figure in margins(planned)}
+    assert told["gain margin"] == pytest.approx(math.pi, rel=1e-3)
+    assert "10 Hz" in " ".join(limits(planned))
+
+
 # --- hostile ---
 
 
@@ -219,9 +289,23 @@ def test_a_plan_comes_back_from_its_texts_and_a_log_replays_bit_for_bit(tmp_path
     log = LogWriter(tmp_path / "run.mcap", planned.texts())
     found = carry_out(planned, sinks=(log,))
     assert found.run.ending is Ending.DONE
-    replayed = replay_regulation(tmp_path / "run.mcap")
+    replayed = replay_log(tmp_path / "run.mcap")
     assert replayed.identical
+    assert replayed.kind.command == "palpate regulate"
     assert replayed.planned.parameters == planned.parameters
+
+
+@pytest.mark.parametrize("surface", ["sine", "yielding"])
+def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface):
+    scene = regulation_scene(plan(RegulateConfig(surface=surface)))
+    assert {"tip", "object"} <= {part.body for part in scene.parts}
+    start = scene.placement.start
+    heights = [
+        scene.placement.poses(replace(start, time=time))["object"].position[2] for time in (0.0, math.pi / 2.0)
+    ]
+    assert heights[0] == pytest.approx(0.0, abs=1e-9)
+    # half a period of a sine of 10 mm and 20 mm/s
+    assert heights[1] == pytest.approx(-0.02 if surface == "sine" else 0.0, abs=1e-6)
 
 
 def test_texts_read_back_the_same():
@@ -229,8 +313,8 @@ def test_texts_read_back_the_same():
     assert read_regulation(regulation_text(config)) == config
     found = Identified(1.0 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 0.1, 1e-3, 61.0)
     assert read_identified(identified_text(found)) == found
-    motion = read_motion("0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
-    assert read_motion(motion_text(motion), "b") == motion
+    motion = read_table("0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
+    assert read_table(motion_text(motion), "b") == motion
 
 
 def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
@@ -245,9 +329,46 @@ def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
     html = (out / "report.html").read_text()
     assert "Answer to steps" in html
     assert "http://" not in html.replace("http://www.w3.org", "")
+    assert "What limits it" in html
+    assert main(["replay", str(out)]) == 0
+    assert "identical, bit for bit; all that was sensed is the same" in capsys.readouterr().out
+    assert main(["replay", str(out), "--set", "force=3"]) == 0
+    assert "commanded velocity apart" in capsys.readouterr().out
+    assert main(["replay", str(out), "--set", "stiffness=3"]) == 2
+    assert "assumed_stiffness is what the gain is made for" in capsys.readouterr().err
     assert main(["regulate", "--surface", "missing", "--out", str(out)]) == 1
-    assert main(["replay", str(out)]) == 2  # it is for explorations, and says so
-    assert "no log of `palpate explore`" in capsys.readouterr().err
+
+
+def test_a_file_gives_values_and_what_is_typed_goes_before_them(tmp_path, capsys):
+    out, file = tmp_path / "out", tmp_path / "mine.yaml"
+    (tmp_path / "moved.csv").write_text("0,0,0,0\n0.2,0.001,0,0\n")
+    file.write_text(
+        f"experiment: regulate\nforce: 3\nduration: 0.3\nmotion: path\nmotion_file: moved.csv\nout: {out}\n"
+    )
+    assert main(["regulate", "--config", str(file), "--duration", "0.4"]) == 0
+    config = plan_from_texts(read_log(out / "latest.mcap").attachments).config
+    assert (config.force, config.duration, config.motion) == (3.0, 0.4, "path")
+    file.write_text("frce: 3\n")
+    assert main(["regulate", "--config", str(file)]) == 2
+    assert "did you mean" in capsys.readouterr().err
+    file.write_text("experiment: explore\n")
+    assert main(["regulate", "--config", str(file)]) == 2
+    assert "must be regulate" in capsys.readouterr().err
+
+
+def test_a_regulation_that_is_interrupted_is_written_all_the_same(tmp_path, monkeypatch):
+    def interrupt(*_):
+        os.kill(os.getpid(), signal.SIGINT)
+        return Command()
+
+    monkeypatch.setattr("palpate.controllers.RegulateController.step", interrupt)
+    assert main(["regulate", "--out", str(tmp_path)]) == 130
+    assert (tmp_path / "report.html").exists()
+    assert (tmp_path / "forces.csv").exists()
+
+
+def test_every_setting_of_a_regulation_is_either_changeable_or_has_a_reason():
+    assert {*REGULATION.names, *FIXED} == set(RegulateConfig.__dataclass_fields__)
 
 
 # --- refusals ---
@@ -259,7 +380,7 @@ def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
         ({"force": 14.0, "profile": "step"}, "together at most 15 N"),
         ({"profile": "sine", "swing": 2.0}, r"swing = 2 N: must be less than the force of 2 N"),
         ({"profile": "step", "duration": 1.0}, "twice the hold"),
-        ({"motion": "table"}, "needs a file"),
+        ({"motion": "table"}, "path and table need a file"),
         ({"motion_size": 0.2}, "at most 0.05 m"),
         ({"axis": (0.0, 0.0)}, "three numbers"),
         ({"force": -1.0}, "force = -1.0 N"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from faults.fault_rig import Outcome, Rig
-from faults.fault_table import RETRACT_SPEED, Fault, Reaction
+from faults.fault_table import FASTEST_RETRACT, Fault, Reaction
 from palpate.errors import LatchedError
 from palpate.runtime.data import Command
 from palpate.runtime.loop import run
@@ -32,7 +32,7 @@ def is_safe(command: Command, reaction: Reaction, away: Vector, grip: tuple[floa
         return True
     speed = norm(velocity)
     along = dot(velocity, away) >= ALONG * speed
-    return reaction is Reaction.RETRACT and along and speed <= RETRACT_SPEED * (1 + 1e-12)
+    return reaction is Reaction.RETRACT and along and speed <= FASTEST_RETRACT * (1 + 1e-12)
 
 
 def periods_until_safe(
@@ -64,7 +64,7 @@ def check_ending(outcome: Outcome, fault: Fault, at: int) -> None:
     assert logged[:at] == [c.velocity_base_tip for c in backend.commands[:at]]
     if result.trip is not None:
         first = outcome.tripped_at(at) + (fault.measure == "back end")  # there, the command was sent and is logged
-        assert all(norm(velocity) <= RETRACT_SPEED * (1 + 1e-12) for velocity in logged[first:])
+        assert all(norm(velocity) <= FASTEST_RETRACT * (1 + 1e-12) for velocity in logged[first:])
 
 
 def check_latch(outcome: Outcome, fresh: Rig) -> None:

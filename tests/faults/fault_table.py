@@ -24,10 +24,10 @@ from palpate.runtime.data import Command, Sample
 from palpate.runtime.result import Ending
 
 NAN, INF = math.nan, math.inf
-RETRACT_SPEED = 0.02
-"""[m/s], and"""
-RETRACT_DISTANCE = 0.005
-"""[m]: as the supervisor's reactions are documented."""
+RETRACT_SPEED, FASTEST_RETRACT = 0.02, 0.1
+"""[m/s]: at first, and where that does not keep the force from rising; and"""
+RETRACT_DISTANCE = 0.1
+"""[m] the farthest, as from a made-up force that never ends: as the supervisor's reactions are documented."""
 
 
 class Reaction(Enum):

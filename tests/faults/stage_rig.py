@@ -14,6 +14,7 @@ from palpate.controllers import (
     series_stiffness,
     tracking_delay,
 )
+from palpate.controllers.paths import Follow
 from palpate.experiments.sensor_presets import preset_sensor
 from palpate.runtime.data import Sample
 from palpate.runtime.pacing import Pacer
@@ -80,7 +81,9 @@ def controller() -> ExploreController:
     """As `palpate explore` builds it."""
     delay = tracking_delay(PERIOD, STAGE.lag)
     gain = force_gain(series_stiffness(LAW.stiffness, STAGE.stiffness(TIP.mass)), delay)
-    return ExploreController(ExploreParameters(force=FORCE, speed=SPEED, gain=gain, lead=delay), RASTER, PERIOD)
+    return ExploreController(
+        ExploreParameters(force=FORCE, speed=SPEED, gain=gain, lead=delay), Follow(RASTER), PERIOD
+    )
 
 
 class JointedStage(MujocoBackend):

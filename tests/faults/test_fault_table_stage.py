@@ -7,7 +7,7 @@ import pytest
 
 from faults.fault_checks import MOST_PERIODS, check_ending, periods_until_safe
 from faults.fault_rig import Commands, Limited, carry_out
-from faults.fault_table import ANYWHERE, ON_A_SENSOR, RETRACT_DISTANCE, RETRACT_SPEED, Fault, Reaction
+from faults.fault_table import ANYWHERE, FASTEST_RETRACT, ON_A_SENSOR, RETRACT_DISTANCE, Fault, Reaction
 from faults.stage_rig import (
     AT,
     FORCE,
@@ -46,7 +46,7 @@ def test_a_fault_ends_in_the_safe_state_within_two_periods(fault, finger):
     truth = backend.sound.truth()
     first = outcome.tripped_at(AT)
     gone = norm(subtract(backend.truly[-1].arm.position_base_tip, backend.truly[first].arm.position_base_tip))
-    lag = STAGE.lag * (SPEED if fault.reaction is Reaction.STAND else RETRACT_SPEED)
+    lag = STAGE.lag * (SPEED if fault.reaction is Reaction.STAND else FASTEST_RETRACT)
     assert gone <= (0.0 if fault.reaction is Reaction.STAND else RETRACT_DISTANCE) + lag + 1e-4
     if fault.name != "a device is lost for good":  # there, closing stops it
         assert norm(backend.truly[-1].arm.velocity_base_tip) < RESTS

@@ -188,6 +188,7 @@ def hard(index):
 NAN = made_up(30, [(0.1, 0.0, math.nan, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)])
 SHORT = made_up(30, [(0.1, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)])
 LATE = made_up(30, time=0.02)
+GONE = made_up(35, [(0.1, 0.0, math.nan, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)])
 
 
 @dataclass(frozen=True)
@@ -210,8 +211,8 @@ STORIES = {
     "Ctrl-C": Story(Ending.INTERRUPTED, 31, controller={30: stop_here}),
     # with the period of the trip
     "force over limit": Story(Ending.TRIPPED, 31, robot={30: hard(30)}),
-    # and the way back, which is not finished at once
-    "retracts": Story(Ending.TRIPPED, 36, robot={i: hard(i) for i in range(30, 35)}, hand=False),
+    # and the way back, which is not finished at once: a wrench that is none ends it
+    "retracts": Story(Ending.TRIPPED, 36, robot={i: hard(i) for i in range(30, 35)} | {35: GONE}, hand=False),
     "NaN in a sample": Story(Ending.TRIPPED, 31, robot={30: NAN}),
     "clock goes back": Story(Ending.TRIPPED, 31, robot={30: LATE}),
     "controller raises": Story(Ending.TRIPPED, 31, controller={30: raise_it}),

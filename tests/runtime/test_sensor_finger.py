@@ -12,6 +12,7 @@ from palpate.controllers import (
     series_stiffness,
     tracking_delay,
 )
+from palpate.controllers.paths import Follow
 from palpate.runtime import Ending, MemoryLog, Recorder, SensorFinger, Supervisor, Touch, run
 from palpate.sensing.ft import read_sensor
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene, white_noise
@@ -52,7 +53,7 @@ def explored(finger, delay):
     result = run(
         backend,
         Touch(finger),
-        ExploreController(parameters, raster, PERIOD),
+        ExploreController(parameters, Follow(raster), PERIOD),
         Supervisor(),
         duration=20.0,
         recorder=Recorder(memory),

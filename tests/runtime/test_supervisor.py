@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -119,7 +120,7 @@ def test_it_latches_and_keeps_the_first_reason_over_runs_until_reset():
     for i in range(3):
         assert step(supervisor, observation(time=1.0 + i)) == STOP
     step(supervisor, observation(position=(9.0, 0.0, 0.0), time=9.0))
-    assert supervisor.trip is first
+    assert supervisor.trip == first
     with pytest.raises(LatchedError, match="contact force was 25 N"):
         supervisor.start(PERIOD)
     supervisor.reset()
@@ -291,30 +292,88 @@ def test_the_way_out_is_along_the_contact_normal_out_of_the_object(tilt, turn, f
     assert not supervisor.finished
 
 
-def test_retracting_ends_with_relief_with_the_distance_with_time_and_with_anything_new():
-    def tripped():
-        supervisor = started()
-        hard = observation(wrench=(0.0, 0.0, 30.0, 0.0, 0.0, 0.0))
-        assert step(supervisor, hard).velocity_base_tip == (0.0, 0.0, 0.02)
-        return supervisor
+HARD = (0.0, 0.0, 30.0, 0.0, 0.0, 0.0)
+FREE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
+
+def retracting(limits=None):
+    supervisor = started(limits)
+    assert step(supervisor, observation(wrench=HARD)).velocity_base_tip == (0.0, 0.0, 0.02)
+    return supervisor
+
+
+def test_retracting_is_broken_off_by_anything_new_but_not_by_a_contact_that_presses_harder():
     def goes_on(**told):
-        supervisor = tripped()
-        told = {"time": PERIOD, "wrench": (0.0, 0.0, 30.0, 0.0, 0.0, 0.0)} | told
-        moving = supervisor.react(observation(**told)) != STOP
+        supervisor = retracting()
+        moving = supervisor.react(observation(**({"time": PERIOD, "wrench": HARD} | told))) != STOP
         assert moving is not supervisor.finished
         return moving
 
     assert goes_on()
-    assert goes_on(wrench=(0.0, 0.0, 10.1, 0.0, 0.0, 0.0))
-    assert not goes_on(wrench=(0.0, 0.0, 9.9, 0.0, 0.0, 0.0))
-    assert goes_on(position=(0.0, 0.0, 0.0049))
-    assert not goes_on(position=(0.0, 0.0, 0.0051))
-    assert not goes_on(time=1.1)
+    assert goes_on(wrench=(0.0, 0.0, 2.1, 0.0, 0.0, 0.0))
+    assert goes_on(wrench=(0.0, 0.0, 50.0, 2.5, 0.0, 0.0))  # over the limit on moments, too
+    assert goes_on(position=(0.0, 0.0, 0.05))
+    assert not goes_on(position=(0.0, 0.0, 0.11))
+    assert not goes_on(time=10.1)
     assert not goes_on(time=0.0)  # time stands still
     assert not goes_on(position=(0.0, 0.0, math.nan))
     assert not goes_on(wrench=(0.0, 0.0, math.nan, 0.0, 0.0, 0.0))
     assert not goes_on(velocity=(0.0, 0.0, 0.3))
+
+
+def play(supervisor, wrench_of, periods):
+    """The heights at which a tip is that moves as it is told, and the commands."""
+    height, heights, commands = 0.0, [], []
+    for i in range(1, periods):
+        now = observation(time=i * PERIOD, wrench=wrench_of(i * PERIOD, height), position=(0.0, 0.0, height))
+        command = supervisor.react(now)
+        height += PERIOD * command.velocity_base_tip[2]
+        heights.append(height)
+        commands.append(command)
+        if supervisor.finished:
+            break
+    return heights, commands
+
+
+def test_a_tip_that_is_pressed_no_more_gets_clear_and_watches_before_the_run_ends():
+    supervisor = retracting()
+    heights, commands = play(supervisor, lambda t, z: HARD if z < 0.001 else FREE, 5000)
+    assert heights[-1] == pytest.approx(0.001 + 0.005, abs=1e-4)  # 5 mm from where it was pressed last
+    watching = sum(command == Command(REST, Phase.HOLD) for command in commands)
+    assert watching == pytest.approx(1.0 / PERIOD, abs=2)
+    assert commands[-1] == STOP
+    assert supervisor.trip.aftermath.startswith("backed off 6.0 mm within 1.3")
+    assert "felt at most 30 N and 0 N at the end" in supervisor.trip.aftermath
+
+
+@settings(max_examples=4, deadline=None, derandomize=True)
+@given(st.floats(0.03, 0.09), st.floats(1e3, 1e5))
+def test_a_surface_that_keeps_coming_never_presses_harder_than_when_it_tripped_but_for_the_first_moments(u, K):
+    """The tip moves as told at once: what it cannot help is only what the surface does until force says so."""
+    supervisor = retracting()
+    worst = 0.0
+
+    def pressed(t, z):
+        nonlocal worst
+        force = max(0.0, 30.0 + K * (u * t - z))
+        worst = max(worst, force)
+        return (0.0, 0.0, force, 0.0, 0.0, 0.0)
+
+    heights, commands = play(supervisor, pressed, 20000)
+    # until HARDER of it, and while it gains speed at 25 m/s^2
+    assert worst <= 1.1 * 30.0 + K * u * 2.0 * PERIOD + K * u * u / (2.0 * 25.0) + 1e-9
+    assert heights[-1] <= 0.1 + 0.1 * 2.0 * PERIOD
+    assert supervisor.finished
+    assert "ended after 10" in supervisor.trip.aftermath  # 100 mm or 10 s
+    assert {command.phase for command in commands[:-1]} == {Phase.HOLD}
+
+
+def test_a_reaction_gains_speed_no_faster_than_commands_may():
+    supervisor = retracting(Limits(acceleration=20.0))
+    _, commands = play(supervisor, lambda t, z: (0.0, 0.0, 30.0 + 1000.0 * t, 0.0, 0.0, 0.0), 400)
+    speeds = [0.0, *(command.velocity_base_tip[2] for command in commands)]
+    assert max(b - a for a, b in pairwise(speeds)) <= 20.0 * PERIOD * (1 + 1e-9)
+    assert max(speeds) == pytest.approx(0.1)
 
 
 def test_a_saturated_sensor_is_drawn_out_of_it_a_frozen_one_stands_still():
@@ -355,7 +414,15 @@ def test_an_empty_workspace_or_joint_range_is_refused(upper):
         Limits(joint_lower=(-1.0,), joint_upper=(1.0, 2.0))
 
 
-@pytest.mark.parametrize("make", [lambda: Retract(-1.0), lambda: Retract(1.0, 0.0), lambda: Hold(-1.0)])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Retract(-1.0),
+        lambda: Retract(1.0, 0.0),
+        lambda: Retract(1.0, 0.02, fastest=0.01),
+        lambda: Hold(-1.0),
+    ],
+)
 def test_reactions_that_cannot_be_are_refused(make):
     with pytest.raises(InvalidValueError):
         make()

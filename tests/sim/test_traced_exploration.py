@@ -11,6 +11,7 @@ from palpate.controllers import (
     series_stiffness,
     tracking_delay,
 )
+from palpate.controllers.paths import Follow
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.log import MemoryLog, Recorder
 from palpate.sensing.compensation import Payload
@@ -36,7 +37,7 @@ def explored(target, raster, speed):
     result = run(
         backend,
         Touch(finger),
-        ExploreController(parameters, raster, PERIOD),
+        ExploreController(parameters, Follow(raster), PERIOD),
         Supervisor(Limits()),
         duration=30.0,
         recorder=Recorder(memory),

@@ -15,17 +15,18 @@ from palpate.runtime import Phase
 from palpate.runtime.live import LiveParameters
 from palpate.viewing import FrameLayout, Frames, LiveView, Part, RowMaker, TipPlacement, ViewScene, frames_of_log
 from palpate.viewing.frame_ring import FrameRing, RingReader
+from palpate.viewing.plan_board import PlanBoard
 from palpate.viewing.plots import extremes
 from palpate.viewing.request_board import BoardWriter, RequestBoard
 from palpate.viewing.rows import SELDOM
 
 
-def observer_without_process(scene, live=None, free_poses=None, capacity=100_000):
+def observer_without_process(scene, live=None, free_poses=None, capacity=100_000, plan=None):
     """The observer of a live view, what its process would read, and how it would ask."""
     context, live = multiprocessing.get_context("spawn"), live or LiveParameters()
     maker, board = RowMaker(scene, live, free_poses), RequestBoard(context, tuple(live.parameters))
     ring, view = FrameRing(context, maker.layout, capacity), object.__new__(LiveView)
-    view._take_up(maker, ring, board, live)
+    view._take_up(maker, ring, board, live, plan, PlanBoard(context))
     return view.observe, RingReader(ring), BoardWriter(board)
 
 
@@ -92,7 +93,7 @@ def test_every_column_has_one_meaning(fingers, joints, hand_joints, free, live):
     for i in range(fingers):
         contact = frames.finger(i)
         seen += [*contact.centroid[0], *contact.force[0], contact.normal_force[0], contact.spin_torque[0]]
-        seen.append(contact.columns[0, -1])
+        seen += [*contact.normal[0], contact.columns[0, -1]]
     seen += [*frames.joint_position[0], *frames.rows[0, layout.hand_columns], *frames.rows[0, layout.free_columns]]
     seen += [*frames.live_values[0], *frames.live_targets[0], frames.rows[0, -1]]
     assert seen == list(range(layout.width))

@@ -1,15 +1,18 @@
 """The view in a real browser: it opens, draws, plots, and the page throws no error."""
 
 import io
+import re
 import shutil
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from palpate.experiments.explore import Attempt
+from palpate.experiments.view_growth import plans_of_log, surface_view
 from palpate.experiments.view_plan import view_scene, watched_plan
 from palpate.viewing import ANY_PORT, LiveView, Player, frames_of_log
 from viewing.browser import page
@@ -43,6 +46,28 @@ def test_a_browser_shows_the_run(short_run, tmp_path):
     bluish, orange = (blue > red + 20) & (blue > 120), (red > blue + 60) & (red > 150)
     assert bluish.sum() > 20_000, "the object"
     assert orange.sum() > 1000, "the fingertip"
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_browser_shows_the_surface_as_it_grows(short_run, tmp_path):
+    """Its colours have a legend with a unit; another colouring has another one."""
+    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
+    plans, going = plans_of_log(short_run.log), threading.Event()
+    with Player(scene, frames_of_log(short_run.log), 10.0, port=ANY_PORT, plans=plans) as player:
+        playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
+        playing.start()
+        try:
+            with page(CHROMIUM, tmp_path, player.url) as browser:
+                browser.wait_for("/[0-9.]+ cm² observed . sd/.test(document.body.innerText)", timeout=120.0)
+                text = browser.evaluate("document.body.innerText")
+                assert re.search(r"standard deviation\s+[0-9.e-]+ mm", text)
+                player.drawing._surface._choice.value = "friction"
+                browser.wait_for("document.body.innerText.includes('tangential over normal force')")
+                assert browser.errors == []
+        finally:
+            going.set()
+            playing.join()
 
 
 @needs_browser

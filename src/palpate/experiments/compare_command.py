@@ -2,20 +2,21 @@
 
 import json
 import math
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from palpate.atomic_file import replacing
+from palpate.errors import InvalidValueError
 from palpate.experiments.compare_config import CompareConfig
-from palpate.experiments.compare_report import comparison_html, key_figures
-from palpate.experiments.explore import make_folder
-from palpate.mapping.compare import Comparison, Spread, compare
-from palpate.mapping.compare_files import read_map, read_reference
-from palpate.mapping.compare_surface import TriangleSurface
+from palpate.experiments.output_folder import make_folder
+
+if TYPE_CHECKING:
+    from palpate.mapping.compare import Comparison, Spread
+    from palpate.mapping.compare_surface import TriangleSurface
 
 _METRES = {"m": 1.0, "mm": 1e-3}
 
@@ -27,12 +28,19 @@ def run_compare(config: CompareConfig) -> int:
         0.
 
     Raises:
-        InvalidValueError: A file cannot be read, or does not fit the other.
+        InvalidValueError: A file is missing, cannot be read, or does not fit the other.
         OSError: The report cannot be written.
     """
-    console = Console()
+    _need_file("map", config.map)
+    _need_file("reference", config.reference)
     folder = config.map.resolve().parent if config.out is None else config.out
     make_folder(folder)
+    # compiled kernels, meshes and pictures take seconds to import: a wrong name is said before
+    from palpate.experiments.compare_report import comparison_html, key_figures
+    from palpate.mapping.compare import compare
+    from palpate.mapping.compare_files import read_map, read_reference
+
+    console = Console()
     with console.status("comparing"):
         reference = read_reference(config.reference, _METRES[config.reference_unit])
         touched = read_map(config.map, _METRES[config.map_unit], config.samples)
@@ -72,8 +80,15 @@ def run_compare(config: CompareConfig) -> int:
     return 0
 
 
-def result(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> dict[str, Any]:
+def _need_file(name: str, path: Path) -> None:
+    if not path.is_file():
+        raise InvalidValueError(f"{name} = {path}: there is no such file")
+
+
+def result(found: "Comparison", reference: "TriangleSurface", config: CompareConfig) -> dict[str, Any]:
     """Return the figures as they go into compare.json: SI units, null where there is none."""
+    import numpy as np  # as above
+
     normal = found.normal_error
     moved = found.alignment
     return {
@@ -109,6 +124,6 @@ def result(found: Comparison, reference: TriangleSurface, config: CompareConfig)
     }
 
 
-def _spread(spread: Spread) -> dict[str, float]:
+def _spread(spread: "Spread") -> dict[str, float]:
     names = ("mean", "rms", "p50", "p95", "p99", "largest")
     return {name: float(getattr(spread, name)) for name in names}

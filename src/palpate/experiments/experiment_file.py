@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.regulate_config import RegulateConfig
 from palpate.strict_decode import decode, decode_some, load_text, read_mapping
 from palpate.yaml_text import yaml_text
 
@@ -22,7 +23,13 @@ OTHER_FILES = {
 """Files that people take for experiment files, by the key that tells them."""
 
 KINDS: Mapping[str, type[ExploreConfig]] = {"explore": ExploreConfig}
-"""Every experiment that a file can describe."""
+"""Every experiment whose log keeps its configuration as `EXPERIMENT_TEXT`."""
+
+NAMED: Mapping[str, type] = {**KINDS, "regulate": RegulateConfig}
+"""Every experiment that a file which people write can be for."""
+
+NEIGHBOURS = ("file", "motion_file")
+"""Fields that name files, which are looked for next to the one that names them."""
 
 
 def config_text(config: ExploreConfig) -> str:
@@ -51,7 +58,7 @@ def read_config(text: str) -> ExploreConfig:
     return decode(_without_kind(found), kind, text)
 
 
-def read_overlay(text: str, kind: type[ExploreConfig]) -> dict[str, object]:
+def read_overlay(text: str, kind: type) -> dict[str, object]:
     """Return the fields of an experiment's configuration that a text gives.
 
     Raises:
@@ -62,11 +69,11 @@ def read_overlay(text: str, kind: type[ExploreConfig]) -> dict[str, object]:
         if other in found:
             raise InvalidValueError(f"{other}: {advice}")
     if KIND_KEY in found:
-        _checked_kind(found, tuple(name for name, known in KINDS.items() if known is kind))
+        _checked_kind(found, tuple(name for name, known in NAMED.items() if known is kind))
     return decode_some(_without_kind(found), kind, text)
 
 
-def load_overlay(path: Path, kind: type[ExploreConfig]) -> dict[str, object]:
+def load_overlay(path: Path, kind: type) -> dict[str, object]:
     """Return the fields that an experiment file gives; files that it names are looked for next to it.
 
     Raises:
@@ -79,11 +86,13 @@ def load_overlay(path: Path, kind: type[ExploreConfig]) -> dict[str, object]:
         raise InvalidValueError(f"config = {path}: cannot be read: {error.strerror}") from None
     except InvalidValueError as error:
         raise InvalidValueError(f"{path}: {error}") from None
-    robot, file = values.get("robot"), values.get("file")
+    robot = values.get("robot")
     if isinstance(robot, str) and (path.parent / robot).is_file():
         values["robot"] = str(path.parent / robot)
-    if isinstance(file, Path) and (path.parent / file).is_file():
-        values["file"] = path.parent / file
+    for name in NEIGHBOURS:
+        file = values.get(name)
+        if isinstance(file, Path) and (path.parent / file).is_file():
+            values[name] = path.parent / file
     return values
 
 

@@ -6,12 +6,24 @@ from pathlib import Path
 import numpy as np
 
 from palpate.controllers import ForceGain
+from palpate.controllers.paths import Mark
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_identified import IdentifiedForce
 from palpate.experiments.explore_plan import ExplorationPlan, plan
-from palpate.experiments.explored_map import ExploredMap, Tell, explored_map
+from palpate.experiments.explore_pressing import prepared
+from palpate.experiments.explored_contacts import ScanContacts, felt_in_scan
+from palpate.experiments.explored_map import GROWTH_STEP, ExploredMap, Tell, explored_map, points_per_row
+from palpate.experiments.explored_marks import write_marks_csv
 from palpate.experiments.map_budget import map_budget
-from palpate.experiments.truth_recorder import TruthRecord, TruthRecorder
+from palpate.experiments.map_growth import map_growth
+from palpate.experiments.output_folder import make_folder
+from palpate.experiments.plan_watch import PlanDiary
+from palpate.experiments.recorded_run import RecordedRun
+from palpate.experiments.run_account import RunAccount, run_account
+from palpate.experiments.scans import Scan
+from palpate.experiments.truth_recorder import TruthRecord
+from palpate.experiments.wall_bound import WallBound
 from palpate.mapping import (
     HeightMap,
     SphereFit,
@@ -23,9 +35,9 @@ from palpate.mapping import (
     write_mesh,
 )
 from palpate.mapping.layers import write_layered_mesh
-from palpate.runtime import Observer, Phase, RunResult, Supervisor, Touch, run
-from palpate.runtime.live import ScheduledChanges
-from palpate.runtime.log import MemoryLog, Record, Recorder, Sink
+from palpate.reporting.growth_data import GrowthReport
+from palpate.runtime import Observer, Phase, Record, RunResult
+from palpate.runtime.log import Sink
 from palpate.sim import SceneObject
 from palpate.sim.scene_cost import SceneCost, scene_cost
 
@@ -37,12 +49,15 @@ class Exploration:
     Attributes:
         config: What was asked for.
         target: What was touched.
+        scan: Where it went.
         gain: The force gain with its margins.
+        identified: What pressing has found before, if it was asked for.
         run: How the run ended, and its timing.
         record: Every period.
         set_force: Normal force asked for in every period, shape (n,) [N].
         truth: What really happened, every period.
         cloud: Points on the object's surface, from the scan.
+        marks: What there is to say besides: edges that were met, places that could not be felt, in order.
         map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was
             touched.
         height_map: The same as heights on a grid, which can be explored again; None if nothing was touched from
@@ -51,21 +66,30 @@ class Exploration:
             it is a sphere at all.
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m].
         cost: Of the simulated scene.
+        account: What the run showed of its own assumptions.
+        wall: What a wall in the way of the sweep would have done.
+        growth: How the map grew; None if there is none.
     """
 
     config: ExploreConfig
     target: SceneObject
+    scan: Scan
     gain: ForceGain
+    identified: IdentifiedForce | None
     run: RunResult
     record: Record
     set_force: FloatArray
     truth: TruthRecord
     cloud: TouchCloud
+    marks: tuple[Mark, ...]
     map: ExploredMap | None
     height_map: HeightMap | None
     sphere: SphereFit | None
     point_error: FloatArray
     cost: SceneCost
+    account: RunAccount
+    wall: WallBound
+    growth: GrowthReport | None = None
 
     @property
     def scanning(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -95,8 +119,11 @@ class Exploration:
 
 
 def explore(config: ExploreConfig, observers: tuple[Observer, ...] = ()) -> Exploration:
-    """Plan an exploration and carry it out: see `palpate.experiments.explore_plan.plan` and `carry_out`."""
-    return carry_out(plan(config), observers)
+    """Plan an exploration, press first if that is asked for, and carry it out.
+
+    See `palpate.experiments.explore_plan.plan`, `palpate.experiments.explore_pressing.prepared` and `carry_out`.
+    """
+    return carry_out(prepared(plan(config)), observers)
 
 
 def carry_out(
@@ -127,72 +154,97 @@ class Attempt:
         """Take what to do."""
         self._planned = planned
         self.controller = planned.controller()
-        self._memory = MemoryLog()
-        self._truth = TruthRecorder(planned.backend)
+        self._recorded = RecordedRun(planned, self.controller)
+        self._plans = PlanDiary(self.controller)
 
     def run(self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> RunResult:
         """Move the robot; see `carry_out`."""
-        planned = self._planned
-        return run(
-            planned.backend,
-            Touch(planned.finger),
-            self.controller,
-            Supervisor(planned.limits),
-            duration=3.0 * planned.expected_duration + 10.0,
-            recorder=Recorder(self._memory, *sinks),
-            live=ScheduledChanges(self.controller.live, planned.changes()),
-            observers=(self._truth, *observers),
-        )
+        return self._recorded.run(self._planned.longest_duration, (self._plans.observe, *observers), sinks)
 
     def found(self, result: RunResult, tell: Tell = lambda step: None) -> Exploration:
         """Return what was found in a run that went like `result`; `tell` is told what is being worked out."""
-        planned, record = self._planned, self._memory.record()
+        planned, record = self._planned, self._recorded.record()
         config = planned.config
-        cloud = touch_cloud(record, planned.half_compliance, config.force)
+        felt = ScanContacts.of(
+            record,
+            planned.finger,
+            half_compliance=planned.half_compliance,
+            sensed_force=config.force,
+            force_noise=config.force_noise,
+        )
+        cloud = felt.cloud
         set_force = self._set_force(record)
+        account = run_account(record, planned.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
+        mapped = self._map(record, felt, set_force, account, tell)
         return Exploration(
             config,
             planned.target,
+            planned.scan,
             planned.parameters.gain,
+            planned.identified,
             result,
             record,
             set_force,
-            self._truth.record(),
+            _as_long(self._recorded.truth(), len(record.time)),
             cloud,
-            self._map(record, cloud, set_force, tell),
+            self.controller.strategy.marks,
+            mapped,
             _height_map(cloud, config.map_spacing),
-            _sphere(cloud, config),
+            _sphere(cloud, planned.scan, config.map_spacing),
             planned.target.signed_distance(cloud.position),
             scene_cost(planned.backend.scene.model),
+            account,
+            planned.wall,
+            self._growth(record, cloud, mapped, tell),
         )
 
-    def _map(self, record: Record, cloud: TouchCloud, set_force: FloatArray, tell: Tell) -> ExploredMap | None:
-        if not len(cloud):
+    def _growth(
+        self, record: Record, cloud: TouchCloud, found: ExploredMap | None, tell: Tell
+    ) -> GrowthReport | None:
+        if found is None:
+            return None
+        tell(GROWTH_STEP)
+        plans, finest = self._plans.changes, found.mesh.voxel
+        return map_growth(cloud, record, found.surface, plans, worst=found.worst, finest=finest)
+
+    def _map(
+        self, record: Record, felt: ScanContacts, set_force: FloatArray, account: RunAccount, tell: Tell
+    ) -> ExploredMap | None:
+        if not len(felt.cloud):
             return None
         planned, config = self._planned, self._planned.config
-        kept = felt_in_scan(record)
         budget = map_budget(
             record,
             planned.finger,
-            kept=kept,
+            kept=felt_in_scan(record),
             set_force=set_force,
             half_compliance=planned.half_compliance,
             force_noise=config.force_noise,
             moment_noise=config.moment_noise,
         )
-        speed = np.linalg.norm(record.velocity[kept], axis=1)
-        return explored_map(cloud, speed, planned.target, config, budget, tell)
+        budget = replace(budget, shown=account.offset)
+        return explored_map(felt, planned.target, planned.scan, config, budget, tell)
 
     def _set_force(self, record: Record) -> FloatArray:
-        """The force asked for in every period [N]: the live parameters ramp as they did in the run."""
-        live = self._planned.controller().live
-        asked = [replace(change, time=change.time - record.time[0]) for change in self._memory.changes]
-        again = ScheduledChanges(live, asked)
-        wanted = []
-        for time in record.time.tolist():
-            again.step(time)
-            wanted.append(live.value("force"))
-        return np.array(wanted)
+        """The force asked for in every period [N], live or by a profile, as it was in the run."""
+        planned, profile = self._planned, self._planned.profile
+        if profile is None:
+            return np.array(self._recorded.live_values("force", planned.controller().live))
+        swept = np.flatnonzero(record.phase == Phase.SCAN.value)  # from the first sweep on
+        begin = record.time[swept[0]] if len(swept) else np.inf
+        return np.array([profile.at(since)[0] for since in np.maximum(record.time - begin, 0.0).tolist()])
+
+
+def _as_long(truth: TruthRecord, count: int) -> TruthRecord:
+    """Truth for so many periods: the one in which an exception ended the run was recorded, but not observed."""
+    missing = count - len(truth.touching)
+    if missing <= 0:
+        return truth
+    unknown = np.full((missing, 3), np.nan)
+    return TruthRecord(
+        np.append(truth.touching, np.zeros(missing, np.bool_)),
+        *(np.vstack([each, unknown]) for each in (truth.position, truth.force, truth.torque)),
+    )
 
 
 def _height_map(cloud: TouchCloud, spacing: float) -> HeightMap | None:
@@ -203,53 +255,14 @@ def _height_map(cloud: TouchCloud, spacing: float) -> HeightMap | None:
         return None
 
 
-def _sphere(cloud: TouchCloud, config: ExploreConfig) -> SphereFit | None:
+def _sphere(cloud: TouchCloud, scan: Scan, spacing: float) -> SphereFit | None:
     """The sphere through the points, or none where they are too few or in one plane."""
-    thin = cloud.thinned(config.map_spacing)
+    thin = cloud.thinned(spacing)
     try:
         # the stretches of a row share one error: each row counts as one observation
-        return fit_sphere(thin.position, correlation_points=max(1.0, config.width / config.map_spacing))
+        return fit_sphere(thin.position, correlation_points=points_per_row(thin, scan.row, spacing))
     except InvalidValueError:
         return None
-
-
-def felt_in_scan(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return which periods give a point of the map, shape (n,)."""
-    return np.asarray((record.phase == Phase.SCAN.value) & record.touching & (record.status == 0))
-
-
-def touch_cloud(record: Record, half_compliance: float, sensed_force: float) -> TouchCloud:
-    """Return the points of the object that a scan touched.
-
-    The centroid lies half-way into the overlap of the undeformed tip and object. The object's own half of the
-    compression, `half_compliance` [m/N] times the normal force, is taken off along the normal; so is what the tip
-    is compressed beyond what its sensed surface allows for, which is that of `sensed_force` [N].
-    """
-    kept = felt_in_scan(record)
-    normal = -record.normal[kept]
-    offset = half_compliance * (2.0 * record.normal_force[kept] - sensed_force)
-    return TouchCloud(
-        time=record.time[kept],
-        position=record.centroid[kept] + offset[:, None] * normal,
-        normal=normal,
-        normal_force=record.normal_force[kept],
-        tangential_force=record.tangential_force[kept],
-        spin_torque=record.spin_torque[kept],
-    )
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder before a run, so that nothing is lost after it.
-
-    Raises:
-        InvalidValueError: It cannot be made or written.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / ".writable").touch()
-        (folder / ".writable").unlink()
-    except OSError as error:
-        raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another folder (--out)") from None
 
 
 def write_exploration(exploration: Exploration, folder: Path) -> tuple[Path, ...]:
@@ -271,10 +284,12 @@ def write_exploration(exploration: Exploration, folder: Path) -> tuple[Path, ...
     write_report(exploration_report(exploration), report)
     write_cloud_ply(exploration.cloud, files[1])
     write_cloud_csv(exploration.cloud, files[2])
+    files.append(folder / "marks.csv")
+    write_marks_csv(exploration.marks, files[-1])
     found = exploration.map
     if found is not None and len(found.mesh.triangles):
         files += [folder / "map.ply", folder / "map.stl"]
-        write_layered_mesh(found.mesh, (found.friction,), files[-2])
+        write_layered_mesh(found.mesh, found.layers, files[-2])
         write_mesh(found.mesh, files[-1])
     if exploration.height_map is not None:
         files.append(folder / "height_map.csv")

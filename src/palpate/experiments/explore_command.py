@@ -4,11 +4,13 @@ from datetime import datetime
 
 from rich.console import Console
 
-from palpate.experiments.explore import Attempt, make_folder, write_exploration
+from palpate.experiments.explore import Attempt, write_exploration
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import ExplorationPlan, plan
+from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import exploration_report
 from palpate.experiments.explored_map import STEPS
+from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import run_progress, step_progress
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
 from palpate.reporting import summary_table
@@ -26,12 +28,17 @@ def run_explore(config: ExploreConfig) -> int:
         0 if the exploration finished, 130 if it was interrupted, else 1.
 
     Raises:
-        InvalidValueError: The configuration cannot be realised, or its folder not be written.
+        InvalidValueError: The configuration cannot be realised, pressing has found nothing, or the folder cannot
+            be written.
+        KeyboardInterrupt: While it pressed, before the exploration had begun: there is nothing to write yet.
         OSError: A file cannot be written.
     """
     console = Console()
     planned = plan(config)
     make_folder(config.out)
+    if config.identify:
+        with console.status("pressing, to find stiffness and delay"):
+            planned = prepared(planned)
     attempt = Attempt(planned)
     log, interrupted = log_writer(planned), False
     with run_progress(console, planned.expected_duration) as observer:

@@ -9,34 +9,53 @@ import numpy as np
 from palpate.controllers import (
     ExploreController,
     ExploreParameters,
-    Raster,
+    ForceProfile,
+    LandingModel,
+    Room,
+    SineForce,
     force_gain,
     live_parameters,
     series_stiffness,
     tracking_delay,
 )
+from palpate.controllers.explore_parameters import ACCELERATION
+from palpate.controllers.landing import moved_mass
+from palpate.controllers.paths import PathPlane, Strategy
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
 from palpate.experiments.explore_config import FASTEST, LEAST_FORCE, MOST_FORCE, SLOWEST, ExploreConfig
-from palpate.experiments.explore_raster import raster_over
+from palpate.experiments.explore_identified import (
+    IDENTIFIED_TEXT,
+    IdentifiedForce,
+    identified_text,
+    read_identified,
+)
 from palpate.experiments.explored_object import object_in, object_texts, scene_object
 from palpate.experiments.finger_sensor import sensor_for
 from palpate.experiments.robot_in_scene import build
+from palpate.experiments.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
+from palpate.experiments.scans import ContourScan, Effort, Scan, scan_on
 from palpate.experiments.simulated_stage import Task, only_finger
+from palpate.experiments.wall_bound import WallBound
 from palpate.runtime import FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
 from palpate.sim import MujocoBackend, PairParameters, SceneObject
 from palpate.sim.presets import EXPLORE
-
-CLEARANCE = 0.003
-"""How far above the object's top the tip starts [m]."""
+from palpate.spatial import Vector
 
 ROOM = 0.02
-"""How far beyond its path the supervisor lets the tip go [m]."""
+"""How far beyond its path the supervisor lets the tip go [m]; half of it the controller, which marks what is
+beyond instead of being stopped."""
 
-LANDING_SHARE = 0.75
-"""Of the robot's force limit: a larger set force could reach it on landing."""
+BENDS = 2.0
+"""A contour bends no more sharply than so many times the fingertip: its middle goes round a corner at a radius."""
+
+WASTE = 10.0
+"""May always be lost [s]."""
+
+FASTEST_LANDING = 0.005
+"""[m/s], where what lands and what it lands on would allow more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,29 +66,73 @@ class ExplorationPlan:
         config: What was asked for.
         robot: What carries it out.
         target: What is touched.
-        raster: The path of the tip frame's origin, from above.
+        scan: Where it goes, for the middle of the tip.
+        plane: In it the coordinates of the tip frame's origin are those of the middle of the tip.
         parameters: For the controller.
+        effort: What ways cost.
         finger: For touch.
         limits: For the supervisor.
-        backend: The simulated stage.
+        backend: The simulated robot.
         expected_duration: About how long it takes [s].
+        longest_duration: Then something is wrong [s].
         half_compliance: Of tip and object together, half their compression per force [m/N].
+        task: What the robot was built for.
+        touch_force: Force that counts as a touch [N].
+        wall: What a wall in the way of the sweep would do.
+        identified: What pressing has found; None: the gain is made for what is assumed.
     """
 
     config: ExploreConfig
     robot: Robot
     target: SceneObject
-    raster: Raster
+    scan: Scan
+    plane: PathPlane
     parameters: ExploreParameters
+    effort: Effort
     finger: FingerDescription
     limits: Limits
     backend: MujocoBackend
     expected_duration: float
+    longest_duration: float
     half_compliance: float
+    task: Task
+    touch_force: float
+    wall: WallBound
+    identified: IdentifiedForce | None = None
+
+    def strategy(self) -> Strategy:
+        """Return a fresh strategy for it."""
+        return self.scan.strategy(self.plane, self.effort)
 
     def controller(self) -> ExploreController:
-        """Return a fresh controller for it."""
-        return ExploreController(self.parameters, self.raster, self.config.period)
+        """Return a fresh controller for it, with a fresh strategy."""
+        period, found = self.config.period, self.identified
+        law = None if found is None else found.law(period)
+        return ExploreController(self.parameters, self.strategy(), period, law=law, profile=self.profile)
+
+    @property
+    def profile(self) -> ForceProfile | None:
+        """Of the force while the tip sweeps; None: what the live parameter says."""
+        config = self.config
+        if not config.force_swing:
+            return None
+        return SineForce(config.force, config.force_swing, 1.0 / config.force_period)
+
+    def another_backend(self) -> MujocoBackend:
+        """Return the same robot above the same object once more."""
+        return build(self.robot, self.task).backend
+
+    def with_identified(self, found: IdentifiedForce) -> "ExplorationPlan":
+        """Return the plan with the force law that pressing has found.
+
+        Raises:
+            InvalidValueError: A change that was asked for is out of its bounds.
+        """
+        parameters = replace(self.parameters, gain=found.gain)
+        _check_changes(self.config, parameters)
+        return replace(
+            self, parameters=parameters, effort=replace(self.effort, parameters=parameters), identified=found
+        )
 
     def changes(self) -> tuple[Change, ...]:
         """Return the changes of live parameters that were asked for beforehand."""
@@ -77,8 +140,10 @@ class ExplorationPlan:
 
     def texts(self) -> dict[str, str]:
         """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
+        found = self.identified
         return {
             EXPERIMENT_TEXT: config_text(self.config),
+            **({} if found is None else {IDENTIFIED_TEXT: identified_text(found)}),
             **object_texts(self.target, self.config),
             **self.robot.texts,
         }
@@ -93,7 +158,18 @@ def plan_from_texts(texts: Mapping[str, str]) -> ExplorationPlan:
     if EXPERIMENT_TEXT not in texts:
         raise InvalidValueError(f"{EXPERIMENT_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
     config = read_config(texts[EXPERIMENT_TEXT])
-    return plan(config, read_robot(texts), object_in(texts, config))
+    return plan_with(config, read_robot(texts), texts)
+
+
+def plan_with(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> ExplorationPlan:
+    """Return the plan of a configuration, with object and what pressing has found as a log keeps them.
+
+    Raises:
+        InvalidValueError: Something in a text is wrong, or the configuration cannot be realised.
+    """
+    planned = plan(config, robot, object_in(texts, config))
+    found = texts.get(IDENTIFIED_TEXT)
+    return planned if found is None else planned.with_identified(read_identified(found))
 
 
 def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject | None = None) -> ExplorationPlan:
@@ -111,7 +187,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     """
     robot = robot or load_robot(config.robot)
     target = target or scene_object(config)
-    raster = raster_over(target, config)
+    scan = scan_on(target, config)
     half_compliance = 0.5 / config.stiffness
     _check_compression(config, config.force * half_compliance)
     law = replace(
@@ -122,8 +198,8 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
         smallest_force=config.touch_force,
     )
     top = target.top + max(config.tip) + CLEARANCE
-    first_x, first_y = raster.corners()[0]
-    # the raster so far is the path of the tip's centre; what is moved is the tip frame, which never turns
+    first_x, first_y = scan.begin
+    # a scan speaks of the middle of the tip; what is moved is the tip frame, which never turns
     x, y, z = only_finger(robot).surface.center
     task = Task(
         tip=config.tip,
@@ -136,54 +212,81 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
         touch_force=config.touch_force,
     )
     descent = (target.top - target.bottom) + max(config.tip) + CLEARANCE
-    path = replace(raster, center=(raster.center[0] - x, raster.center[1] - y))
-    limits = _limits(robot.file.limits.limits(), path, top - z, descent)
-    _check_force(config, limits)
+    plane = PathPlane((-x, -y, -z))
+    limits, room = _limits(robot.file.limits.limits(), scan, plane, top, descent, _stopping(config, scan))
+    check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
     _check_push(config, ready.stiffness, robot.file.backend.leash)
-    _check_speed(config, ready.backend.scene.pair, limits)
-    if config.force < LEAST_FORCE * ready.touch_force * (1.0 - 1e-12):
+    check_speed("speed", config.speed, limits)
+    _check_sliding(config, ready.backend.scene.pair)
+    least = LEAST_FORCE * ready.touch_force
+    if config.least_force < least * (1.0 - 1e-12):
+        swings = f" and force_swing = {config.force_swing:g} N: the force" if config.force_swing else ":"
         raise InvalidValueError(
-            f"force = {config.force:g} N: must be at least {LEAST_FORCE * ready.touch_force:g} N, {LEAST_FORCE:g} "
-            "times what the robot's sensor file takes for a touch (touch_force_N)"
+            f"force = {config.force:g} N{swings} must be at least {least:g} N, {LEAST_FORCE:g} times what the "
+            "robot's sensor file takes for a touch (touch_force_N)"
         )
     sensing_delay = ready.finger.pipeline().delay
     delay = tracking_delay(config.period, ready.response, sensing_delay)
+    series, mass = series_stiffness(config.stiffness, ready.stiffness), moved_mass(ready.stiffness, ready.response)
+    landing = LandingModel(series, delay, config.stiffness, mass)
+    acceleration = _acceleration(config, scan)
     parameters = ExploreParameters(
         force=config.force,
         speed=config.speed,
-        gain=force_gain(series_stiffness(config.stiffness, ready.stiffness), delay),
+        acceleration=acceleration,
+        gain=force_gain(series, delay),
         lead=tracking_delay(config.period, ready.lag, sensing_delay),
+        landing_speed=min(FASTEST_LANDING, landing.speed(config.force, ready.touch_force)),
         approach_distance=descent,
-        force_range=(LEAST_FORCE * ready.touch_force, min(MOST_FORCE, LANDING_SHARE * limits.force)),
+        force_range=_force_range(config, least, limits),
         speed_range=(SLOWEST, min(FASTEST, limits.speed)),
+        room=room,
     )
-    live = live_parameters(parameters)
-    for time, name, value in config.change:
-        try:
-            live.check(name, value)
-        except InvalidValueError as error:
-            raise InvalidValueError(f"change after {time:g} s: {error}") from None
+    _check_changes(config, parameters)
     below = float(target.height(np.array(first_x), np.array(first_y)))
-    gap = top - (target.bottom if math.isnan(below) else below)  # beside its rim a tip touches a ball, too
+    below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
+    gap = max(top - below - config.tip[-1], CLEARANCE)
+    effort = Effort(parameters, gap, descent)
     return ExplorationPlan(
         config,
         robot,
         target,
-        path,
+        scan,
+        plane,
         parameters,
+        effort,
         ready.finger,
         limits,
         ready.backend,
-        _expected_duration(raster, parameters, gap),
+        scan.duration(effort),
+        scan.longest(effort) + WASTE,
         half_compliance,
+        task,
+        ready.touch_force,
+        WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
     )
 
 
-def _limits(robot: Limits, raster: Raster, top: float, descent: float) -> Limits:
-    """The robot's limits, with as much of its workspace as the path needs."""
-    xs, ys = zip(*raster.corners(), strict=True)
-    lower, upper = (min(xs), min(ys), top - descent), (max(xs), max(ys), top)
+def _acceleration(config: ExploreConfig, scan: Scan) -> float:
+    """Bound on tangential acceleration [m/s^2]: on a contour enough for a circle of the fingertip's size."""
+    if not isinstance(scan, ContourScan):
+        return ACCELERATION
+    return max(ACCELERATION, BENDS * config.speed**2 / min(config.tip))
+
+
+def _stopping(config: ExploreConfig, scan: Scan) -> float:
+    """The way to rest from the largest speed that is foreseen [m]."""
+    fastest = max([config.speed, *(value for _, name, value in config.change if name == "speed")])
+    return 0.5 * fastest**2 / _acceleration(config, scan)
+
+
+def _limits(
+    robot: Limits, scan: Scan, plane: PathPlane, top: float, descent: float, stopping: float
+) -> tuple[Limits, Room]:
+    """The robot's limits, with as much of its workspace as the path needs, and the controller's room within."""
+    (x0, y0), (x1, y1) = scan.box
+    lower, upper = plane.base((x0, y0), top - descent), plane.base((x1, y1), top)
     for axis, low, high, least, most in zip(
         "xyz", lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True
     ):
@@ -191,12 +294,17 @@ def _limits(robot: Limits, raster: Raster, top: float, descent: float) -> Limits
             raise InvalidValueError(
                 f"the path reaches from {low:g} to {high:g} m along {axis}: it leaves the robot's workspace, "
                 f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); take a "
-                "smaller raster or object, or a robot with more room"
+                "smaller region or object, or a robot with more room"
             )
-    bounds = zip(lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True)
-    boxes = [(max(low - ROOM, least), min(high + ROOM, most)) for low, high, least, most in bounds]
-    (x0, x1), (y0, y1), (z0, z1) = boxes
-    return replace(robot, workspace_lower=(x0, y0, z0), workspace_upper=(x1, y1, z1))
+
+    def around(room: float) -> tuple[Vector, Vector]:
+        low = (max(a - room, least) for a, least in zip(lower, robot.workspace_lower, strict=True))
+        high = (min(a + room, most) for a, most in zip(upper, robot.workspace_upper, strict=True))
+        return (next(low), next(low), next(low)), (next(high), next(high), next(high))
+
+    workspace_lower, workspace_upper = around(ROOM + stopping)
+    limits = replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
+    return limits, Room(*around(0.5 * ROOM + stopping))
 
 
 def _check_compression(config: ExploreConfig, compression: float) -> None:
@@ -207,19 +315,26 @@ def _check_compression(config: ExploreConfig, compression: float) -> None:
         )
 
 
-def _check_force(config: ExploreConfig, limits: Limits) -> None:
-    most = min(MOST_FORCE, LANDING_SHARE * limits.force)
-    if config.force > most * (1.0 + 1e-12):
-        raise InvalidValueError(
-            f"force = {config.force:g} N: must be at most {most:g} N, {LANDING_SHARE:.0%} of the robot's limit of "
-            f"{limits.force:g} N (limits.force_N in the robot file), for landing may exceed it"
-        )
+def _force_range(config: ExploreConfig, least: float, limits: Limits) -> tuple[float, float]:
+    """What may be asked for while it runs [N]; a profile goes its own way."""
+    if config.force_swing:
+        return config.force, config.force
+    return least, min(MOST_FORCE, LANDING_SHARE * limits.force)
+
+
+def _check_changes(config: ExploreConfig, parameters: ExploreParameters) -> None:
+    live = live_parameters(parameters)
+    for time, name, value in config.change:
+        try:
+            live.check(name, value)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"change after {time:g} s: {error}") from None
 
 
 def _check_push(config: ExploreConfig, stiffness: float, leash: float) -> None:
     """Refuse a force that the servos never reach: their reference runs no farther ahead than the leash."""
     push = stiffness * leash
-    if config.force > push:
+    if config.greatest_force > push:
         raise InvalidValueError(
             f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' {stiffness:.3g} "
             f"N/m over a leash of {leash:g} m (leash_m, bandwidth_rad_per_s in the robot file); press with less, "
@@ -227,23 +342,11 @@ def _check_push(config: ExploreConfig, stiffness: float, leash: float) -> None:
         )
 
 
-def _check_speed(config: ExploreConfig, pair: PairParameters, limits: Limits) -> None:
-    """Refuse speeds over the limit, and at which the simulated friction is not Coulomb's or the tip lifts off."""
-    if config.speed > limits.speed:
-        raise InvalidValueError(
-            f"speed = {config.speed:g} m/s: must be at most the robot's limit, {limits.speed:g} m/s "
-            "(limits.speed_m_per_s in the robot file)"
-        )
-    creep = pair.creep_speed * config.force / config.touch_force  # grows with the force
+def _check_sliding(config: ExploreConfig, pair: PairParameters) -> None:
+    """Refuse speeds at which the simulated friction is not Coulomb's, or the tip lifts off."""
+    creep = pair.creep_speed * config.greatest_force / config.touch_force  # grows with the force
     if not creep < config.speed < pair.lift_speed / 2.0:
         raise InvalidValueError(
             f"speed = {config.speed:g} m/s: must lie between {creep:.2g} m/s, below which the simulated friction "
             f"creeps, and {pair.lift_speed / 2.0:.2g} m/s, from which it may lift the tip"
         )
-
-
-def _expected_duration(raster: Raster, parameters: ExploreParameters, gap: float) -> float:
-    """About how long it takes: the way down, the rows on a surface that climbs, a stop at every corner."""
-    stop = parameters.speed / parameters.acceleration + 0.05
-    way = 1.25 * raster.length / parameters.speed + len(raster.corners()) * stop
-    return gap / parameters.landing_speed + parameters.settle_time + way

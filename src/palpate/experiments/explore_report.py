@@ -3,10 +3,14 @@
 import numpy as np
 
 from palpate.experiments.explore import Exploration
-from palpate.experiments.explore_tables import map_report, shape_name, shape_report
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_tables import map_report, median_sd, shape_name, shape_report
 from palpate.experiments.explored_map import ExploredMap
+from palpate.experiments.explored_marks import marks_text, not_felt
 from palpate.experiments.explored_object import object_line
+from palpate.experiments.run_account import account_sentences
 from palpate.mapping import HeightMap, height_map_triangles
+from palpate.mapping.layers import VertexLayer
 from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
 from palpate.runtime import Ending
 
@@ -46,6 +50,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
         timing=result.timing,
         map=None if found is None else map_report(found),
         shape=None if found is None or found.shape is None else shape_report(found.shape),
+        growth=exploration.growth,
         true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
         point_error=exploration.point_error,
         error_note=CONTACT_NOTE,
@@ -57,10 +62,25 @@ def outcome(exploration: Exploration) -> str:
     result = exploration.run
     rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
     if result.ending is Ending.DONE:
-        return f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s; {rest}."
+        left_out = not_felt(exploration.marks)
+        but = f", but {_places(len(left_out))} not be felt ({marks_text(left_out)})" if left_out else ""
+        finished = f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}; {rest}."
+        return finished + _but(exploration)
     if result.ending is Ending.TRIPPED:
-        return f"Stopped by the supervisor: {result.trip}; {rest}."
-    return f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."
+        return f"Stopped by the supervisor: {result.why}; {rest}.{_but(exploration)}"
+    nothing = ", nothing was met" if result.ending is Ending.LOST and not len(exploration.cloud) else ""
+    why = f"{result.ending.value}{nothing}; {marks_text(exploration.marks)}"
+    return f"Not finished ({why}) after {result.duration:.1f} s; {rest}.{_but(exploration)}"
+
+
+def _but(exploration: Exploration) -> str:
+    """What the run showed to be otherwise than was assumed, as sentences after others."""
+    config = exploration.config
+    return "".join(f" {said}" for said in account_sentences(exploration.account, config.force, config.stiffness))
+
+
+def _places(count: int) -> str:
+    return "one place could" if count == 1 else f"{count} places could"
 
 
 def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
@@ -75,7 +95,11 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
         else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
         KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
     ]
+    figures.append(
+        KeyFigure("largest force felt", exploration.account.most_force, "N", f"limit {exploration.wall.limit:g} N")
+    )
     figures += _map_figures(exploration.map)
+    figures.append(KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)))
     figures += [
         KeyFigure("simulated time", result.duration, "s"),
         KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
@@ -89,13 +113,14 @@ def _map_figures(found: ExploredMap | None) -> list[KeyFigure]:
     if found is None:
         return []
     figures = []
-    if len(found.mesh.vertices):
-        band = 1e3 * float(np.median(found.mesh.band()))
+    if found.claimed.any():
+        band = 1e3 * float(np.median(found.mesh.band()[found.claimed]))
         figures += [
             KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
             KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
         ]
     figures.append(KeyFigure("observed of what it could feel", 100.0 * found.observed_share, "%"))
+    figures += _layer_figures(found)
     shape = found.shape
     if shape is not None:
         note = ""
@@ -106,10 +131,27 @@ def _map_figures(found: ExploredMap | None) -> list[KeyFigure]:
     return figures
 
 
+def _layer_figures(found: ExploredMap) -> list[KeyFigure]:
+    """Stiffness and curvature, where they are known."""
+    mean = next(layer for layer in found.curvature if layer.name == "curvature_mean")
+    assert isinstance(mean, VertexLayer)
+    layers = (("stiffness of the object", found.stiffness, 1e-3, "kN/m"), ("mean curvature", mean, 1.0, "1/m"))
+    figures = []
+    for name, layer, scale, unit in layers:
+        known = np.isfinite(layer.mean)
+        if known.any():
+            value, share = float(np.median(scale * layer.mean[known])), 100.0 * float(known.mean())
+            note = f"± {median_sd(layer, scale):.2g} (median), on {share:.0f} % of the map"
+            figures.append(KeyFigure(name, value, unit, note))
+    return figures
+
+
 def _set_force(exploration: Exploration) -> str:
-    set_force = exploration.set_force[exploration.scanning]
+    config, set_force = exploration.config, exploration.set_force[exploration.scanning]
+    if config.force_swing:
+        return f"set {config.force:g} N ± {config.force_swing:g} N"
     if not len(set_force) or set_force.min() == set_force.max():
-        return f"set {exploration.config.force:g} N"
+        return f"set {config.force:g} N"
     return f"set {set_force.min():g} to {set_force.max():g} N, changed while it ran"
 
 
@@ -122,17 +164,14 @@ def _recording(exploration: Exploration) -> tuple[tuple[str, str], ...]:
 
 def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units, and the gain that followed."""
-    config, gain = exploration.config, exploration.gain
+    config = exploration.config
     return (
         ("object", object_line(exploration.target, config)),
         ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
-        ("normal force", f"{config.force:g} N"),
+        ("normal force", f"{config.force:g} N{_swing(config)}"),
         ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
-        (
-            "raster",
-            f"{1e3 * config.width:g} x {1e3 * config.depth:g} mm, rows {1e3 * config.spacing:g} mm apart, "
-            f"about x = {1e3 * config.middle[0]:g}, y = {1e3 * config.middle[1]:g} mm",
-        ),
+        ("a wall in its way", str(exploration.wall)),
+        (config.strategy, exploration.scan.line),
         ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm"),
         ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
         (
@@ -142,17 +181,41 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         ("robot", config.robot),
         ("simulated scene", str(exploration.cost)),
         ("control period", f"{1e3 * config.period:g} ms"),
-        (
-            "force gain",
-            f"{1e3 * gain.gain:.3g} mm/s/N from K = {gain.stiffness / 1e3:.3g} kN/m and T = "
-            f"{1e3 * gain.delay:.3g} ms: loop gain k K T = {gain.loop_gain:.2g} (unstable from 1.57), gain margin "
-            f"{gain.gain_margin:.2g}, phase margin {gain.phase_margin_deg:.0f} degrees",
-        ),
+        *_force_law(exploration),
         *(
             ("change while running", f"{name} to {value:g} after {time:g} s")
             for time, name, value in config.change
         ),
         *_recording(exploration),
+    )
+
+
+def _swing(config: ExploreConfig) -> str:
+    return f", ± {config.force_swing:g} N as a sine of {config.force_period:g} s" if config.force_swing else ""
+
+
+def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+    """The law of force control with its margins, and what they were found from."""
+    gain, found = exploration.gain, exploration.identified
+    if found is None:
+        said = (
+            f"{1e3 * gain.gain:.3g} mm/s/N from K = {gain.stiffness / 1e3:.3g} kN/m and T = "
+            f"{1e3 * gain.delay:.3g} ms: loop gain k K T = {gain.loop_gain:.2g} (unstable from 1.57), gain margin "
+            f"{gain.gain_margin:.2g}, phase margin {gain.phase_margin_deg:.0f} degrees"
+        )
+        return (("force gain", said),)
+    law = f"an admittance of {found.mass:.3g} kg and {found.damping:.3g} N s/m" if found.mass else "the direct law"
+    return (
+        (
+            "identified by pressing",
+            f"contact {found.contact_stiffness / 1e3:.3g} ± {found.contact_stiffness_sd / 1e3:.1g} kN/m, with the "
+            f"robot {found.series_stiffness / 1e3:.3g} kN/m",
+        ),
+        (
+            "force gain",
+            f"{1e3 * gain.gain:.3g} mm/s/N by {law}; as measured, gain margin {found.gain_margin:.2g}, phase "
+            f"margin {found.phase_margin_deg:.0f} degrees",
+        ),
     )
 
 

@@ -7,10 +7,13 @@ import numpy as np
 from palpate.experiments.explored_map import ExploredMap
 from palpate.experiments.named_shape import NamedShape
 from palpate.mapping import FitStatus, PrimitiveFit, PrimitiveKind
+from palpate.mapping.layers import VertexLayer
 from palpate.mapping.primitives.shape import TURNS, PrimitiveShape
 from palpate.reporting import MapReport, ShapeReport
 
 MILLI = 1e3
+
+STIFFNESS_NOTE = "the object alone: of the compression, half is taken for the tip's"
 
 Row = tuple[str, str, str, str]
 """Name, value, unit, note."""
@@ -18,25 +21,35 @@ Row = tuple[str, str, str, str]
 
 def map_report(found: ExploredMap) -> MapReport:
     """Return what a report says of a map."""
-    return MapReport(found.mesh, map_rows(found), found.error, found.missed, (found.friction,))
+    rows = (*map_rows(found), *layer_rows(found))
+    return MapReport(found.mesh, rows, found.error, found.missed, (found.friction,))
 
 
 def map_rows(found: ExploredMap) -> tuple[Row, ...]:
     """Return how well a map is known."""
     budget, mesh, model = found.budget, found.mesh, found.surface.model
     rows: list[Row] = []
-    if len(mesh.vertices):
-        rows = [
-            ("error against the true surface, RMS", _mm(found.rms), "mm", f"{len(mesh.vertices)} vertices"),
-            ("largest error", _mm(float(np.abs(found.error).max())), "mm", ""),
+    claimed, drawn = found.claimed, int((~found.claimed).sum())
+    if drawn:
+        note = "beside what was felt: drawn on, not claimed"
+        rows.append(("extrapolated part of the mesh", f"{100.0 * drawn / len(claimed):.0f}", "%", note))
+    if claimed.any():
+        rows += [
+            ("error against the true surface, RMS", _mm(found.rms), "mm", f"{int(claimed.sum())} vertices"),
+            ("largest error", _mm(float(np.abs(found.error[claimed]).max())), "mm", ""),
             (
                 "95 % band, median",
-                f"±{_mm(float(np.median(mesh.band())))}",
+                f"±{_mm(float(np.median(mesh.band()[claimed])))}",
                 "mm",
                 "of random errors and of the budget",
             ),
             ("true errors inside it", f"{100.0 * found.covered:.1f}", "%", "95 is promised"),
-            ("standard deviation, median", _mm(float(np.median(mesh.sd))), "mm", "of random errors alone"),
+            (
+                "standard deviation, median",
+                _mm(float(np.median(mesh.sd[claimed]))),
+                "mm",
+                "of random errors alone",
+            ),
         ]
     rows += [
         (
@@ -49,6 +62,11 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         ("- calibration of the sensor", _mm(budget.calibration), "mm", _calibration_note(budget.calibration)),
         ("- noise", _mm(budget.noise), "mm", "contacts that are off sideways are off outwards"),
         ("- changing force", _mm(budget.compression), "mm", "tip and object do not give way at once"),
+        *(
+            [("- as the run showed", _mm(budget.shown), "mm", "the zero moved, or another stiffness was felt")]
+            if budget.shown
+            else []
+        ),
         (
             "noise of contacts",
             _mm(model.noise),
@@ -59,6 +77,38 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         ("grid of the mesh", f"{MILLI * mesh.voxel:.3g}", "mm", "tip size and stiffness are taken as known"),
     ]
     return tuple(rows)
+
+
+def layer_rows(found: ExploredMap) -> tuple[Row, ...]:
+    """Return what else is known of the surface: each layer's median, where it is known, and how it varies."""
+    curvature = {layer.name: layer for layer in found.curvature if isinstance(layer, VertexLayer)}
+    layers = (
+        ("friction", found.friction, 1.0, "", "scatters by", "while sliding"),
+        ("stiffness of the object", found.stiffness, 1e-3, "kN/m", "±", STIFFNESS_NOTE),
+        ("largest curvature", curvature["curvature_max"], 1.0, "1/m", "±", "convex is positive"),
+        ("smallest curvature", curvature["curvature_min"], 1.0, "1/m", "±", ""),
+        ("mean curvature", curvature["curvature_mean"], 1.0, "1/m", "±", "from the map"),
+        ("mean curvature", curvature["curvature_rolled"], 1.0, "1/m", "±", "from how normals turned"),
+    )
+    return tuple(_layer(*each) for each in layers if np.isfinite(each[1].mean).any())
+
+
+def _layer(name: str, layer: VertexLayer, scale: float, unit: str, sign: str, note: str) -> Row:
+    known = np.isfinite(layer.mean)
+    value = scale * layer.mean[known]
+    low, high = np.percentile(value, [5.0, 95.0]).tolist()
+    share = 100.0 * float(known.mean())
+    said = [
+        f"{sign} {median_sd(layer, scale):.2g}",
+        f"{low:.3g} to {high:.3g} over nine tenths of where it is known, {share:.0f} % of the map",
+    ]
+    return (name, f"{float(np.median(value)):.3g}", unit, "; ".join([*said, *([note] if note else [])]))
+
+
+def median_sd(layer: VertexLayer, scale: float) -> float:
+    """Return the median standard deviation of a layer, in a unit of 1 / `scale`; NaN if there is none."""
+    sd = scale * layer.sd[np.isfinite(layer.sd)]
+    return float(np.median(sd)) if len(sd) else math.nan
 
 
 def shape_report(shape: NamedShape) -> ShapeReport:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,28 +10,27 @@ from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray
 from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explored_contacts import ScanContacts
+from palpate.experiments.explored_layers import friction_on, stiffness_on
 from palpate.experiments.map_budget import MapBudget
 from palpate.experiments.named_shape import NamedShape, named_shape
 from palpate.experiments.reachable_surface import ReachableSurface
+from palpate.experiments.scans import ActiveScan, ContourScan, Scan, TapScan
 from palpate.mapping import (
+    Knowledge,
     MapSettings,
     SurfaceMap,
     SurfaceMesh,
     TouchCloud,
     surface_mesh,
 )
-from palpate.mapping.arc_bins import stretch_means, stretch_starts
-from palpate.mapping.layers import VertexLayer, vertex_layer
+from palpate.mapping.curvature_layers import curvature_layers
+from palpate.mapping.layers import VertexDirection, VertexLayer
+from palpate.mapping.mesh_figures import voxel_for
 from palpate.sim import SceneObject
 
 MOST_VERTICES = 60_000
 """About so many vertices at most: some seconds, and more than a picture shows."""
-
-MOST_VOXELS = 2e7
-"""Of the box around a mesh: a third of what `surface_mesh` takes."""
-
-SLIDES = 0.5
-"""Of the usual speed of a scan: slower, around corners, friction may not be all there yet."""
 
 WIDEST_ROWS = 2.0
 """Rows count as neighbours up to so many times the distance at which they were to be: a wider gap is a hole."""
@@ -43,15 +42,21 @@ SAME_ROW = 3.0
 """Contacts up to so many distances of rows apart along the path are of one row."""
 
 THIN = 4.0
-"""Friction is averaged over stretches of the rows' distance over this."""
+"""Where rows are to be told apart, contacts are thinned to their distance over this."""
 
 SHAPE_CONTACTS = 400
 """A shape is fitted to so many contacts, or, where rows are close, to one every distance of rows."""
 
-LONGEST_PAUSE = 0.1
-"""Between contacts of one stretch [s]."""
+GROWTH_STEP = "how the map grew"
 
-STEPS = ("fitting the map", "cutting the mesh", "friction", "which shape it is", "comparing with the truth")
+STEPS = (
+    "fitting the map",
+    "cutting the mesh",
+    "friction, stiffness and curvature",
+    "which shape it is",
+    "comparing with the truth",
+    GROWTH_STEP,
+)
 """What is done, in order, for whoever shows progress."""
 
 Tell = Callable[[str], None]
@@ -64,9 +69,12 @@ class ExploredMap:
 
     Attributes:
         surface: The map itself, which answers questions.
-        mesh: Its observed part as triangles.
+        mesh: Its observed part as triangles; of a contour, a single line, the ribbon along it, which is drawn on
+            and not claimed: `SurfaceMesh.knowledge` says which vertex is what.
         budget: Largest constant offset, by origin; the bias of the map's settings.
         friction: Tangential over normal force while sliding, at the vertices of the mesh.
+        stiffness: Of the object alone [N/m], likewise; known where the force varied.
+        curvature: How it is bent there; see `palpate.mapping.curvature_layers`.
         shape: Which shape it is; None where too little was felt to say.
         error: Signed distance of each vertex to the true surface, positive outside, shape (n,) [m].
         reachable: The part of the true surface that the tip could have felt on its way, as samples.
@@ -77,20 +85,40 @@ class ExploredMap:
     mesh: SurfaceMesh
     budget: MapBudget
     friction: VertexLayer
+    stiffness: VertexLayer
+    curvature: tuple[VertexLayer | VertexDirection, ...]
     shape: NamedShape | None
     error: FloatArray
     reachable: ReachableSurface
     found: npt.NDArray[np.bool_]
 
     @property
+    def layers(self) -> tuple[VertexLayer | VertexDirection, ...]:
+        """All that is known at the vertices besides their place, for a file."""
+        return (self.friction, self.stiffness, *self.curvature)
+
+    @property
+    def worst(self) -> Knowledge:
+        """What the mesh shows."""
+        known = self.mesh.knowledge
+        return Knowledge(int(known.max())) if len(known) else Knowledge.OBSERVED
+
+    @property
+    def claimed(self) -> npt.NDArray[np.bool_]:
+        """Which vertices are observed, shape (n,)."""
+        return np.asarray(self.mesh.knowledge == Knowledge.OBSERVED)
+
+    @property
     def rms(self) -> float:
-        """RMS distance of the vertices to the true surface [m]; NaN without any."""
-        return float(np.sqrt(np.mean(np.square(self.error)))) if len(self.error) else math.nan
+        """RMS distance of the claimed vertices to the true surface [m]; NaN without any."""
+        error = self.error[self.claimed]
+        return float(np.sqrt(np.mean(np.square(error)))) if len(error) else math.nan
 
     @property
     def covered(self) -> float:
-        """Share of true errors inside the 95 % band; NaN without vertices."""
-        return float(np.mean(np.abs(self.error) <= self.mesh.band())) if len(self.error) else math.nan
+        """Share of true errors of the claimed vertices inside the 95 % band; NaN without any."""
+        inside = (np.abs(self.error) <= self.mesh.band())[self.claimed]
+        return float(np.mean(inside)) if len(inside) else math.nan
 
     @property
     def observed_share(self) -> float:
@@ -105,9 +133,9 @@ class ExploredMap:
 
 
 def explored_map(
-    cloud: TouchCloud,
-    speed: FloatArray,
+    felt: ScanContacts,
     target: SceneObject,
+    scan: Scan,
     config: ExploreConfig,
     budget: MapBudget,
     tell: Tell = lambda step: None,
@@ -115,45 +143,96 @@ def explored_map(
     """Return the map of what was felt.
 
     Args:
-        cloud: From the scan.
-        speed: Of the tip at each contact, shape (n,) [m/s].
+        felt: In the scan.
         target: What was touched, for the truth.
+        scan: Where it went.
         config: What was asked for.
         budget: From `map_budget`.
         tell: Told of each step of `STEPS`.
     """
     tell(STEPS[0])
-    surface = SurfaceMap.learned(
-        cloud, MapSettings.for_rows(row_distance(cloud, config.spacing), bias=budget.total)
-    )
+    cloud = felt.cloud
+    rows = neighbour_distance(cloud, scan, config.gap)
+    surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, bias=budget.total))
     tell(STEPS[1])
-    mesh = surface_mesh(surface, voxel_for(cloud, config.map_spacing))
+    voxel = voxel_for(cloud.position, config.map_spacing, MOST_VERTICES)
+    mesh = ribbon_mesh(surface, voxel) if isinstance(scan, ContourScan) else surface_mesh(surface, voxel)
     tell(STEPS[2])
-    friction = friction_layer(cloud, speed, mesh, config.spacing)
+    friction = friction_on(mesh, felt, config.gap)
+    swing = config.force_period if config.force_swing else 0.0
+    stiffness = stiffness_on(mesh, felt, surface.model, rows, swing)
+    curvature = curvature_layers(surface, mesh)
     tell(STEPS[3])
-    thin = shape_spacing(cloud, config.spacing)
-    shape = named_shape(cloud.thinned(thin), config.width / thin, budget, surface.model)
+    apart = shape_spacing(cloud, config.gap)
+    thin = cloud.thinned(apart)
+    shape = named_shape(thin, points_per_row(thin, scan.row, apart), budget, surface.model)
     tell(STEPS[4])
-    reachable = ReachableSurface.of(target, config)
+    reachable = ReachableSurface.of(target, config, scan)
     return ExploredMap(
         surface=surface,
         mesh=mesh,
         budget=budget,
         friction=friction,
+        stiffness=stiffness,
+        curvature=curvature,
         shape=shape,
         error=target.signed_distance(mesh.vertices) if len(mesh.vertices) else np.zeros(0),
         reachable=reachable,
-        found=surface.query(reachable.position).observed,
+        found=_felt(surface, cloud, scan, reachable.position, config.gap),
     )
 
 
-def voxel_for(cloud: TouchCloud, finest: float) -> float:
-    """Return the edge of a grid on which the mesh stays small enough [m], at least `finest`."""
-    if not len(cloud):
-        return finest
-    extent = np.ptp(cloud.position, axis=0) + 20.0 * finest
-    area = float(np.sort(extent)[1:].prod())
-    return max(finest, math.sqrt(area / MOST_VERTICES), math.cbrt(float(extent.prod()) / MOST_VOXELS))
+def ribbon_mesh(surface: SurfaceMap, voxel: float) -> SurfaceMesh:
+    """Return the mesh of a map of a single line: a ribbon, all of it extrapolated.
+
+    Beside a line nothing says how the surface bends, and on an edge not even how it leans.
+    """
+    mesh = surface_mesh(surface, voxel, Knowledge.EXTRAPOLATED)
+    return replace(mesh, knowledge=np.full(len(mesh.vertices), Knowledge.EXTRAPOLATED, np.int8))
+
+
+def _felt(
+    surface: SurfaceMap, cloud: TouchCloud, scan: Scan, reachable: FloatArray, gap: float
+) -> npt.NDArray[np.bool_]:
+    """Return which points of the true surface were felt, shape (n,): of a line, those with a contact nearby."""
+    if not isinstance(scan, ContourScan):
+        return surface.query(reachable).observed
+    near = np.asarray(KDTree(cloud.thinned(gap / THIN).position).query(reachable)[0])
+    return np.asarray(near <= gap)
+
+
+def neighbour_distance(cloud: TouchCloud, scan: Scan, gap: float) -> float:
+    """Return how far apart on the surface lies what a map is to be made of, rows or taps [m].
+
+    A contour is one line: its map is a ribbon, as wide as that of one row of many.
+    """
+    match scan:
+        case ContourScan():
+            return gap
+        case TapScan():
+            return tap_distance(cloud, gap)
+        case ActiveScan():
+            return row_distance(cloud, scan.prior)
+        case _:
+            return row_distance(cloud, gap)
+
+
+def tap_distance(cloud: TouchCloud, spacing: float) -> float:
+    """Return how far taps `spacing` apart are apart on the surface, to their nearest neighbours [m]."""
+    taps = cloud.thinned(spacing / THIN)
+    if len(taps) < 2:
+        return spacing
+    nearest = np.asarray(KDTree(taps.position).query(taps.position, 2)[0])[:, 1]
+    nearest = nearest[nearest <= WIDEST_ROWS * spacing]
+    return max(spacing, float(np.percentile(nearest, WIDE_PERCENT))) if len(nearest) else spacing
+
+
+def points_per_row(thin: TouchCloud, row: float, spacing: float) -> float:
+    """Return how many contacts, thinned to `spacing`, share one error, that of a way `row` [m]; at least 1.
+
+    No more than half of them: two observations are the least that can tell of each other.
+    """
+    return max(1.0, min(row / spacing, 0.5 * len(thin)))
 
 
 def row_distance(cloud: TouchCloud, spacing: float) -> float:
@@ -177,12 +256,3 @@ def shape_spacing(cloud: TouchCloud, spacing: float) -> float:
     """Return how far apart contacts are that a shape is fitted to [m]: so that there are enough of them."""
     length = len(cloud.thinned(spacing)) * spacing
     return min(spacing, max(length / SHAPE_CONTACTS, 1e-4))
-
-
-def friction_layer(cloud: TouchCloud, speed: FloatArray, mesh: SurfaceMesh, rows: float) -> VertexLayer:
-    """Return tangential over normal force at vertices, from contacts that slid, averaged over short stretches."""
-    slid = cloud.select(speed > SLIDES * float(np.median(speed))) if len(cloud) else cloud
-    ratio = np.linalg.norm(slid.tangential_force, axis=1) / slid.normal_force
-    starts = stretch_starts(slid.time, slid.position, slid.normal, rows / THIN, LONGEST_PAUSE)
-    position, value = (stretch_means(each, starts) for each in (slid.position, ratio))
-    return vertex_layer("friction", mesh.vertices, position, value, rows)

@@ -10,7 +10,8 @@ from palpate.controllers import Identification
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.regulate import Loss
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore import make_folder
+from palpate.experiments.output_folder import make_folder
+from palpate.experiments.recorded_run import RecordedRun
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_file import identified
 from palpate.experiments.regulate_plan import RegulationPlan, plan
@@ -20,9 +21,9 @@ from palpate.experiments.regulate_response import (
     frequency_response,
     step_response,
 )
-from palpate.experiments.truth_recorder import TruthRecord, TruthRecorder
-from palpate.runtime import Observer, Phase, RunResult, Supervisor, Touch, run
-from palpate.runtime.log import MemoryLog, Record, Recorder, Sink
+from palpate.experiments.truth_recorder import TruthRecord
+from palpate.runtime import Observer, Phase, Record, RunResult, Supervisor, Touch, run
+from palpate.runtime.log import Sink
 from palpate.sim.scene_cost import SceneCost, scene_cost
 
 SETTLED_AFTER = 0.5
@@ -41,6 +42,7 @@ class Regulation:
         run: How the run ended, and its timing.
         record: Every period.
         truth: What really happened, every period.
+        moved: By how much the profile was moved while it ran [N], shape (n,): live parameter `force`.
         held_since: When the profile began [s]; None if it never did.
         loss: What became of the contact.
         bounces: How often it was lost again before it had settled.
@@ -53,6 +55,7 @@ class Regulation:
     run: RunResult
     record: Record
     truth: TruthRecord
+    moved: FloatArray
     held_since: float | None
     loss: Loss
     bounces: int
@@ -83,7 +86,7 @@ class Regulation:
         wanted = np.full(len(self.record), np.nan)
         since, held = self.since, np.flatnonzero(self.holding)
         wanted[held] = [profile.at(time)[0] for time in since[held].tolist()]
-        return wanted
+        return wanted + self.moved
 
     @property
     def sensed_force(self) -> FloatArray:
@@ -218,42 +221,38 @@ def carry_out(
 
 
 class Attempt:
-    """One try at a regulation: it is run once, and what came of it is told, however the run ended."""
+    """One try at a regulation: it is run once, and what came of it is told, however the run ended.
+
+    Attributes:
+        controller: What moves the robot; its `live` takes requests while it runs.
+    """
 
     def __init__(self, planned: RegulationPlan, identification: Identification | None = None) -> None:
         """Take what to do, and what pressing has found before."""
         self._planned, self._identification = planned, identification
-        self._controller = planned.controller()
-        self._memory = MemoryLog()
-        self._truth = TruthRecorder(planned.backend)
+        self.controller = planned.controller()
+        self._recorded = RecordedRun(planned, self.controller)
 
     def run(self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> RunResult:
         """Move the robot; see `carry_out`."""
-        planned = self._planned
-        return run(
-            planned.backend,
-            Touch(planned.finger),
-            self._controller,
-            Supervisor(planned.limits),
-            duration=2.0 * planned.expected_duration + 20.0,
-            recorder=Recorder(self._memory, *sinks),
-            observers=(self._truth, *observers),
-        )
+        return self._recorded.run(2.0 * self._planned.expected_duration + 20.0, observers, sinks)
 
     def found(self, result: RunResult) -> Regulation:
         """Return what came of a run that went like `result`."""
-        controller = self._controller
+        planned, controller = self._planned, self.controller
+        force = self._recorded.live_values("force", planned.controller().live)
         return Regulation(
-            self._planned,
+            planned,
             self._identification,
             result,
-            self._memory.record(),
-            self._truth.record(),
+            self._recorded.record(),
+            self._recorded.truth(),
+            np.array(force) - planned.parameters.force,
             controller.held_since,
             controller.loss,
             controller.bounces,
             controller.guard_trips,
-            scene_cost(self._planned.backend.scene.model),
+            scene_cost(planned.backend.scene.model),
         )
 
 

@@ -4,7 +4,7 @@ from datetime import datetime
 
 from rich.console import Console
 
-from palpate.experiments.explore import make_folder
+from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import run_progress
 from palpate.experiments.regulate import Attempt, prepared, write_regulation
 from palpate.experiments.regulate_config import RegulateConfig
@@ -28,6 +28,7 @@ def run_regulate(config: RegulateConfig) -> int:
     Raises:
         InvalidValueError: The configuration cannot be realised, pressing has found nothing, or the folder not be
             written.
+        KeyboardInterrupt: While it pressed, before the regulation had begun: there is nothing to write yet.
         OSError: A file cannot be written.
     """
     console = Console()

@@ -9,9 +9,12 @@ from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.experiments.explore_config import LARGEST_SEED, LONGEST_PERIOD, MOST_FORCE
 
 PressedName = Literal["plate", "sphere"]
-SurfaceName = Literal["still", "sine", "soft", "leaving", "missing"]
+SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
 ProfileName = Literal["constant", "step", "ramp", "sine"]
-MotionName = Literal["still", "sine", "circle", "table"]
+MotionName = Literal["still", "sine", "circle", "path", "table"]
+
+FROM_FILES = ("path", "table")
+"""Motions that a file says."""
 
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
 """Of the simulated contact, hard and soft [N/m], if nothing else is said."""
@@ -22,28 +25,46 @@ LARGEST_MOTION = 0.05
 
 @dataclass(frozen=True, slots=True)
 class RegulateConfig:
-    """Hold a force on a simulated surface, still, moving or soft, while something else moves the arm.
+    """Hold a force on a simulated surface, still, moving or yielding, while something else moves the arm.
 
     A fingertip on a six-axis force/torque sensor lands on the surface, settles, holds the force profile and lifts
     off. The report shows the force, set, sensed and true, how it answers to steps (rise, overshoot, settling) or
-    to sines (amplitude, phase, bandwidth), and the margins of the force control.
+    to sines (amplitude, phase, bandwidth), what limits that, and the margins of the force control.
 
     All values are in SI units: metres, newtons, seconds.
 
-    Example: palpate regulate --profile step --surface soft --identify --out runs/soft
+    Example, a force held on a plate that goes up and down, while a circle is drawn on it:
+    palpate regulate --surface sine --motion circle
+
+    Example, how steps are answered on a plate on springs, whose stiffness is found by pressing first:
+    palpate regulate --surface yielding --profile step --identify
+
+    Example, the bandwidth on the UR5e:
+    palpate regulate --profile sine --robot ur5e-sim
+
+    Example, while a recorded motion (CSV: time, x, y, z) is played:
+    palpate regulate --motion path --motion-file recorded.csv
+
+    Afterwards `palpate replay runs/regulate` computes every command again, from the log.
     """
 
     object: PressedName = "plate"
     """What is pressed on: a plate of 0.2 x 0.2 m, or a sphere of 40 mm radius."""
     surface: SurfaceName = "still"
-    """What it does: stand still; go up and down as a sine; stand still and be soft; leave in the middle of the
-    run; or not be there at all."""
+    """What it does: stand still; go up and down as a sine; stand still and be soft; yield, on a mount with spring
+    and damper; leave in the middle of the run; or not be there at all."""
     surface_amplitude: float = 0.01
     """Half of the way that a sine surface goes [m]."""
     surface_speed: float = 0.02
     """Its largest speed; and the speed of one that leaves [m/s]."""
     leave_time: float = 5.0
     """When one that leaves does so [s]."""
+    mount_stiffness: float = 2e3
+    """Of the spring that a yielding surface is mounted on [N/m]."""
+    mount_damping_ratio: float = 0.7
+    """Of that mount by itself: 1 is critical."""
+    mount_mass: float = 1.0
+    """What moves on it [kg]."""
     profile: ProfileName = "constant"
     """Of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the force
     with the swing as amplitude."""
@@ -61,13 +82,15 @@ class RegulateConfig:
     """How long the profile is held [s]; sines take what they need."""
     motion: MotionName = "still"
     """How something else moves the tip along the surface meanwhile: not at all; to and fro along x; on a circle;
-    or as a table says."""
+    on a recorded path, positions over time; or as a table of velocities says. What of it would press or lift is
+    left out: that is force control's."""
     motion_size: float = 0.005
     """Half of the way to and fro, or the circle's radius [m]."""
     motion_speed: float = 0.02
     """Largest speed of that [m/s]."""
     motion_file: Path | None = None
-    """The table: CSV with time [s] and velocity along x, y and z [m/s], one line each."""
+    """Of a path: CSV with time [s] and position x, y and z [m], one line each, wherever they begin; of a table:
+    with time [s] and velocity along x, y and z [m/s]."""
     axis: tuple[float, ...] = ()
     """Along which the force is regulated: three numbers, into the object. Left out: along the contact's normal."""
     identify: bool = False
@@ -75,7 +98,14 @@ class RegulateConfig:
     stiffness: float | None = None
     """Of the simulated contact [N/m]. Left out: 20e3; 1e3 if the surface is soft."""
     assumed_stiffness: float | None = None
-    """What the gain is made for [N/m]. Left out: the true one."""
+    """What the gain is made for [N/m]: of contact and mount together. It may be off by a factor of 3. Left out:
+    the true one."""
+    assumed_damping_time: float | None = None
+    """Likewise damping per stiffness [s]: what is damped is pressed with a smaller gain. Left out: that of the
+    simulated contact."""
+    change: tuple[tuple[float, str, float], ...] = ()
+    """Change force [N] or force_gain [m/s/N] while it runs: seconds after the start, name, new value, as in
+    --change 5 force 3. A profile moves with the force. The change is ramped, so that nothing jumps."""
     landing_speed: float | None = None
     """[m/s]. Left out: so that the force of landing exceeds the set one by no more than about 1 N, at most 5 mm/s;
     0.5 mm/s on a sine surface, which is then met near its turning point."""
@@ -109,6 +139,10 @@ class RegulateConfig:
                 positive(name, getattr(self, name), unit)
         for name, unit in (("leave_time", "s"), ("drift", "N/min")):
             not_negative(name, getattr(self, name), unit)
+        if self.assumed_damping_time is not None:
+            not_negative("assumed_damping_time", self.assumed_damping_time, "s")
+        for time, name, _ in self.change:
+            not_negative(f"change of {name}", time, "s after the start")
         for name, unit in (("force_noise", "N"), ("moment_noise", "N m")):
             if getattr(self, name) is not None:
                 not_negative(name, getattr(self, name), unit)
@@ -146,10 +180,11 @@ class RegulateConfig:
             )
 
     def _check_motion(self) -> None:
-        if (self.motion == "table") is not (self.motion_file is not None):
+        if (self.motion in FROM_FILES) is not (self.motion_file is not None):
+            given = "no motion_file" if self.motion_file is None else f"motion_file = {self.motion_file}"
             raise InvalidValueError(
-                f"motion = {self.motion} with motion_file = {self.motion_file}: a table needs a file "
-                "(--motion-file), and nothing else takes one"
+                f"motion = {self.motion} with {given}: path and table need a file (--motion-file), and "
+                "nothing else takes one"
             )
         if self.motion_size > LARGEST_MOTION:
             raise InvalidValueError(
@@ -183,6 +218,9 @@ class RegulateConfig:
 _POSITIVE = {
     "surface_amplitude": "m",
     "surface_speed": "m/s",
+    "mount_stiffness": "N/m",
+    "mount_damping_ratio": "",
+    "mount_mass": "kg",
     "force": "N",
     "rate": "N/s",
     "hold": "s",

@@ -1,16 +1,18 @@
 """The parts of a regulation by what a configuration calls them: profile, motion, surface, sensor."""
 
-import csv
 import math
 from dataclasses import replace
 from pathlib import Path
 
+from palpate.controllers.damped_contact import DampedContact, Mounting
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce
 from palpate.controllers.force_program import StepForce, Tones
-from palpate.controllers.tangent_motion import CircleMotion, SineMotion, Still, TangentMotion, VelocityTable
+from palpate.controllers.tangent_motion import CircleMotion, SineMotion, Still, TangentMotion
 from palpate.errors import InvalidValueError
 from palpate.experiments.finger_sensor import model_of_finger, noise_of
 from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_motion import read_path, read_table
+from palpate.experiments.simulated_stage import RobotInScene
 from palpate.runtime.robot import Robot
 from palpate.sim import (
     Box,
@@ -24,6 +26,7 @@ from palpate.sim import (
     SeededSensor,
     Sine,
     SphereObject,
+    SprungTarget,
     StillObject,
     Target,
 )
@@ -44,8 +47,6 @@ AWAY = -0.5
 
 STEADY = 1e5
 """Time constant of the sensor's drift [s]: over a run it is as good as steady."""
-
-MOTION_COLUMNS = 4
 
 
 def profile_of(config: RegulateConfig) -> ForceProfile:
@@ -80,53 +81,26 @@ def motion_of(config: RegulateConfig) -> TangentMotion:
             return SineMotion(config.motion_size, frequency)
         case "circle":
             return CircleMotion(config.motion_size, frequency)
-        case "table":
+        case "path" | "table":
             assert config.motion_file is not None  # RegulateConfig has made sure
-            return read_motion(_text(config.motion_file), str(config.motion_file))
+            return motion_in(config, _text(config.motion_file), str(config.motion_file))
+
+
+def motion_in(config: RegulateConfig, text: str, name: str) -> TangentMotion:
+    """Return the motion that a file's text says; `name` is the file's, for messages.
+
+    Raises:
+        InvalidValueError: It is no such file.
+    """
+    return read_path(text, name) if config.motion == "path" else read_table(text, name)
 
 
 def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InvalidValueError(f"motion_file = {path}: cannot be read: {error}") from None
-
-
-def motion_text(motion: VelocityTable) -> str:
-    """Return a table that `read_motion` reads back to the same bits."""
-    rows = (f"{time!r},{x!r},{y!r},{z!r}" for time, (x, y, z) in zip(motion.times, motion.velocities, strict=True))
-    return "\n".join(["time_s,vx_m_per_s,vy_m_per_s,vz_m_per_s", *rows, ""])
-
-
-def read_motion(text: str, name: str) -> VelocityTable:
-    """Return the motion that a table describes.
-
-    Args:
-        text: CSV with time [s] and velocity [m/s] along x, y and z; a first line with names, or none.
-        name: Of the file, for messages.
-
-    Raises:
-        InvalidValueError: It is no such table.
-    """
-    times: list[float] = []
-    velocities: list[Vector] = []
-    for i, row in enumerate(csv.reader(text.splitlines())):
-        if not row or row[0].lstrip().startswith("#"):
-            continue
-        try:
-            t, x, y, z = map(float, row)
-        except ValueError:
-            if not times and i == 0 and len(row) == MOTION_COLUMNS:
-                continue  # names
-            raise InvalidValueError(
-                f"{name}, line {i + 1}: must be four numbers, time [s] and velocity along x, y, z [m/s]"
-            ) from None
-        times.append(t)
-        velocities.append((x, y, z))
-    try:
-        return VelocityTable(times, velocities)
-    except InvalidValueError as error:
-        raise InvalidValueError(f"{name}: {error}") from None
+        why = getattr(error, "strerror", None) or error
+        raise InvalidValueError(f"motion_file = {path}: cannot be read: {why}") from None
 
 
 def shape_of(config: RegulateConfig) -> SceneObject:
@@ -142,9 +116,11 @@ def target_of(config: RegulateConfig, *, at_rest: bool = False) -> Target:
         at_rest: Whether it stands still where it is first met, to be identified.
     """
     shape = shape_of(config)
-    if config.surface in ("still", "soft") or (at_rest and config.surface != "missing"):
+    if config.surface in ("still", "soft") or (at_rest and config.surface in ("sine", "leaving")):
         return StillObject(shape)
     match config.surface:
+        case "yielding":
+            return sprung(config, shape)
         case "sine":
             amplitude = config.surface_amplitude
             frequency = config.surface_speed / (2.0 * math.pi * amplitude)
@@ -161,6 +137,40 @@ def target_of(config: RegulateConfig, *, at_rest: bool = False) -> Target:
         spin_length=config.spin_length,
         mount=Mount.FIXED,
     )
+
+
+def sprung(config: RegulateConfig, shape: SceneObject) -> SprungTarget:
+    """Return the shape on its mount."""
+    critical = 2.0 * math.sqrt(config.mount_stiffness * config.mount_mass)
+    return SprungTarget(shape, config.mount_stiffness, config.mount_damping_ratio * critical, config.mount_mass)
+
+
+def contact_model(config: RegulateConfig, ready: RobotInScene) -> DampedContact:
+    """Return what force control is told of contact, mount and servo.
+
+    That is what is simulated, or what is assumed instead: of a stiffness that is so many times as large, contact
+    and mount have their shares, and as much damping as gives them the same damping ratios.
+    """
+    pair = ready.backend.scene.pair
+    servo = ready.stiffness
+    # the pair's direct format: -(1 - d) A times stiffness and damping
+    true = DampedContact(config.true_stiffness, pair.solref[1] / pair.solref[0], servo, _mounting(config))
+    if config.assumed_stiffness is None and config.assumed_damping_time is None:
+        return true
+    times = (config.assumed_stiffness or true.surface_stiffness) / true.surface_stiffness
+    damping, mounting = config.assumed_damping_time, true.mounting
+    if damping is None:
+        damping = true.damping_time / math.sqrt(times)
+    if mounting is not None:
+        mounting = Mounting(times * mounting.stiffness, math.sqrt(times) * mounting.damping, mounting.mass)
+    return DampedContact(times * true.stiffness, damping, servo, mounting)
+
+
+def _mounting(config: RegulateConfig) -> Mounting | None:
+    if config.surface != "yielding":
+        return None
+    target = sprung(config, shape_of(config))
+    return Mounting(target.stiffness, target.damping, target.mass)
 
 
 def travel_of(config: RegulateConfig) -> float:

@@ -1,28 +1,20 @@
 """From a configuration to a regulation that can be carried out: everything is checked and built here."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import cast
 
-from palpate.controllers import (
-    ForceGain,
-    SurfaceFilter,
-    force_gain,
-    series_stiffness,
-    surface_filter,
-    tracking_delay,
-)
+from palpate.controllers import ForceGain, SurfaceFilter, surface_filter, tracking_delay
+from palpate.controllers.damped_contact import DampedContact
 from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.identify import IdentifyController, IdentifyParameters
-from palpate.controllers.landing import LandingModel
-from palpate.controllers.regulate import RegulateController, RegulateParameters
-from palpate.controllers.surface_motion import FASTEST_SURFACE
-from palpate.controllers.tangent_motion import TangentMotion, VelocityTable
+from palpate.controllers.regulate import RegulateController
+from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
+from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import LEAST_FORCE, TOUCH_DEVIATIONS, TOUCH_FORCE
-from palpate.experiments.explore_plan import CLEARANCE, LANDING_SHARE
-from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.explore_config import LEAST_FORCE
+from palpate.experiments.regulate_built import built
+from palpate.experiments.regulate_checks import check_limits, most_force
+from palpate.experiments.regulate_config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate_file import (
     IDENTIFIED_TEXT,
     MOTION_TEXT,
@@ -33,36 +25,41 @@ from palpate.experiments.regulate_file import (
     read_regulation,
     regulation_text,
 )
+from palpate.experiments.regulate_landing import check_meeting, landing_model, landing_speed
+from palpate.experiments.regulate_motion import motion_text
 from palpate.experiments.regulate_parts import (
+    contact_model,
     duration_of,
+    motion_in,
     motion_of,
-    motion_text,
     profile_of,
-    read_motion,
-    sensor_of,
-    shape_of,
     target_of,
     travel_of,
 )
-from palpate.experiments.robot_in_scene import build
-from palpate.experiments.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
+from palpate.experiments.run_checks import CLEARANCE
+from palpate.experiments.simulated_stage import RobotInScene
 from palpate.runtime import FingerDescription, Limits
+from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
-from palpate.sim import MujocoBackend, SceneObject, Target
-from palpate.sim.presets import EXPLORE
-
-FASTEST_LANDING = 0.005
-"""[m/s], however soft a surface is."""
-
-LANDING_ON_MOTION = 0.0005
-"""[m/s]. A surface that goes up and down is then met less than a landing speed times its period below its turning
-point, where it is slow: on one of 10 mm and 20 mm/s the peak is 7 N, instead of 15 N at 4 mm/s."""
+from palpate.sim import MujocoBackend, Target
 
 LIFT, LIFT_SPEED = 0.005, 0.02
 """How far [m] and how fast [m/s] it is lifted from what stands still."""
 
 BEYOND = 0.005
 """How far below where the surface may be it is looked for [m]."""
+
+STEP_IN_DELAYS = 1.5
+"""Time constant in which a set force that jumps is gone over to, in delays of force control, while the stiffness
+is only assumed: it overshoots by no more than 10 % then, be the contact three times as stiff or as soft. Measured
+on stage and UR5e from 2 to 100 kN/m: 7 % at most; in one delay it would be 15 %."""
+
+SHORTEST_SETTLING, LONGEST_SETTLING = 0.5, 2.0
+"""[s]"""
+
+SETTLED_AFTER = 4.0
+"""Time constants of force control, half of which the set force is led in: what is three times as stiff as it was
+taken for is pressed too hard by a third of the change on the way, at most."""
 
 PRESSED_SHARE = 0.5
 """Identification presses between (1 - this) and (1 + this) of the set force."""
@@ -79,6 +76,7 @@ class RegulationPlan:
         profile: Of the force.
         motion: Of the tip along the surface, by something else.
         parameters: For the controller.
+        contact: What the gain is made for; None if pressing has found it.
         follow: How the surface's motion is followed.
         finger: For touch.
         limits: For the supervisor.
@@ -94,6 +92,7 @@ class RegulationPlan:
     profile: ForceProfile
     motion: TangentMotion
     parameters: RegulateParameters
+    contact: DampedContact | None
     follow: SurfaceFilter
     finger: FingerDescription
     limits: Limits
@@ -113,6 +112,10 @@ class RegulationPlan:
             self.parameters, self.profile, self.period, motion=self.motion, follow=self.follow
         )
 
+    def changes(self) -> tuple[Change, ...]:
+        """Return the changes of live parameters that were asked for beforehand."""
+        return tuple(Change(*change) for change in self.config.change)
+
     def identifier(self) -> IdentifyController:
         """Return a fresh controller that finds out stiffness and delay."""
         force = self.config.force
@@ -130,14 +133,21 @@ class RegulationPlan:
 
     def resting(self) -> MujocoBackend:
         """Return the same robot above the same object, which stands still: to identify it."""
-        return _built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
+        return built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
 
     def with_identified(self, found: Identified) -> "RegulationPlan":
         """Return the plan with gain and filter as pressing has found them."""
         gain = found.gain
         return replace(
             self,
-            parameters=replace(self.parameters, gain=gain, damping_time=max(found.damping_time, 0.0)),
+            parameters=replace(
+                self.parameters,
+                gain=gain,
+                damping_time=max(found.damping_time, 0.0),
+                step_time=0.0,
+                settle_time=_settle_time(gain),
+            ),
+            contact=None,
             follow=surface_filter(found.contact_stiffness, gain, self.parameters.lead),
             identified=found,
         )
@@ -145,8 +155,9 @@ class RegulationPlan:
     def texts(self) -> dict[str, str]:
         """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
         texts = {REGULATION_TEXT: regulation_text(self.config), **self.robot.texts}
-        if self.config.motion == "table":
-            texts[MOTION_TEXT] = motion_text(cast(VelocityTable, self.motion))
+        table = motion_text(self.motion)
+        if table is not None:
+            texts[MOTION_TEXT] = table
         if self.identified is not None:
             texts[IDENTIFIED_TEXT] = identified_text(self.identified)
         return texts
@@ -160,9 +171,18 @@ def plan_from_texts(texts: Mapping[str, str]) -> RegulationPlan:
     """
     if REGULATION_TEXT not in texts:
         raise InvalidValueError(f"{REGULATION_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
-    config = read_regulation(texts[REGULATION_TEXT])
-    motion = read_motion(texts[MOTION_TEXT], MOTION_TEXT) if MOTION_TEXT in texts else None
-    planned = plan(config, read_robot(texts), motion=motion)
+    return plan_with(read_regulation(texts[REGULATION_TEXT]), read_robot(texts), texts)
+
+
+def plan_with(config: RegulateConfig, robot: Robot, texts: Mapping[str, str]) -> RegulationPlan:
+    """Return the plan of a configuration, with motion and identification as a log keeps them, if it does.
+
+    Raises:
+        InvalidValueError: Something in a text is wrong, or the configuration cannot be realised.
+    """
+    file = texts.get(MOTION_TEXT) if config.motion in FROM_FILES else None
+    motion = None if file is None else motion_in(config, file, MOTION_TEXT)
+    planned = plan(config, robot, motion=motion)
     if IDENTIFIED_TEXT in texts:
         return planned.with_identified(read_identified(texts[IDENTIFIED_TEXT]))
     return planned
@@ -192,8 +212,8 @@ def plan(
     profile = profile_of(config)
     duration = duration_of(config, profile)
     limits = robot.file.limits.limits()
-    _check_limits(config, limits)
-    ready = _built(config, robot, target)
+    check_limits(config, motion, limits)
+    ready = built(config, robot, target)
     least = LEAST_FORCE * ready.touch_force
     if config.least < least * (1.0 - 1e-12):
         raise InvalidValueError(
@@ -204,16 +224,22 @@ def plan(
     period = ready.backend.period
     delay = tracking_delay(period, ready.response, sensing_delay)
     lead = tracking_delay(period, ready.lag, sensing_delay)
-    assumed = config.true_stiffness if config.assumed_stiffness is None else config.assumed_stiffness
-    gain = force_gain(series_stiffness(assumed, ready.stiffness), delay)
+    contact = contact_model(config, ready)
+    gain = contact.gain(delay)
     descent = CLEARANCE + travel_of(config) + BEYOND
-    model = _landing_model(gain, assumed, ready)
-    landing = config.landing_speed or _landing_speed(config, model, ready)
-    _check_meeting(config, model, landing, limits)
+    model = landing_model(gain, contact.stiffness, ready)
+    landing = config.landing_speed or landing_speed(config, model, ready)
+    check_meeting(config, model, landing, limits)
     parameters = RegulateParameters(
         gain,
         lead,
         duration,
+        config.force,
+        # as far as the whole profile may be moved
+        (config.force - config.least + least, config.force - config.greatest + most_force(limits)),
+        damping_time=contact.surface_damping_time,
+        step_time=STEP_IN_DELAYS * delay,
+        settle_time=_settle_time(gain),
         axis=(config.axis[0], config.axis[1], config.axis[2]) if config.axis else None,
         landing_speed=landing,
         approach_distance=descent,
@@ -221,6 +247,12 @@ def plan(
         lift_distance=LIFT + travel_of(config),
         lift_speed=LIFT_SPEED + (config.surface_speed if config.surface == "sine" else 0.0),
     )
+    live = live_regulation(parameters)
+    for time, name, value in config.change:
+        try:
+            live.check(name, value)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"change after {time:g} s: {error}") from None
     way = (CLEARANCE + travel_of(config)) / landing + parameters.settle_time
     return RegulationPlan(
         config,
@@ -229,7 +261,8 @@ def plan(
         profile,
         motion,
         parameters,
-        surface_filter(assumed, gain, lead),
+        contact,
+        surface_filter(contact.surface_stiffness, gain, lead),
         ready.finger,
         limits,
         ready.backend,
@@ -238,95 +271,6 @@ def plan(
     )
 
 
-def _built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
-    """The robot above the object."""
-    tip = config.tip or tip_sizes(robot)
-    sensor = sensor_of(robot, config)
-    compression = 0.5 * config.force / config.true_stiffness
-    if min(tip) <= compression:
-        raise InvalidValueError(
-            f"tip = {min(tip):g} m: must be larger than its compression at {config.force:g} N and "
-            f"{config.true_stiffness:g} N/m, {compression:.2g} m"
-        )
-    noise = 0.0 if sensor.model.noise is None else max(sensor.model.noise.sd[:3])
-    x, y, z = only_finger(robot).surface.center
-    law = replace(
-        EXPLORE.law,
-        stiffness=config.true_stiffness,
-        friction=config.friction,
-        spin_length=config.spin_length,
-    )
-    task = Task(
-        tip=tip,
-        compression=compression,
-        # a scene takes any target, though a task is declared with a surface that stands still
-        target=cast(SceneObject, target),
-        law=law,
-        start=(-x, -y, shape_of(config).top + max(tip) + CLEARANCE - z),
-        period=robot.file.period if config.period is None else config.period,
-        sensor=sensor,
-        touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
-    )
-    return build(robot, task)
-
-
-def _landing_model(gain: ForceGain, contact: float, ready: RobotInScene) -> LandingModel:
-    # what a critically damped servo of this stiffness and lag 2/w moves: K / w^2
-    mass = ready.stiffness * (0.5 * ready.response) ** 2
-    return LandingModel(gain.stiffness, gain.delay, contact, mass)
-
-
-def _check_meeting(config: RegulateConfig, model: LandingModel, landing: float, limits: Limits) -> None:
-    """Refuse to meet a surface that goes up and down with a force beyond the limit.
-
-    The tip comes down by v P in each of the surface's periods P = 2 pi / w. So it meets the surface no more than
-    that below the highest point, where a sine of amplitude A goes no faster than w sqrt(2 A v P).
-    """
-    if config.surface != "sine":
-        return
-    if config.surface_speed > FASTEST_SURFACE:
-        raise InvalidValueError(
-            f"surface_speed = {config.surface_speed:g} m/s: must be at most {FASTEST_SURFACE:g} m/s, the fastest "
-            "that is followed"
-        )
-    rate = config.surface_speed / config.surface_amplitude
-    below = landing * 2.0 * math.pi / rate
-    upward = min(config.surface_speed, rate * math.sqrt(2.0 * config.surface_amplitude * below))
-    peak = model.peak(landing + upward)
-    if peak > limits.force:
-        raise InvalidValueError(
-            f"landing_speed = {landing:g} m/s: the surface may be met at {upward + landing:.2g} m/s, and so with "
-            f"about {peak:.2g} N, beyond the robot's limit of {limits.force:g} N; come down more slowly "
-            "(--landing-speed), or let the surface move more slowly or less far"
-        )
-
-
-def _landing_speed(config: RegulateConfig, model: LandingModel, ready: RobotInScene) -> float:
-    """How fast it may land [m/s]."""
-    speed = min(model.speed(config.force, min(ready.touch_force, 0.5 * config.force)), FASTEST_LANDING)
-    return min(speed, LANDING_ON_MOTION) if config.surface == "sine" else speed
-
-
-def _check_limits(config: RegulateConfig, limits: Limits) -> None:
-    most = LANDING_SHARE * limits.force
-    if config.greatest > most * (1.0 + 1e-12):
-        raise InvalidValueError(
-            f"force = {config.force:g} N: the profile goes up to {config.greatest:g} N and must stay below "
-            f"{most:g} N, {LANDING_SHARE:.0%} of the robot's limit of {limits.force:g} N "
-            "(limits.force_N in the robot file)"
-        )
-    for name, speed, used in (
-        ("motion_speed", config.motion_speed, config.motion in ("sine", "circle")),
-        ("landing_speed", config.landing_speed or 0.0, True),
-    ):
-        if used and speed > limits.speed:
-            raise InvalidValueError(
-                f"{name} = {speed:g} m/s: must be at most the robot's limit, {limits.speed:g} m/s "
-                "(limits.speed_m_per_s in the robot file)"
-            )
-    if config.profile == "sine" and max(config.frequencies) * 4.0 * (config.period or 1e-3) > 1.0:
-        highest = 0.25 / (config.period or 1e-3)
-        raise InvalidValueError(
-            f"frequencies = {max(config.frequencies):g} Hz: must be at most {highest:g} Hz, four periods of "
-            "control to each cycle"
-        )
+def _settle_time(gain: ForceGain) -> float:
+    """From touching to the profile's beginning [s]: feedback alone needs some of its time constants, 1 / (k K)."""
+    return min(max(SHORTEST_SETTLING, SETTLED_AFTER / (gain.gain * gain.stiffness)), LONGEST_SETTLING)

@@ -1,67 +1,62 @@
-"""Replay a regulation of force from its log, and tell whether every command comes out as it was.
+"""A regulation of force planned again from its log, as it was or with something changed."""
 
-`palpate replay` is for explorations, and says so of any other log.
-"""
+from collections.abc import Mapping
+from dataclasses import fields, replace
 
-import os
-from dataclasses import dataclass
-from itertools import islice
-from pathlib import Path
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_file import REGULATION_TEXT, read_regulation
+from palpate.experiments.regulate_plan import RegulationPlan, plan_from_texts, plan_with
+from palpate.experiments.replay_settings import Changeable, changed_config
+from palpate.experiments.robot_values import load_named_robot
+from palpate.runtime.robot import read_robot
 
-from palpate.errors import InvalidValueError
-from palpate.experiments.regulate_plan import RegulationPlan, plan_from_texts
-from palpate.runtime import Supervisor, Touch
-from palpate.runtime.log import Log, log_in, read_log
-from palpate.runtime.replay import Replay, replay
-from palpate.runtime.replay_difference import Difference, difference_of_commands
-from palpate.runtime.replay_extent import extent_of, rows_of_replay
+_FELT = "the samples are as recorded, on the surface that was pressed"
+_NOISY = "the samples are as recorded, with the noise that they have"
+_KEPT = "the log keeps what pressing has found"
+
+FIXED: Mapping[str, str] = {
+    "object": _FELT,
+    "surface": _FELT,
+    "surface_amplitude": _FELT,
+    "surface_speed": _FELT,
+    "leave_time": _FELT,
+    "mount_stiffness": _FELT,
+    "mount_damping_ratio": _FELT,
+    "mount_mass": _FELT,
+    "stiffness": f"{_FELT}; assumed_stiffness is what the gain is made for",
+    "friction": _FELT,
+    "spin_length": _FELT,
+    "force_noise": _NOISY,
+    "moment_noise": _NOISY,
+    "drift": _NOISY,
+    "seed": _NOISY,
+    "identify": _KEPT,
+    "motion_file": "the log keeps it; another one needs another run",
+    "period": "the samples are as recorded, one per period",
+    "change": "live parameters are changed as recorded",
+    "out": "the regulation writes nothing again; --out says where the report goes",
+}
+"""Fields of `RegulateConfig` that no replay can change, and why."""
+
+REGULATION = Changeable(
+    "a regulation", FIXED, tuple(field.name for field in fields(RegulateConfig) if field.name not in FIXED)
+)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ReplayedRegulation:
-    """What a replay gave.
-
-    Attributes:
-        planned: The regulation as it was recorded.
-        replay: What came out.
-        commands: How its commands differ from those recorded.
-    """
-
-    planned: RegulationPlan
-    replay: Replay
-    commands: Difference
-
-    @property
-    def identical(self) -> bool:
-        """Whether every command came out as recorded, bit for bit."""
-        return self.commands.first is None
-
-
-def replay_regulation(log: Log | str | os.PathLike[str]) -> ReplayedRegulation:
-    """Replay the log of a regulation.
+def planned_regulation(texts: Mapping[str, str], settings: Mapping[str, object]) -> RegulationPlan:
+    """Return the plan of a recorded regulation.
 
     Args:
-        log: As read, or its file, or a folder with its latest.mcap.
+        texts: Of its log, by name.
+        settings: Other values for fields of `RegulateConfig`.
 
     Raises:
-        InvalidValueError: It is no log of a regulation, or nothing of it can be replayed.
-        OSError: The log cannot be read.
+        InvalidValueError: Something in the texts is wrong, or what is changed cannot be.
     """
-    if not isinstance(log, Log):
-        log = read_log(log_in(Path(log)))
-    try:
-        planned = plan_from_texts(log.attachments)
-    except InvalidValueError as error:
-        raise InvalidValueError(f"{log.path} is no log of `palpate regulate`: {error}") from None
-    extent = extent_of(log)
-    samples = islice(log.samples(), extent.count)
-    done = replay(
-        samples,
-        log.heading.period,
-        Touch(planned.finger),
-        planned.controller(),
-        Supervisor(planned.limits),
-        log.changes,
-        (),
-    )
-    return ReplayedRegulation(planned, done, difference_of_commands(log, extent.count, done, rows_of_replay(done)))
+    if not settings:
+        planned = plan_from_texts(texts)
+        return replace(planned, config=replace(planned.config, change=()))
+    recorded = read_regulation(texts[REGULATION_TEXT])
+    config = replace(changed_config(recorded, settings, REGULATION), change=())
+    robot = load_named_robot(config.robot) if "robot" in settings else read_robot(texts)
+    return plan_with(config, robot, texts)

@@ -1,19 +1,15 @@
-"""Replay an exploration from its log, as it was or with something changed."""
+"""Replay an experiment from its log, as it was or with something changed."""
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.experiment_file import EXPERIMENT_TEXT, read_config
-from palpate.experiments.explore_plan import ExplorationPlan, plan
-from palpate.experiments.explored_object import object_in
 from palpate.experiments.replay_controller import ControllerMaker
-from palpate.experiments.replay_settings import changed_config
-from palpate.experiments.robot_values import load_named_robot
+from palpate.experiments.replay_kinds import LogKind, ReplayablePlan, kind_of
 from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
@@ -21,7 +17,6 @@ from palpate.runtime.log.record import record_of
 from palpate.runtime.replay import Replay, replay
 from palpate.runtime.replay_difference import Difference, difference_of_commands, difference_of_sensing
 from palpate.runtime.replay_extent import Extent, extent_of, rows_of_replay
-from palpate.runtime.robot import read_robot
 
 NOTHING_SET: Mapping[str, object] = MappingProxyType({})
 
@@ -33,7 +28,8 @@ class ReplayedLog:
     Attributes:
         log: What was recorded.
         extent: How much of it was replayed.
-        planned: The exploration as it was replayed.
+        kind: What it is of.
+        planned: It, as it was replayed.
         settings: What was changed of it.
         other_controller: Whether another controller was in the place of the recorded one.
         left_out: Changes of live parameters that this other controller cannot take.
@@ -45,7 +41,8 @@ class ReplayedLog:
 
     log: Log
     extent: Extent
-    planned: ExplorationPlan
+    kind: LogKind
+    planned: ReplayablePlan
     settings: Mapping[str, object]
     other_controller: bool
     left_out: tuple[Change, ...]
@@ -89,25 +86,27 @@ def replay_log(
     controller: ControllerMaker | None = None,
     observers: Sequence[Observer] = (),
 ) -> ReplayedLog:
-    """Replay the log of an exploration.
+    """Replay the log of an exploration, or of a regulation of force.
 
     For example `replay_log("runs/explore").identical`, or
     `replay_log("runs/explore", {"force": 3.0}).velocity_difference`.
 
     Args:
         log: As read, or its file, or a folder with its latest.mcap.
-        settings: Other values for fields of `ExploreConfig`: those that sensing, control and supervision go by.
+        settings: Other values for fields of `ExploreConfig` or `RegulateConfig`: those that sensing, control and
+            supervision go by.
         controller: What makes another controller; the recorded one, if not given.
         observers: Called every period, for example to show progress.
 
     Raises:
-        InvalidValueError: It is no log of an exploration, nothing of it can be replayed, or what is changed
+        InvalidValueError: It is a log of something else, nothing of it can be replayed, or what is changed
             cannot be.
         OSError: The log cannot be read.
     """
     if not isinstance(log, Log):
         log = read_log(log_in(Path(log)))
-    planned = _plan(log, settings)
+    kind = kind_of(log)
+    planned = _plan(log, kind, settings)
     extent = extent_of(log)
     made = planned.controller() if controller is None else controller(planned)
     changes, left_out = (log.changes, ()) if controller is None else _parted(log.changes, made)
@@ -116,6 +115,7 @@ def replay_log(
     return ReplayedLog(
         log,
         extent,
+        kind,
         planned,
         dict(settings),
         controller is not None,
@@ -127,22 +127,15 @@ def replay_log(
     )
 
 
-def _plan(log: Log, settings: Mapping[str, object]) -> ExplorationPlan:
-    """The exploration as recorded, but for what is set."""
-    if EXPERIMENT_TEXT not in log.attachments:
-        raise InvalidValueError(
-            f"{log.path} is no log of `palpate explore`: it has no {EXPERIMENT_TEXT}, so that nobody knows what "
-            "sensed and controlled; palpate.runtime.replay replays any log, if you say what"
-        )
+def _plan(log: Log, kind: LogKind, settings: Mapping[str, object]) -> ReplayablePlan:
+    """The experiment as recorded, but for what is set."""
     try:
-        recorded = read_config(log.attachments[EXPERIMENT_TEXT])
-        robot, target = read_robot(log.attachments), object_in(log.attachments, recorded)
+        recorded = kind.plan(log.attachments, NOTHING_SET)
     except InvalidValueError as error:
         raise InvalidValueError(
             f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
         ) from None
-    config = replace(changed_config(recorded, settings), change=())  # what was changed, the log says
-    return plan(config, load_named_robot(config.robot) if "robot" in settings else robot, target)
+    return kind.plan(log.attachments, settings) if settings else recorded
 
 
 def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
@@ -157,7 +150,7 @@ def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Ch
 def _replayed(
     log: Log,
     extent: Extent,
-    planned: ExplorationPlan,
+    planned: ReplayablePlan,
     controller: Controller,
     changes: Sequence[Change],
     observers: Sequence[Observer],

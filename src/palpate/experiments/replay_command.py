@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from palpate.experiments.explore import make_folder
+from palpate.experiments.output_folder import make_folder
 from palpate.experiments.replay import ReplayedLog, replay_log
 from palpate.experiments.replay_config import ReplayConfig
 from palpate.experiments.replay_controller import load_controller_maker
@@ -41,7 +41,7 @@ def run_replay(config: ReplayConfig) -> int:
         0; 1 if nothing was changed and something differs, or if another controller raised an exception.
 
     Raises:
-        InvalidValueError: There is no log of an exploration, or what is changed cannot be.
+        InvalidValueError: There is no log of an experiment, or what is changed cannot be.
         OSError: The log cannot be read, or the report not be written.
     """
     console = Console()

@@ -21,19 +21,22 @@ class ReplayConfig:
 
     Example: palpate replay runs/explore
 
+    Example: palpate replay runs/regulate --set force=3 profile=constant
+
     Example: palpate replay runs/explore --set force=3 speed=0.03
 
     Example: palpate replay runs/explore/2026-11-21_02-30-05.mcap --controller mine:make
     """
 
     log: LogPlace
-    """Log file (.mcap) of `palpate explore`; a folder stands for its latest.mcap."""
+    """Log file (.mcap) of `palpate explore` or `palpate regulate`; a folder stands for its latest.mcap."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
-    """Other values for what sensing, control and supervision go by, named as the options of `palpate explore`:
-    force, speed, tip, width, depth, spacing, stiffness, robot. Several numbers with commas, as in
-    tip=0.008,0.008,0.012."""
+    """Other values for what sensing, control and supervision go by, named as the options of the command that
+    recorded it: of `palpate explore` force, speed, tip, width, depth, spacing, stiffness, robot; of `palpate
+    regulate` force, profile, swing, hold, frequencies, motion, assumed_stiffness, robot and more. Several numbers
+    with commas, as in tip=0.008,0.008,0.012."""
     controller: Annotated[str | None, tyro.conf.arg(metavar="MODULE:FUNCTION")] = None
-    """Another controller: what this function returns when it is called with the run's `ExplorationPlan`. The
-    module is looked for in the present folder first."""
+    """Another controller: what this function returns when it is called with the run's plan, an
+    `ExplorationPlan` or `RegulationPlan`. The module is looked for in the present folder first."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the report, made if need be. Left out: beside the log. It is named after the log."""

@@ -7,15 +7,15 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import cast
+from typing import Any, cast
 
 from palpate.errors import InvalidValueError, shown
-from palpate.experiments.explore_plan import ExplorationPlan
 from palpate.nearest_name import nearest
 from palpate.runtime import Controller
 
-ControllerMaker = Callable[[ExplorationPlan], Controller]
-"""From the plan of the recorded run, with what is set otherwise, to a fresh controller for it."""
+ControllerMaker = Callable[[Any], Controller]
+"""From the plan of the recorded run, an `ExplorationPlan` or `RegulationPlan` with what is set otherwise, to a
+fresh controller for it."""
 
 
 def load_controller_maker(name: str) -> ControllerMaker:
@@ -53,11 +53,11 @@ def load_controller_maker(name: str) -> ControllerMaker:
         )
     if not callable(function):
         raise InvalidValueError(
-            f"controller = {name}: {function_name} is {shown(function, 80)}: must be a function that takes an "
-            "ExplorationPlan and returns a controller"
+            f"controller = {name}: {function_name} is {shown(function, 80)}: must be a function that takes the "
+            "plan of the run and returns a controller"
         )
 
-    def make(planned: ExplorationPlan) -> Controller:
+    def make(planned: object) -> Controller:
         try:
             made = function(planned)
         except Exception as error:

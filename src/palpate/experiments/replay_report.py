@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from palpate.experiments.replay import ReplayedLog
-from palpate.experiments.replay_settings import CHANGEABLE
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.replay_data import ReplayReport, ReplaySeries
@@ -24,8 +23,26 @@ UNITS = {
     "depth": "m",
     "spacing": "m",
     "stiffness": "N/m",
+    "size": "m",
+    "radius": "m",
+    "accuracy": "m",
+    "below": "m",
+    "time": "s",
+    "swing": "N",
+    "rate": "N/s",
+    "hold": "s",
+    "frequencies": "Hz",
+    "duration": "s",
+    "motion_size": "m",
+    "motion_speed": "m/s",
+    "assumed_stiffness": "N/m",
+    "assumed_damping_time": "s",
+    "landing_speed": "m/s",
 }
-"""Of the numbers that a replay can change."""
+"""Of the numbers that a replay can change, in every experiment that has them."""
+
+TOUCHED = ("object", "size", "surface")
+"""What says on what it was recorded."""
 
 
 def grouped(count: int) -> str:
@@ -161,13 +178,15 @@ def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str
     """What was changed first, then the rest of what a replay can change."""
     config = done.planned.config
     changed = [(name, _value(name, getattr(config, name)) + " (changed)") for name in done.settings]
-    others = [(name, _value(name, getattr(config, name))) for name in CHANGEABLE if name not in done.settings]
-    object_touched = f"{config.object}, {' x '.join(f'{1e3 * s:g}' for s in config.size)} mm"
+    others = [
+        (name, _value(name, getattr(config, name))) for name in done.kind.may.names if name not in done.settings
+    ]
     return (
         *changed,
         ("controller", f"{controller} (changed)" if controller else "as recorded"),
         *others,
-        ("object", object_touched),
+        ("recorded by", done.kind.command),
+        *((name, _value(name, getattr(config, name))) for name in TOUCHED if hasattr(config, name)),
         *(
             ("changed while it ran", f"{change.name} to {change.value:g} at t = {change.time:.3f} s")
             for change in done.log.changes
@@ -178,6 +197,8 @@ def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str
 
 
 def _value(name: str, value: object) -> str:
+    if value is None or value == ():
+        return "left out"
     numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
     text = " x ".join(f"{number:g}" if isinstance(number, float) else str(number) for number in numbers)
     return f"{text} {UNITS.get(name, '')}".rstrip()

@@ -1,7 +1,8 @@
-"""What a replay may change of an exploration, and how it is written: `force=3`."""
+"""What a replay may change of a run, and how it is written: `force=3`."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
+from typing import TypeVar
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
@@ -22,6 +23,7 @@ FIXED: Mapping[str, str] = {
     "force_noise": _NOISY,
     "moment_noise": _NOISY,
     "seed": _NOISY,
+    "identify": "the log keeps what pressing has found",
     "period": "the samples are as recorded, one per period",
     "change": "live parameters are changed as recorded",
     "out": "the exploration writes nothing again; --out says where the report goes",
@@ -31,8 +33,28 @@ FIXED: Mapping[str, str] = {
 CHANGEABLE = tuple(field.name for field in fields(ExploreConfig) if field.name not in FIXED)
 """Those that it can: what sensing, control and supervision go by."""
 
-SEVERAL = ("tip", "center")
-"""Those of them that are several numbers, or one."""
+SEVERAL = ("tip", "center", "axis", "frequencies")
+"""Of all experiments, those that are several numbers, or one."""
+
+Config = TypeVar("Config")
+
+
+@dataclass(frozen=True, slots=True)
+class Changeable:
+    """What a replay may change of one kind of experiment.
+
+    Attributes:
+        what: It is, with its article, for messages.
+        fixed: Fields of its configuration that no replay can change, and why.
+        names: Those that it can.
+    """
+
+    what: str
+    fixed: Mapping[str, str]
+    names: tuple[str, ...]
+
+
+EXPLORATION = Changeable("an exploration", FIXED, CHANGEABLE)
 
 
 def settings_of(words: Sequence[str]) -> dict[str, object]:
@@ -63,18 +85,18 @@ def _value(name: str, text: str) -> object:
         raise InvalidValueError(f"--set {name}={text}: {error}") from None
 
 
-def changed_config(config: ExploreConfig, settings: Mapping[str, object]) -> ExploreConfig:
+def changed_config(config: Config, settings: Mapping[str, object], may: Changeable = EXPLORATION) -> Config:
     """Return a configuration with other values for what a replay can change.
 
     Raises:
         InvalidValueError: A name is not known or cannot be changed, or a value is impossible.
     """
     for name in settings:
-        if name in FIXED:
-            raise InvalidValueError(f"{name}: a replay cannot change it: {FIXED[name]}")
-        if name not in CHANGEABLE:
-            names = (*CHANGEABLE, *FIXED)
+        if name in may.fixed:
+            raise InvalidValueError(f"{name}: a replay cannot change it: {may.fixed[name]}")
+        if name not in may.names:
+            names = (*may.names, *may.fixed)
             near = nearest(name, names) or nearest(without_unit(name), names)
-            advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(CHANGEABLE)}"
-            raise InvalidValueError(f"{name}: an exploration has no such setting; {advice}")
-    return replace(config, **decode_some(settings, ExploreConfig))  # type: ignore[arg-type]
+            advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(may.names)}"
+            raise InvalidValueError(f"{name}: {may.what} has no such setting; {advice}")
+    return replace(config, **decode_some(settings, type(config)))  # type: ignore[type-var]

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage, check_stage
-from palpate.experiments.simulated_turning_stage import build_turning_stage, check_turning_stage
-from palpate.experiments.simulated_ur5e import build_ur5e, check_ur5e
+from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage, check_simulated
+from palpate.experiments.simulated_turning_stage import build_turning_stage
+from palpate.experiments.simulated_ur5e import build_ur5e
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import BackendEntry, SimulatedUr5eEntry, StageEntry, TurningStageEntry
 
@@ -16,17 +16,16 @@ Builder = Callable[[Robot, Task], RobotInScene]
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """A kind of back end: its entry in the file, what refuses one that cannot be, and what makes it."""
+    """A kind of back end: its entry in the file, and what makes it."""
 
     entry: type[BackendEntry]
-    check: Callable[[Robot], None]
     build: Builder
 
 
 KINDS = (
-    _Kind(StageEntry, check_stage, build_stage),
-    _Kind(TurningStageEntry, check_turning_stage, build_turning_stage),
-    _Kind(SimulatedUr5eEntry, check_ur5e, build_ur5e),
+    _Kind(StageEntry, build_stage),
+    _Kind(TurningStageEntry, build_turning_stage),
+    _Kind(SimulatedUr5eEntry, build_ur5e),
 )
 """Every kind of `backend` that experiments can carry out."""
 
@@ -46,7 +45,8 @@ def check(robot: Robot) -> None:
     Raises:
         InvalidValueError: It could not; the message says what to change.
     """
-    _kind(robot).check(robot)
+    _kind(robot)  # there is one
+    check_simulated(robot, robot.file.backend.time_step)
 
 
 def _kind(robot: Robot) -> _Kind:

@@ -8,6 +8,7 @@ import numpy as np
 from palpate.errors import InvalidValueError
 from palpate.experiments.finger_sensor import check_age, model_of_finger
 from palpate.experiments.known_sensor import known_sensor
+from palpate.experiments.robot_entry import entry_of
 from palpate.runtime import Finger, FingerDescription, SensorFinger
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import StageEntry
@@ -23,6 +24,7 @@ from palpate.sim import (
     SceneObject,
     SeededSensor,
     Stage,
+    Target,
     Tip,
     build_scene,
 )
@@ -54,7 +56,7 @@ class Task:
 
     tip: tuple[float, ...]
     compression: float
-    target: SceneObject
+    target: SceneObject | Target
     law: ContactLaw
     start: Vector
     period: float
@@ -89,7 +91,7 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     Raises:
         InvalidValueError: The simulation cannot be what the file says, or not do the task.
     """
-    entry = _stage_entry(robot)
+    entry = entry_of(robot, StageEntry)
     stage = Stage(entry.mass, entry.bandwidth, entry.leash)
     tip = simulated_tip(robot, task)
     fidelity = replace(EXPLORE.fidelity, time_step=entry.time_step)
@@ -148,15 +150,6 @@ def on_a_carrier(
     return RobotInScene(backend, described, lag, response, stiffness, touch_force)
 
 
-def check_stage(robot: Robot) -> None:
-    """Refuse a stage that could do no task at all.
-
-    Raises:
-        InvalidValueError: It could not.
-    """
-    check_simulated(robot, _stage_entry(robot).time_step)
-
-
 def check_simulated(robot: Robot, time_step: float) -> None:
     """Refuse a simulated robot whose finger or times [s] could do no task at all.
 
@@ -173,13 +166,6 @@ def check_simulated(robot: Robot, time_step: float) -> None:
     model = model_of_finger(finger)
     check_age(robot, model, robot.file.period)
     known_sensor(finger, sensor, SeededSensor(model), robot.file.period)
-
-
-def _stage_entry(robot: Robot) -> StageEntry:
-    entry: object = robot.file.backend
-    if not isinstance(entry, StageEntry):
-        raise TypeError(f"a {type(entry).__name__} is no stage")
-    return entry
 
 
 def only_finger(robot: Robot) -> FingerEntry:

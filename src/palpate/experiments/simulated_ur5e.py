@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from palpate.experiments.simulated_stage import RobotInScene, Task, check_simulated, on_a_carrier, simulated_tip
+from palpate.experiments.robot_entry import entry_of
+from palpate.experiments.simulated_stage import RobotInScene, Task, on_a_carrier, simulated_tip
 from palpate.kinematics import Leash, Pose
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import SimulatedUr5eEntry
@@ -21,7 +22,7 @@ def build_ur5e(robot: Robot, task: Task) -> RobotInScene:
         InvalidValueError: The simulation cannot be what the file says, or not do the task: the start may be out of
             reach.
     """
-    entry, tip = _entry(robot), simulated_tip(robot, task)
+    entry, tip = entry_of(robot, SimulatedUr5eEntry), simulated_tip(robot, task)
     arm = Ur5e(
         Pose((-entry.foot_distance, 0.0, 0.0)),
         Pose((0.0, 0.0, entry.tool_length), LOOKING_DOWN),
@@ -34,19 +35,3 @@ def build_ur5e(robot: Robot, task: Task) -> RobotInScene:
     # that: to force control they are the delay that they are on a stage of the same bandwidth
     fidelity = replace(ARM.fidelity, time_step=entry.time_step)
     return on_a_carrier(robot, task, tip, carrier, fidelity, 0.0, arm.lead, stiffness)
-
-
-def check_ur5e(robot: Robot) -> None:
-    """Refuse a UR5e that could do no task at all.
-
-    Raises:
-        InvalidValueError: It could not.
-    """
-    check_simulated(robot, _entry(robot).time_step)
-
-
-def _entry(robot: Robot) -> SimulatedUr5eEntry:
-    entry: object = robot.file.backend
-    if not isinstance(entry, SimulatedUr5eEntry):
-        raise TypeError(f"a {type(entry).__name__} is no UR5e")
-    return entry

@@ -1,18 +1,26 @@
 """`palpate view`: a run in the browser, live or from its log; or as pictures."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import Attempt, make_folder
+from palpate.experiments.explore import Attempt
 from palpate.experiments.explore_command import log_writer
+from palpate.experiments.explore_plan import ExplorationPlan
+from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import outcome
+from palpate.experiments.output_folder import make_folder
+from palpate.experiments.plan_watch import PlanWatch
 from palpate.experiments.view_config import ViewConfig
+from palpate.experiments.view_growth import plans_of_log, surface_view
 from palpate.experiments.view_pictures import write_still, write_video
 from palpate.experiments.view_plan import recorded_plan, view_scene, watched_plan
 from palpate.runtime import Ending, result_until
-from palpate.runtime.log import log_in, read_log
+from palpate.runtime.log import Log, log_in, read_log
+from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import LOOPBACK, LiveView, Player, ViewUnavailableError, frames_of_log
 
@@ -45,8 +53,11 @@ def _watch(config: ViewConfig, console: Console) -> int:
     """Explore, recorded, while people watch; the view stays open when the run is over."""
     planned = watched_plan(config.set, config.config, config.speed)
     make_folder(planned.config.out)
+    planned = prepared(planned)
     attempt = Attempt(planned)
-    with LiveView(view_scene(planned), config.host, config.port, live=attempt.controller.live) as view:
+    controller = attempt.controller
+    scene = replace(view_scene(planned), surface=surface_view(planned))
+    with LiveView(scene, config.host, config.port, live=controller.live, plan=PlanWatch(controller)) as view:
         _say_where(console, view.url, config.host)
         log, interrupted = log_writer(planned), False
         try:
@@ -57,6 +68,8 @@ def _watch(config: ViewConfig, console: Console) -> int:
                 raise
             result, interrupted = found, True
         view.run_over()
+        if not view.makes_surface:
+            _say(console, "The process that makes the map's surface has ended: the view goes on without it")
         exploration = attempt.found(result)
         _say(console, outcome(exploration))
         if result.recording is not None and result.recording.path is not None:
@@ -92,13 +105,27 @@ def _show(config: ViewConfig, console: Console) -> int:
         _say(console, f"Written: {config.video}, {count} pictures")
     if config.picture is not None or config.video is not None:
         return 0
-    with Player(scene, frames, config.speed, config.host, config.port) as player:
+    plans: Sequence[PlanChange] = ()
+    if isinstance(planned, ExplorationPlan):  # a regulation makes no map and goes nowhere of its own
+        plans = _plans(log, console)
+        scene = replace(scene, surface=surface_view(planned))
+    with Player(scene, frames, config.speed, config.host, config.port, plans) as player:
         _say_where(console, player.url, config.host)
         try:
             player.play()
         except KeyboardInterrupt:
             return 0
     return 0
+
+
+def _plans(log: Log, console: Console) -> Sequence[PlanChange]:
+    """Where the tip was going, worked out again from the log; what cannot be is not shown."""
+    try:
+        with console.status("working out where the tip was going"):
+            return plans_of_log(log)
+    except InvalidValueError as error:
+        _say(console, f"{log.path}: the plan is not shown: {error}")
+        return ()
 
 
 def _wait(view: LiveView, console: Console) -> None:

@@ -1,4 +1,4 @@
-"""What `palpate view` shows, from the plan of an exploration: the scene, and the pace of a run that is watched."""
+"""What `palpate view` shows, from the plan of a run: the scene, and the pace of a run that is watched."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,9 +7,12 @@ from pathlib import Path
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.experiment_file import EXPERIMENT_TEXT, load_overlay
+from palpate.experiments.experiment_file import load_overlay
 from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import ExplorationPlan, plan, plan_from_texts
+from palpate.experiments.explore_plan import ExplorationPlan, plan
+from palpate.experiments.regulate_plan import RegulationPlan
+from palpate.experiments.regulate_view import regulation_scene
+from palpate.experiments.replay_kinds import kind_of
 from palpate.experiments.replay_settings import settings_of
 from palpate.experiments.robot_values import load_named_robot, values_of
 from palpate.experiments.view_scenes import scene_view
@@ -60,27 +63,28 @@ def watched_plan(words: Sequence[str], config: Path | None, speed: float) -> Exp
     return plan(ExploreConfig(**values), paced)  # type: ignore[arg-type]  # decode_some has checked the types
 
 
-def recorded_plan(log: Log) -> ExplorationPlan:
-    """Return the plan of the exploration that a log is of.
+def recorded_plan(log: Log) -> ExplorationPlan | RegulationPlan:
+    """Return the plan of the run that a log is of.
 
     Raises:
         InvalidValueError: It is of something else, or of a palpate that did things differently.
     """
-    if EXPERIMENT_TEXT not in log.attachments:
-        raise InvalidValueError(
-            f"{log.path} is no log of `palpate explore`: it has no {EXPERIMENT_TEXT}, so that nobody knows what "
-            "was touched"
-        )
+    kind = kind_of(log)
     try:
-        return plan_from_texts(log.attachments)
+        planned = kind.plan(log.attachments, {})
     except InvalidValueError as error:
         raise InvalidValueError(
             f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
         ) from None
+    if not isinstance(planned, ExplorationPlan | RegulationPlan):
+        raise InvalidValueError(f"{log.path}: there is no view of what `{kind.command}` does")
+    return planned
 
 
-def view_scene(planned: ExplorationPlan) -> ViewScene:
-    """Return what there is to see of an exploration in simulation."""
+def view_scene(planned: ExplorationPlan | RegulationPlan) -> ViewScene:
+    """Return what there is to see of a run in simulation, without map and plan."""
+    if isinstance(planned, RegulationPlan):
+        return regulation_scene(planned)
     config = planned.config
     title = f"Exploration of {config.article} {config.object}, {config.robot}"
     return scene_view(title, planned.backend.scene.model, config.map_spacing)

@@ -1,4 +1,4 @@
-"""What else contacts tell, as values at the vertices of a mesh: friction, for one."""
+"""What else contacts tell, as values at the vertices of a mesh: friction, stiffness, curvature."""
 
 import os
 from dataclasses import dataclass
@@ -22,8 +22,9 @@ class VertexLayer:
 
     Attributes:
         name: Of the quantity, a word; under it a PLY file keeps it.
-        mean: Mean of the nearest contacts, shape (n,); NaN where there is none.
-        sd: Standard deviation among them, not of their mean, shape (n,); NaN where there are fewer than two.
+        mean: Shape (n,); NaN where it is not known.
+        sd: Standard deviation, shape (n,); NaN where it is not known. From `vertex_layer` that among the contacts
+            around, not of their mean; of stiffness and curvature that of the estimate.
     """
 
     name: str
@@ -33,6 +34,23 @@ class VertexLayer:
     def __len__(self) -> int:
         """Number of vertices."""
         return len(self.mean)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VertexDirection:
+    """A direction at the n vertices of a mesh, such as that of the largest curvature.
+
+    Attributes:
+        name: A word; a PLY file keeps the components under it and `_x`, `_y`, `_z`.
+        value: Unit vectors in the base frame, shape (n, 3).
+    """
+
+    name: str
+    value: FloatArray
+
+    def __len__(self) -> int:
+        """Number of vertices."""
+        return len(self.value)
 
 
 def vertex_layer(
@@ -70,8 +88,12 @@ def vertex_layer(
     return VertexLayer(name, np.where(total > 0, mean, np.nan), np.where(total > 1, np.sqrt(square), np.nan))
 
 
-def write_layered_mesh(mesh: SurfaceMesh, layers: tuple[VertexLayer, ...], path: str | os.PathLike[str]) -> None:
-    """Write a mesh as PLY like `write_mesh`, each layer as two properties more: its name, and its name and `_sd`.
+def write_layered_mesh(
+    mesh: SurfaceMesh, layers: tuple[VertexLayer | VertexDirection, ...], path: str | os.PathLike[str]
+) -> None:
+    """Write a mesh as PLY like `write_mesh`, with each layer as properties more.
+
+    They are called as the layer, and as the layer and `_sd`; those of a direction end in `_x`, `_y` and `_z`.
 
     Raises:
         InvalidValueError: The mesh is empty, or a layer has another number of vertices.
@@ -85,6 +107,10 @@ def write_layered_mesh(mesh: SurfaceMesh, layers: tuple[VertexLayer, ...], path:
             raise InvalidValueError(
                 f"layer {layer.name} has {len(layer)} values: must be {len(mesh.vertices)}, one per vertex"
             )
+        if isinstance(layer, VertexDirection):
+            for k, axis in enumerate("xyz"):
+                shape.vertex_attributes[f"{layer.name}_{axis}"] = layer.value[:, k].astype(np.float32)
+            continue
         shape.vertex_attributes[layer.name] = layer.mean.astype(np.float32)
         shape.vertex_attributes[f"{layer.name}_sd"] = layer.sd.astype(np.float32)
     with replacing(path) as file:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.mapping import TouchCloud
+from palpate.reporting.growth_data import GrowthReport
 from palpate.reporting.map_data import MapReport, ShapeReport
 from palpate.runtime import RunTiming
 
@@ -120,6 +121,7 @@ class ExplorationReport:
         timing: How long the periods took.
         map: The touched surface, if enough was felt.
         shape: Which shape it is, if enough was felt to say.
+        growth: How the map grew, if there is one.
         true_surface: What was explored, if known; for pictures only.
         point_error: Signed distance of each point of `cloud` from the true surface, positive outside, shape
             (n,) [m], if known.
@@ -138,6 +140,7 @@ class ExplorationReport:
     timing: RunTiming
     map: MapReport | None = None
     shape: ShapeReport | None = None
+    growth: GrowthReport | None = None
     true_surface: TrueSurface | None = None
     point_error: FloatArray | None = None
     error_note: str = ""

@@ -77,6 +77,7 @@ class RegulationReport:
         steps: The answer to steps, if the force stepped.
         tones: The answers to sines, if there were any.
         bandwidth: Where the (first) answer falls below -3 dB [Hz]; None if it does not, or there were no sines.
+        limits: What bounds how fast the force follows, a sentence or two each.
     """
 
     title: str
@@ -89,3 +90,4 @@ class RegulationReport:
     steps: StepCurves | None = None
     tones: tuple[BodeCurve, ...] = ()
     bandwidth: float | None = None
+    limits: tuple[str, ...] = ()

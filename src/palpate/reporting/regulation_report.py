@@ -51,6 +51,7 @@ def regulation_html(report: RegulationReport) -> str:
             table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
             section("Over time", _there(picture_cards(over_time))),
             section("Answer", _there(picture_cards(answers), table(tones, ("name", "value", "value", "note")))),
+            section("What limits it", [f"<p>{escape(text)}</p>" for text in report.limits]),
             section("Margins", _there(table([(k.name, k.text, k.unit, k.note) for k in report.margins], COLUMNS))),
             section("Computing", _there(timing, picture_cards([timing_picture(report.timing)]))),
             section("Settings", _there(table(report.settings, ("name", "value")))),

@@ -5,6 +5,7 @@ from html import escape
 
 from palpate.atomic_file import replacing
 from palpate.reporting.data import ExplorationReport
+from palpate.reporting.growth_data import GrowthReport
 from palpate.reporting.map_data import MapReport, ShapeReport
 
 
@@ -53,6 +54,7 @@ def report_html(report: ExplorationReport) -> str:
             table(figures, ("name", "value", "unit", "note")),
             section("The surface", [part for part in (nothing, picture_cards(shape)) if part]),
             section("The map", _map_parts(report.map)),
+            section("How the map grew", _growth_parts(report.growth)),
             section("Which shape it is", _shape_parts(report.shape)),
             section("Errors of single points", [part for part in (picture_cards(errors),) if part]),
             section("Over time", [part for part in (picture_cards(over_time),) if part]),
@@ -77,6 +79,18 @@ def _map_parts(told: MapReport | None) -> list[str]:
         return [figures, "<p>Contacts are too far apart: nothing of the surface counts as observed.</p>"]
     layers = [layer_picture(told.mesh, layer) for layer in told.layers]
     return [part for part in (figures, picture_cards([map_picture(told), *layers])) if part]
+
+
+def _growth_parts(told: GrowthReport | None) -> list[str]:
+    """How a map grew, as HTML."""
+    from palpate.reporting.growth_picture import growth_picture
+    from palpate.reporting.page import picture_cards
+    from palpate.reporting.snapshots_picture import snapshots_picture
+
+    if told is None:
+        return []
+    known = growth_picture(told) if told.curve.area.any() else None
+    return [picture_cards([known, snapshots_picture(told)])]
 
 
 def _shape_parts(told: ShapeReport | None) -> list[str]:

@@ -35,6 +35,7 @@ PHASE_COLOURS: dict[str, str] = {
     Phase.SCAN: "#e2f2e5",
     Phase.SEEK: "#f9d9d6",
     Phase.LIFT: "#e9e2f3",
+    Phase.TRAVEL: "#d8f0ef",
     Phase.HOLD: "#eeeeee",
     Phase.STOP: "#dcdcdc",
     Phase.DONE: "#d5d8dc",

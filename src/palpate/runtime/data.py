@@ -119,7 +119,8 @@ class Observation:
 class Phase(StrEnum):
     """What a controller is doing: for reports, and to tell the periods of a scan.
 
-    DONE and LOST end a run; STOP is how supervisor and loop bring it to rest.
+    TRAVEL is the way from place to place above an object; DONE and LOST end a run; STOP is how supervisor and loop
+    bring it to rest.
     """
 
     APPROACH = "approach"
@@ -127,6 +128,7 @@ class Phase(StrEnum):
     SCAN = "scan"
     SEEK = "seek"
     LIFT = "lift"
+    TRAVEL = "travel"
     HOLD = "hold"
     STOP = "stop"
     DONE = "done"

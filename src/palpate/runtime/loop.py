@@ -113,7 +113,7 @@ class _Run:
         self._pacer = backend.pacer
         self._ending: Ending | None = None
         self._time = self._first_time = self._last_time = 0.0
-        self._stopped = self._seen = self._trip_told = False
+        self._stopped = self._seen = self._trip_told = self._aftermath_told = False
         self._starts, self._compute = array("d"), array("d")
         self._punctuality = Punctuality()
         self._recording: RecordingSummary | None = None
@@ -198,9 +198,14 @@ class _Run:
 
     def _tell_trip(self) -> None:
         trip = self._supervisor.trip
-        if trip is not None and not self._trip_told:
+        if trip is None:
+            return
+        if not self._trip_told:
             self._trip_told = True
             self._tell(trip.time, Level.ERROR, "supervisor", str(trip))
+        if trip.aftermath and not self._aftermath_told:
+            self._aftermath_told = True
+            self._tell(self._time, Level.INFO, "supervisor", trip.aftermath)
 
     def _tell(self, time: float, level: Level, source: str, text: str) -> None:
         if self._recorder is not None:

@@ -49,8 +49,15 @@ class RunResult:
     def __str__(self) -> str:
         """One line for a person."""
         rest = "the robot is at rest" if self.stopped else "THE ROBOT DID NOT COME TO REST"
-        why = f" ({self.trip})" if self.trip is not None else ""
+        why = f" ({self.why})" if self.trip is not None else ""
         return f"{self.ending.value}{why} after {self.duration:.1f} s; {rest}"
+
+    @property
+    def why(self) -> str:
+        """What the supervisor objected to, and what came of its reaction, for a person; empty if nothing was."""
+        if self.trip is None:
+            return ""
+        return f"{self.trip}; {self.trip.aftermath}" if self.trip.aftermath else str(self.trip)
 
     @property
     def real_time_factor(self) -> float:

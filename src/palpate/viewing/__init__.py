@@ -5,6 +5,7 @@ from palpate.viewing.live_view import LiveView
 from palpate.viewing.player import Player
 from palpate.viewing.rows import FrameMemory, FreePoses, RowMaker
 from palpate.viewing.server import ANY_PORT, LOOPBACK, USUAL_PORT, ViewUnavailableError
+from palpate.viewing.surface_view import SurfaceView
 from palpate.viewing.view_scene import BASE, TIP, Part, Placement, TipPlacement, ViewScene
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Placement",
     "Player",
     "RowMaker",
+    "SurfaceView",
     "TipPlacement",
     "ViewScene",
     "ViewUnavailableError",

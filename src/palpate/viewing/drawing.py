@@ -1,4 +1,4 @@
-"""What is on the screen: parts, contact forces, map, plots, a line of numbers."""
+"""What is on the screen: parts, contact forces, map, plan, plots, a line of numbers."""
 
 import html
 import math
@@ -13,9 +13,13 @@ from viser import transforms
 from palpate.errors import FloatArray
 from palpate.kinematics.framing import Framing, framing
 from palpate.kinematics.posture import Posture
+from palpate.runtime.shown_plan import ShownPlan
 from palpate.spatial import Matrix, add, add_scaled, norm, rotate
 from palpate.viewing.frames import Frames
+from palpate.viewing.plan_drawing import PlanDrawing
 from palpate.viewing.plots import ForcePlots
+from palpate.viewing.surface_drawing import SurfaceDrawing
+from palpate.viewing.surface_worker import SurfaceFeed
 from palpate.viewing.touch_map import CHUNK, TouchMap
 from palpate.viewing.view_scene import BASE, Part, ViewScene
 
@@ -62,13 +66,20 @@ _PADDED = '<div style="padding: 0 1em">{}</div>'
 class Drawing:
     """The scene in a viewer; one thread draws."""
 
-    def __init__(self, server: viser.ViserServer, scene: ViewScene, postures: Sequence[Posture] = ()) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        scene: ViewScene,
+        postures: Sequence[Posture] = (),
+        feed: SurfaceFeed | None = None,
+    ) -> None:
         """Draw what does not change.
 
         Args:
             server: Where.
             scene: What.
             postures: That the run will come to, as far as is known: they are in view from the beginning.
+            feed: Where the growing surface comes from; if not given, the map is its contacts alone.
         """
         self._server, self._scene = server, scene
         self._map = None if scene.map_spacing is None else TouchMap(scene.map_spacing)
@@ -92,6 +103,9 @@ class Drawing:
         server.gui.add_html(_PADDED.format(f"<b>{html.escape(scene.title)}</b>"))
         self._numbers = server.gui.add_html(_PADDED.format("waiting for the first period"))
         server.gui.add_button_group("look at", (_FROM_AFAR, _FROM_NEAR)).on_click(self._look_at)
+        self._feed, self._plan = feed, PlanDrawing(server)
+        self._surface = None if feed is None else SurfaceDrawing(server)
+        self._contacts = server.scene.add_frame("/map", show_axes=False, visible=feed is None)
         self._plots = ForcePlots(server, len(scene.fingers))
 
     def add(self, frames: Frames) -> None:
@@ -100,24 +114,52 @@ class Drawing:
             return
         if self._map is not None:
             self._map.add(frames.centroid[frames.scanning])
+        if self._feed is not None:
+            self._feed.add(frames)
+        self._plan.move(frames.position)
         self._plots.add(frames)
         with self._server.atomic():
             self._move(frames)
         if monotonic() >= self._slow_due:
             self.refresh(frames)
 
+    def follow(self, plan: ShownPlan) -> None:
+        """Take the plan as it is now."""
+        self._plan.follow(plan)
+
+    def step(self) -> None:
+        """Show the surface as far as it has grown meanwhile; called for every picture, frames or not."""
+        surface, feed = self._surface, self._feed
+        if surface is None or feed is None:
+            return
+        failed = feed.failed
+        grown = feed.take()
+        if feed.failed is not None:
+            if failed is None:
+                surface.fail(feed.failed)
+        elif grown is not None:
+            surface.show(grown)
+        surface.follow_choice()
+        if surface.shows_points != self._contacts.visible:
+            self._contacts.visible = surface.shows_points
+
     def refresh(self, frames: Frames) -> None:
-        """Send map, plots and numbers, whether or not it is time."""
+        """Send map, plan, plots and numbers, whether or not it is time."""
         self._slow_due = monotonic() + SLOW_INTERVAL
         if self._map is not None:
             self._draw_map(self._map)
+        self._plan.show()
         self._plots.show()
-        self._numbers.content = _numbers(frames, self._map)
+        self._numbers.content = _numbers(frames, self._map, self._plan)
 
     def clear(self) -> None:
-        """Forget map and past."""
+        """Forget map, plan and past."""
         if self._map is not None:
             self._map.clear()
+        if self._feed is not None and self._surface is not None:
+            self._feed.clear()
+            self._surface.clear()
+        self._plan.clear()
         self._plots.clear()
         self._drop_chunks()
 
@@ -247,7 +289,7 @@ def _with_room(bounds: tuple[float, float]) -> tuple[float, float]:
     return bounds[0] - room, bounds[1] + room
 
 
-def _numbers(frames: Frames, touched: TouchMap | None) -> str:
+def _numbers(frames: Frames, touched: TouchMap | None, plan: PlanDrawing) -> str:
     """The last period in numbers, as HTML; nothing in it was typed by anybody."""
     last = len(frames) - 1
     said = [f"t = {frames.time[last]:.2f} s", frames.phase(last).value]
@@ -256,4 +298,5 @@ def _numbers(frames: Frames, touched: TouchMap | None) -> str:
     said += forces or ["no contact"]
     if touched is not None:
         said.append(f"{len(touched)} map points")
+    said += [f"{count} x {event}" for event, count in plan.events.items() if count]
     return _PADDED.format(" &middot; ".join(said))

@@ -22,8 +22,8 @@ FINGERS = 15
 """Columns of a row, and where those of its contacts begin; the last one is the row's number again: see
 `palpate.viewing.frame_ring`."""
 
-CENTROID, FORCE, NORMAL_FORCE, SPIN_TORQUE, TOUCHING = slice(0, 3), slice(3, 6), 6, 7, 8
-PER_FINGER = 9
+CENTROID, FORCE, NORMAL_FORCE, SPIN_TORQUE, NORMAL, TOUCHING = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), 11
+PER_FINGER = 12
 """Columns of one contact."""
 
 PER_BODY = 7
@@ -120,6 +120,11 @@ class ContactFrames:
     def spin_torque(self) -> FloatArray:
         """Shape (n,) [N m]; NaN where there is no contact."""
         return self.columns[:, SPIN_TORQUE]
+
+    @property
+    def normal(self) -> FloatArray:
+        """Outward unit normal of the fingertip, into the object, shape (n, 3); NaN where there is no contact."""
+        return self.columns[:, NORMAL]
 
     @property
     def touching(self) -> npt.NDArray[np.bool_]:
@@ -253,6 +258,7 @@ def frames_of_log(log: Log) -> Frames:
         contact[:, FORCE] = of(f"{at}.wrench")[:, :3]
         contact[:, NORMAL_FORCE] = of(f"{at}.normal_force")[:, 0]
         contact[:, SPIN_TORQUE] = of(f"{at}.spin_torque")[:, 0]
+        contact[:, NORMAL] = of(f"{at}.normal")
         known = statuses[of(f"{at}.status")[:, 0].astype(int)] == ContactStatus.OK
         contact[:, TOUCHING] = (of(f"{at}.touching")[:, 0] > 0.0) & known
     if layout.joints:

@@ -3,6 +3,7 @@
 A thread would share Python's interpreter lock with the loop, and drawing takes milliseconds of it. So the loop
 writes one row per period into shared memory, which costs it two to four microseconds and never waits, and another
 process, of lower urgency, draws what it finds there thirty times a second. Rows that it is too slow for are lost.
+The surface of the map, which takes tenths of seconds, comes from a third process, of lower urgency still.
 What people ask for in the browser comes back the same way, and takes effect as any other request for a change.
 """
 
@@ -18,12 +19,15 @@ from typing import Self
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.live import LiveParameter, LiveParameters
+from palpate.runtime.shown_plan import PlanSource
 from palpate.viewing.drawing import Drawing
 from palpate.viewing.frame_ring import CAPACITY, FrameRing, RingReader, RingWriter
 from palpate.viewing.live_controls import LiveControls
+from palpate.viewing.plan_board import PlanBoard, PlanReader, PlanWriter
 from palpate.viewing.request_board import BoardReader, BoardWriter, RequestBoard
 from palpate.viewing.rows import FreePoses, RowMaker
 from palpate.viewing.server import LOOPBACK, USUAL_PORT, ViewServer, ViewUnavailableError
+from palpate.viewing.surface_worker import SurfaceFeed, SurfaceWorker
 from palpate.viewing.view_scene import ViewScene
 
 INTERVAL = 1.0 / 30.0
@@ -52,6 +56,7 @@ class LiveView:
         *,
         live: LiveParameters | None = None,
         free_poses: FreePoses | None = None,
+        plan: PlanSource | None = None,
         capacity: int = CAPACITY,
     ) -> None:
         """Start the view's process; takes a second or two.
@@ -65,6 +70,7 @@ class LiveView:
             port: Where; 0 for one that is free.
             live: The controller's, with a slider each; none if not given.
             free_poses: Where the scene's free bodies are; if not given they are shown where they start.
+            plan: Knows where the controller is going; if not given the view shows no plan.
             capacity: Periods that the view may be late before it loses some.
 
         Raises:
@@ -75,27 +81,45 @@ class LiveView:
         maker, parameters = RowMaker(scene, live, free_poses), tuple(live.parameters.values())
         context = multiprocessing.get_context("spawn")
         ring, board = FrameRing(context, maker.layout, capacity), RequestBoard(context, tuple(live.parameters))
-        self._take_up(maker, ring, board, live)
+        plans = PlanBoard(context)
+        self._take_up(maker, ring, board, live, plan, plans)
+        self._worker = None if scene.surface is None else SurfaceWorker(context, scene.surface)
         self._pipe, theirs = context.Pipe()
+        worker = None if self._worker is None else self._worker.connection
         self._process = context.Process(
             target=_serve,
-            args=(ring, board, parameters, scene, host, port, theirs),
+            args=(ring, board, plans, parameters, scene, worker, host, port, theirs),
             name="palpate view",
             daemon=True,
         )
         self._process.start()
         theirs.close()
+        if worker is not None:
+            worker.close()  # the view's process has it: when that ends, the worker does
         self.url = self._wait_for_url()
 
-    def _take_up(self, maker: RowMaker, ring: FrameRing, board: RequestBoard, live: LiveParameters) -> None:
-        """Prepare to write periods, and to read requests."""
+    def _take_up(
+        self,
+        maker: RowMaker,
+        ring: FrameRing,
+        board: RequestBoard,
+        live: LiveParameters,
+        plan: PlanSource | None,
+        plans: PlanBoard,
+    ) -> None:
+        """Prepare to write periods and plans, and to read requests."""
         self._row, self._write = maker.row, RingWriter(ring).write
         self._board, self._live = BoardReader(board), live
+        self._news = _no_news if plan is None else plan.news
+        self._plan = PlanWriter(plans)
 
     def observe(self, sample: Sample, now: Observation, command: Command) -> None:
         """Take a period, and what people ask for; never waits."""
         if self._board.is_new:
             self._request()
+        plan = self._news()
+        if plan is not None:
+            self._plan.write(plan)
         self._write(self._row(now, command))
 
     def _request(self) -> None:
@@ -114,6 +138,11 @@ class LiveView:
         """Whether the view is still being served."""
         return self._process.is_alive()
 
+    @property
+    def makes_surface(self) -> bool:
+        """Whether the process that makes the map's surface is there."""
+        return self._worker is not None and self._worker.is_alive
+
     def wait(self) -> None:
         """Return when the view's process ends; Ctrl-C raises KeyboardInterrupt."""
         self._process.join()
@@ -126,6 +155,8 @@ class LiveView:
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
+        if self._worker is not None:
+            self._worker.close()
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -158,11 +189,17 @@ class LiveView:
         return said
 
 
+def _no_news() -> None:
+    """Of a plan that nobody has."""
+
+
 def _serve(
     ring: FrameRing,
     board: RequestBoard,
+    plans: PlanBoard,
     parameters: Sequence[LiveParameter],
     scene: ViewScene,
+    worker: Connection | None,
     host: str,
     port: int,
     pipe: Connection,
@@ -177,7 +214,8 @@ def _serve(
         pipe.send(error)
         return
     try:
-        drawing, reader = Drawing(server, scene), RingReader(ring)
+        feed = None if worker is None or scene.surface is None else SurfaceFeed(worker, scene.surface)
+        drawing, reader, plan_reader = Drawing(server, scene, feed=feed), RingReader(ring), PlanReader(plans)
         controls = LiveControls(server, parameters, BoardWriter(board).ask)
         last = reader.read()  # nothing: whoever writes waits for the address
         pipe.send(server.url)
@@ -189,11 +227,15 @@ def _serve(
                 return  # the loop's process has closed the pipe, or is gone
             frames = reader.read()
             controls.step(frames)
+            plan = plan_reader.news()
+            if plan is not None:
+                drawing.follow(plan)
             if len(frames):
                 last = frames
                 drawing.add(frames)
             elif len(last):
                 drawing.refresh(last)
                 last = frames
+            drawing.step()
     finally:
         server.stop()

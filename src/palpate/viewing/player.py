@@ -1,6 +1,7 @@
 """A recorded run in the view: played, stopped, wound on and back."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from multiprocessing import get_context
 from time import monotonic, sleep
 from types import TracebackType
 from typing import Self
@@ -8,10 +9,12 @@ from typing import Self
 import numpy as np
 
 from palpate.errors import InvalidValueError, positive
+from palpate.runtime.shown_plan import PlanChange
 from palpate.viewing.drawing import Drawing
 from palpate.viewing.frames import Frames
 from palpate.viewing.live_view import INTERVAL
 from palpate.viewing.server import LOOPBACK, USUAL_PORT, ViewServer
+from palpate.viewing.surface_worker import SurfaceFeed, SurfaceWorker
 from palpate.viewing.view_scene import ViewScene
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
@@ -28,7 +31,13 @@ class Player:
     """Serves a recorded run to browsers."""
 
     def __init__(
-        self, scene: ViewScene, frames: Frames, speed: float = 1.0, host: str = LOOPBACK, port: int = USUAL_PORT
+        self,
+        scene: ViewScene,
+        frames: Frames,
+        speed: float = 1.0,
+        host: str = LOOPBACK,
+        port: int = USUAL_PORT,
+        plans: Sequence[PlanChange] = (),
     ) -> None:
         """Start serving, at the beginning of the run.
 
@@ -39,6 +48,7 @@ class Player:
             speed: How many times as fast as it was; infinite for its end at once.
             host: Address to listen on.
             port: Where; 0 for one that is free.
+            plans: Of the run, in order; none if nobody knows.
 
         Raises:
             InvalidValueError: There is nothing to play, or a value is impossible.
@@ -59,9 +69,15 @@ class Player:
                 )
         self._frames, self._time = frames, frames.time - frames.time[0]
         self._duration = float(self._time[-1])
+        self._plans, self._followed = tuple(plans), 0
         self.server = ViewServer("palpate", host, port)
+        self._worker: SurfaceWorker | None = None
         try:
-            self.drawing = Drawing(self.server, scene, frames.postures(IN_VIEW))
+            feed = None
+            if scene.surface is not None:
+                self._worker = SurfaceWorker(get_context("spawn"), scene.surface)
+                feed = SurfaceFeed(self._worker.connection, scene.surface)
+            self.drawing = Drawing(self.server, scene, frames.postures(IN_VIEW), feed)
             gui = self.server.gui
             self._playing = gui.add_checkbox("play", True)
             speeds = sorted({f"{s:g} x" for s in SPEEDS} | {f"{speed:g} x"}, key=lambda text: float(text[:-2]))
@@ -69,7 +85,7 @@ class Player:
             longest = max(self._duration, SLIDER_STEP)
             self._slider = gui.add_slider("time [s]", 0.0, longest, SLIDER_STEP, 0.0)
         except BaseException:
-            self.server.stop()
+            self.close()
             raise
         self._now, self._shown, self._slid = 0.0, 0, 0.0
         self._advance_to(0.0)
@@ -90,6 +106,7 @@ class Player:
         Args:
             passed: Time since the last step [s].
         """
+        self.drawing.step()
         slid = float(self._slider.value)
         if slid != self._slid:  # somebody has moved it
             self._slid = slid
@@ -124,6 +141,8 @@ class Player:
     def close(self) -> None:
         """Stop serving; may be called more than once."""
         self.server.stop()
+        if self._worker is not None:
+            self._worker.close()
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -140,9 +159,23 @@ class Player:
         until = int(np.searchsorted(self._time, time, side="right"))
         if until < self._shown:
             self.drawing.clear()
-            self._shown = 0
+            self._shown = self._followed = 0
         if until > self._shown:
-            frames, self._shown = self._frames[self._shown : until], until
-            self.drawing.add(frames)
+            self._add_until(until)
             if until == len(self._frames) or not self._playing.value:
-                self.drawing.refresh(frames)
+                self.drawing.refresh(self._frames[until - 1 : until])
+
+    def _add_until(self, until: int) -> None:
+        """Take the frames before `until`, each under the plan that was there."""
+        while self._followed < len(self._plans):
+            change = self._plans[self._followed]
+            begins = int(np.searchsorted(self._frames.time, change.time, side="left"))
+            if begins >= until:
+                break
+            if begins > self._shown:
+                self.drawing.add(self._frames[self._shown : begins])
+                self._shown = begins
+            self.drawing.follow(change.plan)
+            self._followed += 1
+        self.drawing.add(self._frames[self._shown : until])
+        self._shown = until

@@ -63,8 +63,9 @@ class RowMaker:
             contact = finger.contact
             x, y, z = contact.centroid.tolist()
             fx, fy, fz, *_ = finger.wrench
+            nx, ny, nz = contact.normal.tolist()
             force, spin = contact.normal_force, contact.spin_torque
-            contacts += (x, y, z, fx, fy, fz, force, spin, finger.touching)
+            contacts += (x, y, z, fx, fy, fz, force, spin, nx, ny, nz, finger.touching)
         if len(now.fingers) < self._fingers:
             contacts += self._no_finger * (self._fingers - len(now.fingers))
         time, arm, hand = now.time, now.arm, now.hand

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
+from palpate.viewing.surface_view import SurfaceView
 
 Colour = tuple[int, int, int]
 """RGB, 0 to 255."""
@@ -81,6 +82,7 @@ class ViewScene:
         fingers: Name of the body whose frame is each finger's sensor frame.
         map_spacing: Distance below which points of the map are not told apart [m]; None for no map, which only
             a single fingertip makes.
+        surface: How the map becomes a surface that grows; None for its contacts alone.
     """
 
     title: str
@@ -88,6 +90,7 @@ class ViewScene:
     placement: Placement = field(default_factory=TipPlacement)
     fingers: tuple[str, ...] = (TIP,)
     map_spacing: float | None = 5e-4
+    surface: SurfaceView | None = None
 
     def __post_init__(self) -> None:
         if self.map_spacing is not None:
@@ -102,6 +105,8 @@ class ViewScene:
             raise InvalidValueError(
                 f"map_spacing = {self.map_spacing:g} m: only a single fingertip makes a map; give None"
             )
+        if self.surface is not None and self.map_spacing is None:
+            raise InvalidValueError("surface: there is none without a map; give map_spacing, or None for both")
 
     def corners(self, poses: Mapping[str, Pose]) -> FloatArray:
         """Return the vertices of all parts but the ground, base frame, shape (n, 3) [m]; a box if there are none.

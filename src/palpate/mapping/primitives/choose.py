@@ -22,10 +22,6 @@ ROUGHEST = 0.03
 ROUGHEST_TILT = math.radians(4.0)
 """Errors of normals above which a shape describes nothing: eight times those of a usual sensor."""
 
-CLEAR = 6.0
-"""Difference of criteria from which on the choice is clear: strong, on the scale of Kass and Raftery ("Bayes
-factors", 1995)."""
-
 _USABLE = (FitStatus.OK, FitStatus.WEAK, FitStatus.UNDETERMINED)
 
 
@@ -64,11 +60,6 @@ class PrimitiveChoice:
     def runner_up(self) -> PrimitiveKind:
         """The shape with the second criterion."""
         return sorted(self.criterion, key=self.criterion.__getitem__)[1]
-
-    @property
-    def is_clear(self) -> bool:
-        """Whether no other shape comes near; also if none was chosen."""
-        return self.kind is None or self.margin > CLEAR
 
 
 def choose_primitive(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveChoice:

@@ -6,83 +6,29 @@ from typing import ClassVar, Self
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.mapping.primitives.shape import (
-    LocalGeometry,
-    PrimitiveKind,
-    PrimitiveShape,
-    axes_along,
-    tangent,
-)
-from palpate.mapping.primitives.sphere import FLATTEST
+from palpate.mapping.primitives.round import FLATTEST, RoundShape
+from palpate.mapping.primitives.shape import PrimitiveKind, axes_along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CylinderShape(PrimitiveShape):
-    """An endless cylinder about the third axis of `rotation`.
-
-    Attributes:
-        radius: [m].
-        hollow: Whether the object is around it, as around a bore.
-    """
+class CylinderShape(RoundShape):
+    """An endless cylinder about the third axis of `rotation`."""
 
     KIND: ClassVar[PrimitiveKind] = PrimitiveKind.CYLINDER
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 3, 4)
-    SIZES: ClassVar[tuple[str, ...]] = ("radius",)
     FEWEST_POINTS: ClassVar[int] = 5
-
-    radius: float
-    hollow: bool = False
+    ACROSS: ClassVar[tuple[float, float, float]] = (1.0, 1.0, 0.0)
 
     @property
     def axis(self) -> FloatArray:
         """Direction of the axis, shape (3,)."""
         return self.rotation[:, 2]
 
-    @property
-    def sizes(self) -> FloatArray:
-        """The radius, shape (1,) [m]."""
-        return np.array([self.radius])
-
-    @property
-    def free_sizes(self) -> int:
-        """One."""
-        return 1
-
-    @property
-    def at_limit(self) -> bool:
-        """Whether it is as good as flat."""
-        return self.radius >= FLATTEST
-
-    def local_geometry(self, points: FloatArray, normals: FloatArray) -> LocalGeometry:
-        """Return distance and normal, across the axis."""
-        side = -1.0 if self.hollow else 1.0
-        across = points * [1.0, 1.0, 0.0]
-        reach = np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)
-        normal = side * across / reach[:, np.newaxis]
-        bend = tangent(normal)
-        bend[:, 2, 2] = 0.0
-        return LocalGeometry(
-            distance=side * (reach - self.radius),
-            normal=normal,
-            bend=side * bend / reach[:, np.newaxis, np.newaxis],
-            distance_by_size=np.full((len(points), 1), -side),
-            normal_by_size=np.zeros((len(points), 3, 1)),
-        )
-
-    def resized(self, step: FloatArray, center: FloatArray, rotation: FloatArray) -> Self:
-        """Return the cylinder elsewhere, of another radius."""
-        radius = float(np.clip(self.radius + step[0], 0.1 * self.radius, 10.0 * self.radius))
-        return type(self)(center, rotation, min(radius, FLATTEST), self.hollow)
-
     def placed(self, origin: FloatArray, scale: float, touched: FloatArray) -> Self:
         """Return the cylinder in the frame of the points, its center beside their middle."""
         center = origin + scale * self.center
         center = center + ((touched.mean(axis=0) - center) @ self.axis) * self.axis
         return type(self)(center, self.rotation, scale * self.radius, self.hollow)
-
-    def sizes_by_free(self) -> FloatArray:
-        """Return which motions are free, and the radius."""
-        return np.eye(7)[:, [0, 1, 3, 4, 6]]
 
 
 def cylinder_starts(points: FloatArray, normals: FloatArray) -> list[CylinderShape]:

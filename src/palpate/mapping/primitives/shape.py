@@ -96,13 +96,6 @@ class PrimitiveShape(ABC):
     def sizes_by_free(self) -> FloatArray:
         """Return the change of (shift 3, turn 3, sizes) per unit of (`MOTIONS`, free sizes)."""
 
-    @property
-    def pose_base_shape(self) -> FloatArray:
-        """Pose, shape (4, 4): maps coordinates in the shape's axes to the frame of the points."""
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = self.rotation, self.center
-        return pose
-
     def distance(self, points: FloatArray) -> FloatArray:
         """Return the signed distance of `points` (n, 3) from the surface, positive outside, shape (n,) [m]."""
         local = (np.asarray(points, dtype=np.float64) - self.center) @ self.rotation
@@ -129,8 +122,3 @@ def turned(rotation: FloatArray, rotvec: FloatArray) -> FloatArray:
     x, y, z = (rotvec / angle).tolist()
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(rotation @ (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K))
-
-
-def tangent(normal: FloatArray) -> FloatArray:
-    """Return I - n n' for each normal (n, 3), shape (n, 3, 3)."""
-    return np.asarray(np.eye(3) - normal[:, :, np.newaxis] * normal[:, np.newaxis, :])

@@ -1,13 +1,16 @@
 """Patches that overlap speak with one voice: a partition of unity."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray
 from palpate.mapping.surface_map.patch import Patch
+
+IndexArray = npt.NDArray[np.intp]
 
 SAME_SHEET_COS = 0.3
 """A patch whose normal differs by more than 73 degrees from that of the nearest contact is of another sheet."""
@@ -34,19 +37,39 @@ class Blend:
     surprise: FloatArray
 
 
-def blended(
-    points: FloatArray,
-    sheet_normals: FloatArray,
-    patches: Sequence[Patch],
-    centers: FloatArray,
-    reach: float,
-    *,
-    with_sd: bool,
-) -> Blend:
-    """Return what all patches within `reach` say, weighted by Wendland's (1 - r)^4 (4 r + 1).
+@dataclass(frozen=True, slots=True, eq=False)
+class Voice:
+    """What one patch says of k points that it reaches.
 
-    Neighbouring patches share their data, so their errors are taken as fully correlated: standard deviations are
-    averaged like the distances, never divided by the root of their number.
+    Attributes:
+        patch: The patch.
+        chosen: Which points, shape (k,).
+        local: They in the patch's frame, shape (k, 3) [m].
+        height: Of the surface there, shape (k,) [m].
+        slope: Of the surface there, shape (k, 2).
+        cos: Of the angle between the patch's axis and its surface, shape (k,).
+        weight: Shape (k,), from 0 on.
+    """
+
+    patch: Patch
+    chosen: IndexArray
+    local: FloatArray
+    height: FloatArray
+    slope: FloatArray
+    cos: FloatArray
+    weight: FloatArray
+
+    @property
+    def normal(self) -> FloatArray:
+        """Of the surface there, shape (k, 3)."""
+        upright = np.column_stack([-self.slope * self.cos[:, None], self.cos])
+        return np.asarray(upright @ self.patch.frame.axes)
+
+
+def voices(
+    points: FloatArray, sheet_normals: FloatArray, patches: Sequence[Patch], centers: FloatArray, reach: float
+) -> Iterator[Voice]:
+    """Go through the patches within `reach` of points, weighted by Wendland's (1 - r)^4 (4 r + 1).
 
     Args:
         points: Near the surface, shape (n, 3) [m].
@@ -54,13 +77,8 @@ def blended(
         patches: All patches.
         centers: Theirs, shape (p, 3) [m].
         reach: Where a weight ends [m].
-        with_sd: Whether standard deviations are wanted: they cost ten times the rest.
     """
-    n = len(points)
-    total, distance, surprise = np.zeros(n), np.zeros(n), np.zeros(n)
-    sd = np.zeros(n) if with_sd else np.full(n, np.nan)
-    normal = np.zeros((n, 3))
-    near = KDTree(points).query_ball_point(centers, reach) if n else []
+    near = KDTree(points).query_ball_point(centers, reach) if len(points) else []
     for patch, found in zip(patches, near, strict=False):
         if not found:
             continue
@@ -69,18 +87,37 @@ def blended(
         local = offset @ patch.frame.axes.T
         h, hx, hy = patch.heights(local[:, :2])
         cos = 1.0 / np.sqrt(1.0 + hx * hx + hy * hy)
-        n_local = np.stack([-hx * cos, -hy * cos, cos], axis=1) @ patch.frame.axes
         r = np.minimum(np.linalg.norm(offset, axis=1) / reach, 1.0)
         ramp = np.clip((cos - STEEP_COS) / (FLAT_COS - STEEP_COS), 0.0, 1.0)
         weight = (1.0 - r) ** 4 * (4.0 * r + 1.0) * ramp * ramp * (3.0 - 2.0 * ramp)
-        weight *= (n_local * sheet_normals[chosen]).sum(axis=1) > SAME_SHEET_COS
+        voice = Voice(patch, chosen, local, h, np.stack([hx, hy], axis=1), cos, weight)
+        weight *= (voice.normal * sheet_normals[chosen]).sum(axis=1) > SAME_SHEET_COS
+        yield voice
+
+
+def blended(heard: Iterable[Voice], count: int, *, with_sd: bool) -> Blend:
+    """Return what patches say together.
+
+    Neighbouring patches share their data, so their errors are taken as fully correlated: standard deviations are
+    averaged like the distances, never divided by the root of their number.
+
+    Args:
+        heard: From `voices`.
+        count: Number of points.
+        with_sd: Whether standard deviations are wanted: they cost ten times the rest.
+    """
+    total, distance, surprise = np.zeros(count), np.zeros(count), np.zeros(count)
+    sd = np.zeros(count) if with_sd else np.full(count, np.nan)
+    normal = np.zeros((count, 3))
+    for each in heard:
+        chosen, weight = each.chosen, each.weight
         total[chosen] += weight
-        distance[chosen] += weight * (local[:, 2] - h) * cos
-        normal[chosen] += weight[:, None] * n_local
-        surprise[chosen] += weight * patch.surprise
+        distance[chosen] += weight * (each.local[:, 2] - each.height) * each.cos
+        normal[chosen] += weight[:, None] * each.normal
+        surprise[chosen] += weight * each.patch.surprise
         if with_sd:
             speaks = weight > 0.0
-            sd[chosen[speaks]] += (weight * cos)[speaks] * patch.height_sd(local[speaks, :2])
+            sd[chosen[speaks]] += (weight * each.cos)[speaks] * each.patch.height_sd(each.local[speaks, :2])
     with np.errstate(invalid="ignore", divide="ignore"):
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         return Blend(distance / total, normal, sd / total, surprise / total)

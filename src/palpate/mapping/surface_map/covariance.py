@@ -23,6 +23,9 @@ the plane passes within a few noise deviations; 2 mm at a length scale of 10 mm 
 PLANE_SLOPE = 0.3
 """Standard deviation of the slope of a patch's plane: its axis is the normal of a contact, the rest is bend."""
 
+BENDINGS = ((0, 0), (0, 1), (1, 1))
+"""Second derivatives in their order: h_xx, h_xy, h_yy."""
+
 
 def surface_covariance(xy: FloatArray, xy_other: FloatArray, model: SurfaceModel) -> FloatArray:
     """Return the covariance of (h, h_x, h_y) at n points with those at m points.
@@ -117,6 +120,36 @@ def weighted_sums(xy_at: FloatArray, xy: FloatArray, weights: FloatArray, model:
     bend += A1 * w
     slopes = A1 @ u - xy_at * bend.sum(axis=1)[:, None] + bend @ xy + plane
     return np.concatenate([h[None], slopes.T])
+
+
+def bend_covariance(xy: FloatArray, xy_at: FloatArray, model: SurfaceModel) -> FloatArray:
+    """Return the covariance of (h, h_x, h_y) at n points with (h_xx, h_xy, h_yy) at m points, shape (3 n, 3 m).
+
+    One derivative more of those above, with d = x_at - x: cov(h, h_ij) = A2 d_i d_j - A1 delta_ij and
+    cov(grad_k h, h_ij) = (a / r) A2 d_i d_j d_k - A2 (delta_ij d_k + delta_ik d_j + delta_jk d_i). The plane is
+    not bent: it adds nothing.
+    """
+    a = math.sqrt(5.0) / model.length
+    s2 = model.height**2
+    d = np.stack([np.subtract.outer(xy_at[:, k], xy[:, k]).T for k in range(2)])
+    ar = a * np.sqrt(d[0] * d[0] + d[1] * d[1])
+    decay = np.exp(-ar)
+    A2 = (s2 * a**4 / 3.0) * decay
+    A1 = (s2 * a * a / 3.0) * (1.0 + ar) * decay
+    steep = a * a * A2 / np.where(ar > 0.0, ar, 1.0)  # times d_i d_j d_k: 0 at d = 0
+    n, m = len(xy), len(xy_at)
+    K = np.empty((3, n, 3, m))
+    for row, (i, j) in enumerate(BENDINGS):
+        K[0, :, row] = A2 * d[i] * d[j] - (A1 if i == j else 0.0)
+        for k in range(2):
+            straight = (i == j) * d[k] + (i == k) * d[j] + (j == k) * d[i]
+            K[1 + k, :, row] = steep * d[i] * d[j] * d[k] - A2 * straight
+    return K.reshape(3 * n, 3 * m)
+
+
+def bend_variance(model: SurfaceModel) -> FloatArray:
+    """Return the covariance of (h_xx, h_xy, h_yy) at a point before anything is felt, shape (3, 3) [1/m^2]."""
+    return model.curvature**2 / 3.0 * np.array([[3.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 3.0]])
 
 
 def height_variance(xy: FloatArray, model: SurfaceModel) -> FloatArray:

@@ -6,7 +6,10 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs, dtpttr, dtrtrs, dtrttp
 
 from palpate.errors import FloatArray
+from palpate.mapping.surface_map.agreement import Agreement
 from palpate.mapping.surface_map.covariance import (
+    bend_covariance,
+    bend_variance,
     height_covariance,
     height_variance,
     path_correlation,
@@ -91,12 +94,16 @@ class PatchData:
             tilt_root=(stretches.tilt * secant)[:, None, None] * (np.eye(2) + along),
         )
 
+    def height_noise(self, model: SurfaceModel) -> FloatArray:
+        """Return the covariance of what errs in heights, shape (n, n) [m^2]."""
+        C = path_correlation(self.path, self.extent, model.noise_length)
+        return np.asarray(model.noise**2 * np.outer(self.noise_root, self.noise_root) * C)
+
     def noise(self, model: SurfaceModel) -> FloatArray:
         """Return the covariance of what errs in `values`, shape (3 n, 3 n)."""
         n = len(self.xy)
         N = np.zeros((3 * n, 3 * n), order="F")
-        C = path_correlation(self.path, self.extent, model.noise_length)
-        N[:n, :n] = model.noise**2 * np.outer(self.noise_root, self.noise_root) * C
+        N[:n, :n] = self.height_noise(model)
         C = model.tilt**2 * path_correlation(self.path, self.extent, model.tilt_length)
         r = self.tilt_root
         for i in range(2):
@@ -156,6 +163,7 @@ class Patch:
         factor: Lower Cholesky factor of the data's covariance, packed by columns.
         surprise: Mean square of the data in units of what the model expects: 1 where the model holds, above it at
             edges, steps, and contacts that contradict each other.
+        agreement: How far its rows are off what the others say of them.
     """
 
     frame: PatchFrame
@@ -164,10 +172,17 @@ class Patch:
     weights: FloatArray
     factor: FloatArray
     surprise: float
+    agreement: Agreement
 
     @classmethod
-    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel) -> "Patch":
+    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, middle: float) -> "Patch":
         """Return the posterior of the heights over `frame` given `stretches`.
+
+        Args:
+            frame: Its plane.
+            stretches: What was felt there.
+            model: What to believe of surface and noise.
+            middle: Up to this distance from its centre rows tell whether they agree [m].
 
         Raises:
             FloatingPointError: The covariance is not positive definite, which `JITTER` excludes for finite data.
@@ -178,7 +193,12 @@ class Patch:
             raise FloatingPointError(f"covariance of {len(data.xy)} stretches with {model} is singular")
         weights, _ = dpotrs(factored.lower, data.values, lower=1)
         packed, _ = dtrttp(factored.lower, uplo="L")
-        return cls(frame, model.bent(bend), data.xy, weights, packed, factored.mean_square)
+        passing = (data.xy**2).sum(axis=1) <= middle * middle
+        noise = data.height_noise(model)
+        agreement = Agreement.of(
+            data.path, passing, noise, factored.lower, weights, max(1.0, factored.mean_square)
+        )
+        return cls(frame, model.bent(bend), data.xy, weights, packed, factored.mean_square, agreement)
 
     def heights(self, xy: FloatArray) -> FloatArray:
         """Return mean heights and slopes (h, h_x, h_y) at points of the plane, shape (3, m)."""
@@ -194,3 +214,19 @@ class Patch:
         white, _ = dtrtrs(lower, cross, lower=1, overwrite_b=1)
         left = height_variance(xy, self.model) - (white**2).sum(axis=0)
         return np.asarray(np.sqrt(np.maximum(left, 0.0) * max(1.0, self.surprise)))
+
+    def bends(self, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return second derivatives (h_xx, h_xy, h_yy) at points of the plane and their covariance.
+
+        Widened as `height_sd`.
+
+        Returns:
+            Shapes (m, 3) [1/m] and (m, 3, 3) [1/m^2].
+        """
+        cross = bend_covariance(self.xy, xy, self.model)
+        mean = (self.weights @ cross).reshape(3, -1).T
+        lower, _ = dtpttr(3 * len(self.xy), self.factor, uplo="L")
+        white, _ = dtrtrs(lower, cross, lower=1)
+        white = white.reshape(len(lower), 3, -1)
+        known = np.einsum("kim,kjm->mij", white, white)
+        return mean, np.asarray((bend_variance(self.model) - known) * max(1.0, self.surprise))

@@ -1,12 +1,16 @@
 """The surface of what was touched, as it grows."""
 
+import dataclasses
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray, InvalidValueError, numbers
 from palpate.mapping.cloud import TouchCloud
+from palpate.mapping.surface_map.agreement import Agreement
 from palpate.mapping.surface_map.answer import Knowledge, SurfaceAnswer
-from palpate.mapping.surface_map.blend import Blend, blended
+from palpate.mapping.surface_map.blend import Blend, Voice, blended, voices
 from palpate.mapping.surface_map.learn import Parameter, learn
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.patch import STEEPEST_COS, Patch, PatchData, PatchFrame
@@ -43,6 +47,7 @@ class SurfaceMap:
         self._centers = np.zeros((0, 3))
         self._axes = np.zeros((0, 3))
         self._tree: KDTree | None = None
+        self._agreement = Agreement()
 
     @classmethod
     def learned(cls, cloud: TouchCloud, settings: MapSettings | None = None) -> "SurfaceMap":
@@ -75,6 +80,11 @@ class SurfaceMap:
     def patches(self) -> tuple[Patch, ...]:
         """The patches, in the order in which the finger came by."""
         return tuple(self._patches)
+
+    @property
+    def agreement(self) -> Agreement:
+        """How well rows predict one another; its `factor` is on every standard deviation of the map."""
+        return self._agreement
 
     def add(self, cloud: TouchCloud) -> None:
         """Take in contacts that were felt after those before.
@@ -152,9 +162,16 @@ class SurfaceMap:
         if self._tree is None:
             n = len(points)
             return Blend(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan), np.full(n, np.nan))
+        found = blended(self.voices(points), len(points), with_sd=with_sd)
+        return dataclasses.replace(found, sd=self._agreement.factor * found.sd)
+
+    def voices(self, points: FloatArray) -> Iterator[Voice]:
+        """Go through what each patch says of points near the surface."""
+        if self._tree is None:
+            return iter(())
         _, nearest = self._tree.query(points)
         sheet = self._stretches.normal[nearest]
-        return blended(points, sheet, self._patches, self._centers, self._settings.patch_reach, with_sd=with_sd)
+        return voices(points, sheet, self._patches, self._centers, self._settings.patch_reach)
 
     def knowledge_at(self, feet: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
         """Return `Knowledge` and the distance to the nearest stretch at points of the surface, shapes (n,)."""
@@ -238,10 +255,13 @@ class SurfaceMap:
         near = np.linalg.norm(so_far.position - frame.center, axis=1) <= self._settings.patch_data
         members = np.flatnonzero(near & (so_far.normal @ frame.axis > STEEPEST_COS)).tolist()
         self._members.append(members)
-        self._patches.append(Patch.fitted(frame, self._stretches[index : index + 1], self._model))
+        self._patches.append(self._fitted(frame, self._stretches[index : index + 1]))
         self._centers = np.vstack([self._centers, frame.center])
         self._axes = np.vstack([self._axes, frame.axis])
         return len(self._patches) - 1
+
+    def _fitted(self, frame: PatchFrame, stretches: Stretches) -> Patch:
+        return Patch.fitted(frame, stretches, self._model, 0.5 * self._settings.patch_spacing)
 
     def _chosen(self, patch: int) -> np.ndarray:
         members = np.array(self._members[patch], dtype=np.intp)
@@ -253,7 +273,8 @@ class SurfaceMap:
     def _refit(self, changed: set[int]) -> None:
         for index in sorted(changed):
             stretches = self._stretches[self._chosen(index)]
-            self._patches[index] = Patch.fitted(self._patches[index].frame, stretches, self._model)
+            self._patches[index] = self._fitted(self._patches[index].frame, stretches)
+        self._agreement = Agreement.pooled(patch.agreement for patch in self._patches)
 
 
 def _or_zero(values: FloatArray) -> FloatArray:

@@ -8,25 +8,11 @@ from multiprocessing.connection import Pipe
 
 from joblib.externals.loky.backend import get_context
 
+from palpate.one_thread import ONE_THREAD
 from palpate.runtime.batch.worker import STOP, Message, serve
 
 PATIENCE = 5.0
 """For a worker to end by itself [s]: an interpreter with MuJoCo and numba takes about 0.1 s."""
-
-ONE_THREAD = dict.fromkeys(
-    (
-        "OMP_NUM_THREADS",
-        "OPENBLAS_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "BLIS_NUM_THREADS",
-        "VECLIB_MAXIMUM_THREADS",
-        "NUMEXPR_NUM_THREADS",
-        "NUMBA_NUM_THREADS",
-    ),
-    "1",
-)
-"""For every library that would start threads of its own: there is a process per core already. MuJoCo steps a
-simulation in the thread that calls it."""
 
 
 class WorkerProcess:

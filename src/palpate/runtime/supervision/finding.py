@@ -1,6 +1,6 @@
 """What was found to be wrong, and what became of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 
@@ -27,12 +27,14 @@ class Trip:
         measure: What was out of bounds.
         value: Its value, with unit.
         limit: The limit it broke, with unit.
+        aftermath: What the reaction did, and how it left things, once it is over; empty if it only stood still.
     """
 
     time: float
     measure: str
     value: str
     limit: str
+    aftermath: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         """One line for a person."""

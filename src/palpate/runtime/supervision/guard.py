@@ -27,8 +27,9 @@ from palpate.runtime.supervision.reactions import Reaction, Retract, Stop
 OVERSHOOT = 1.1
 """By which factor the measured speed may exceed the commanded one's limit: servos overshoot, sensors are noisy."""
 
-RELIEF = 0.5
-"""A finger that felt too much retracts until it feels this share of the limit."""
+RELIEF = 0.1
+"""A finger that felt too much is pressed, and backs off, as long as it feels more than this share of the limit:
+less than what a surface that follows it presses with before the tip answers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +53,13 @@ class Guard:
 def guards_of(limits: Limits) -> tuple[Guard, ...]:
     """Return the guards that every run has; the first ones vouch for the numbers that the others compare."""
     joints = (Guard(InsideJointRange(limits.joint_lower, limits.joint_upper)),) if limits.joint_lower else ()
-    # where the force says nothing of the relief, it is the whole way
-    out_of_it = (Retract(0.0), Stop())
+    out_of_it = (Retract(RELIEF * limits.force), Stop())
     return (
         Guard(FreshSamples(limits.sample_age)),
         Guard(FiniteState()),
         Guard(HealthySensors()),
         Guard(SensorsInRange(), reaction=out_of_it),
-        Guard(AtMost(CONTACT_FORCE, limits.force), reaction=(Retract(RELIEF * limits.force), Stop())),
+        Guard(AtMost(CONTACT_FORCE, limits.force), reaction=out_of_it),
         Guard(AtMost(CONTACT_MOMENT, limits.moment), reaction=out_of_it),
         Guard(AtMost(SPIN_TORQUE, limits.spin_torque), reaction=out_of_it),
         Guard(AtMost(GRIP_FORCE, limits.grip_force)),

@@ -1,15 +1,15 @@
 """What a robot does once a guard has tripped.
 
-A reaction is a pure function of where things stand; several in a tuple follow one another. The hand keeps its grip
-through all of them: whatever went wrong, what it holds is not dropped. After the last the robot stands still and
-the run ends.
+Several reactions in a tuple follow one another. One may remember what it has done: every trip works on copies of
+its own. The hand keeps its grip through all of them: whatever went wrong, what it holds is not dropped. After the
+last the robot stands still and the run ends.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
-from palpate.errors import not_negative, positive
+from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, FingerObservation, Observation, Phase
 from palpate.sensing.contact import ContactStatus
 from palpate.spatial import ZERO, Vector, norm, rotate, scale, subtract
@@ -55,39 +55,94 @@ class Hold:
         return Command(ZERO, Phase.HOLD, grip) if now.time - since.time < self.duration else None
 
 
-@dataclass(frozen=True, slots=True)
-class Retract:
-    """Draw the fingertip back from what it presses against.
+HARDER = 1.1
+"""A contact that presses by this factor more than when the tip began to back off from it keeps coming."""
 
-    Standing still is not enough there: position servos would press on. The way is along the contact normal of the
-    finger that feels most, out of the object; along the force, where no contact explains it. A hand that holds
-    something does not retract: drawing one finger back would drop it.
+PATIENCE = 2.0
+"""How much longer than it should take a tip may take to get clear of what pressed it: servos start slowly."""
+
+
+@dataclass(slots=True)
+class Retract:
+    """Draw the fingertip back from what presses against it, and follow if that keeps coming.
+
+    Standing still is not enough there: position servos would press on, and so would a surface that moves. While
+    the tip is pressed it backs off, faster if that does not help; then it goes on until it is `distance` clear,
+    and stands watching: whenever it is pressed again, it backs off again. It is over when nothing has pressed
+    for the time `quiet`; the supervisor bounds the whole time and way.
+
+    The way is along the contact normal of the finger that feels most, out of the object; along the force, where no
+    contact explains it. A hand that holds something does not retract: drawing one finger back would drop it.
+
+    A surface that comes with speed u presses harder by (u + v) K T before the tip, which moved towards it with v,
+    answers: T is the delay from a force to the tip's motion, K the stiffness of contact and robot in series.
 
     Attributes:
-        relieved: The force at which it is enough [N].
+        relieved: A tip that feels more than this is pressed [N].
         speed: [m/s].
-        distance: Longest way [m].
+        distance: How far it goes on when it is pressed no more [m].
+        fastest: Speed once backing off with `speed` has not kept the force from rising by `HARDER` [m/s].
+        quiet: How long it watches [s].
     """
 
     relieved: float
     speed: float = 0.02
     distance: float = 0.005
+    fastest: float = 0.1
+    quiet: float = 1.0
+    _away: Vector | None = field(default=None, init=False, repr=False, compare=False)
+    _felt: float = field(default=0.0, init=False, repr=False, compare=False)
+    _pressed: Observation | None = field(default=None, init=False, repr=False, compare=False)
+    _chased: bool = field(default=False, init=False, repr=False, compare=False)
+    _calm: float | None = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         not_negative("relieved", self.relieved, "N")
         positive("retract speed", self.speed, "m/s")
         positive("retract distance", self.distance, "m")
+        positive("fastest retract speed", self.fastest, "m/s")
+        not_negative("quiet", self.quiet, "s")
+        if self.fastest < self.speed:
+            raise InvalidValueError(
+                f"fastest retract speed = {self.fastest:g} m/s: must be at least the retract speed, "
+                f"{self.speed:g} m/s"
+            )
 
     def step(self, now: Observation, since: Observation, grip: Grip) -> Command | None:
         """See `Reaction`."""
         if grip is not None or since.hand is not None or not since.fingers:
             return None
-        felt = [norm(_force(finger)) for finger in now.fingers]
-        gone = norm(subtract(now.arm.position_base_tip, since.arm.position_base_tip))
-        if not (all(map(math.isfinite, felt)) and max(felt) > self.relieved and gone < self.distance):
+        forces = [norm(_force(finger)) for finger in now.fingers]
+        if not all(map(math.isfinite, forces)):
             return None
-        away = _way_out(since)
-        return None if away is None else Command(scale(self.speed, away), Phase.HOLD, grip)
+        felt = max(forces)
+        if self._pressed is None:
+            self._begin(since, max(norm(_force(finger)) for finger in since.fingers))
+        if felt > self.relieved:
+            return self._back_off(now, felt, grip)
+        return self._get_clear(now, since, grip)
+
+    def _begin(self, now: Observation, felt: float) -> None:
+        self._pressed, self._away, self._felt, self._chased, self._calm = now, _way_out(now), felt, False, None
+
+    def _back_off(self, now: Observation, felt: float, grip: Grip) -> Command | None:
+        if self._calm is not None:  # it came after the tip
+            self._begin(now, felt)
+        self._pressed = now
+        self._chased = self._chased or felt > HARDER * self._felt
+        return self._move(self.fastest if self._chased else self.speed, grip)
+
+    def _get_clear(self, now: Observation, since: Observation, grip: Grip) -> Command | None:
+        pressed = self._pressed or since
+        gone = norm(subtract(now.arm.position_base_tip, pressed.arm.position_base_tip))
+        if self._calm is None:
+            if gone < self.distance and now.time - pressed.time < PATIENCE * self.distance / self.speed:
+                return self._move(self.speed, grip)
+            self._calm = now.time
+        return Command(ZERO, Phase.HOLD, grip) if now.time - self._calm < self.quiet else None
+
+    def _move(self, speed: float, grip: Grip) -> Command | None:
+        return None if self._away is None else Command(scale(speed, self._away), Phase.HOLD, grip)
 
 
 def _way_out(since: Observation) -> Vector | None:

@@ -1,9 +1,12 @@
 """Limits that no controller can pass."""
 
+import math
+from copy import copy
 from dataclasses import replace
 
 from palpate.errors import LatchedError, positive
 from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.command_conditions import (
     CommandCondition,
     CommandedAcceleration,
@@ -16,10 +19,14 @@ from palpate.runtime.supervision.finding import Finding, Trip
 from palpate.runtime.supervision.guard import Guard, guards_of
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
-from palpate.spatial import ZERO, norm, scale
+from palpate.spatial import ZERO, Vector, norm, scale, toward
 
-LONGEST_REACTION = 1.0
-"""After this long [s] a reaction is over, finished or not."""
+LONGEST_REACTION = 10.0
+"""After this long [s] a reaction is over, finished or not: backing off from a surface that comes at 10 mm/s takes
+as long for `LONGEST_WAY`."""
+
+LONGEST_WAY = 0.1
+"""As far from where it tripped [m] a reaction ends, too."""
 
 
 class Supervisor:
@@ -39,6 +46,7 @@ class Supervisor:
         self.limits = limits or Limits()
         self.guards = (*guards_of(self.limits), *guards)
         self._command_conditions: tuple[CommandCondition, ...] = (WellFormed(),)
+        self._period = math.inf
         self.reset()
 
     def reset(self) -> None:
@@ -57,11 +65,11 @@ class Supervisor:
         """
         if self.trip is not None:
             raise LatchedError(f"the supervisor has tripped ({self.trip}): see to it, then call its reset()")
-        limits = self.limits
+        limits, self._period = self.limits, positive("period", period, "s")
         self._command_conditions = (
             WellFormed(),
             CommandedSpeed(limits.speed),
-            CommandedAcceleration(limits.acceleration, positive("period", period, "s")),
+            CommandedAcceleration(limits.acceleration, period),
             CommandedTurn(limits.angular_speed, limits.angular_acceleration, period),
             CommandedGrip(limits.grip_force),
         )
@@ -73,8 +81,10 @@ class Supervisor:
         self._broken_since: dict[int, float] = {}
         self._broken_at_trip: frozenset[int] = frozenset()
         self._stages: tuple[Reaction, ...] = ()
+        self._reaction: tuple[Reaction, ...] = ()
         self._since: Observation | None = None
-        self._began = 0.0
+        self._aftermath: Aftermath | None = None
+        self._told: Vector = ZERO
 
     @property
     def reacting(self) -> bool:
@@ -125,30 +135,57 @@ class Supervisor:
 
     def react(self, now: Observation) -> Command:
         """Return what is done after a trip."""
-        if self._since is None:
-            self._since, self._began = now, now.time
-        elif self._worse(now):
-            self.finished = True
+        if self._since is None or self._aftermath is None:
+            self._since, self._aftermath = now, Aftermath(now)
+        else:
+            self._aftermath.add(now)
+            if not self.finished:
+                self._end_if_worse(now, self._aftermath)
         self._before = now
         while self._stages and not self.finished:
             command = self._within_limits(self._stages[0].step(now, self._since, self._grip))
             if command is not None:
+                self._told = command.velocity_base_tip
                 return command
             self._stages, self._since = self._stages[1:], now
-        self.finished = True
+        if not self.finished:
+            self._finish(self._aftermath)
         return self.standstill()
 
+    def _end_if_worse(self, now: Observation, aftermath: Aftermath) -> None:
+        """End a reaction that runs into something new, takes too long, or leads too far."""
+        if not aftermath.duration < LONGEST_REACTION:
+            self._finish(aftermath, f"ended after {LONGEST_REACTION:g} s")
+        elif not aftermath.way < LONGEST_WAY:
+            self._finish(aftermath, f"ended after {1e3 * LONGEST_WAY:g} mm")
+        else:
+            for i, guard in enumerate(self.guards):
+                # what calls for the very same, a contact that presses harder for one, is no reason to break it off
+                if i in self._broken_at_trip or guard.reaction == self._reaction:
+                    continue
+                finding = guard.condition.broken(now, self._before)
+                if finding is not None:
+                    self._finish(aftermath, f"ended because {finding.measure} was {finding.value}")
+                    return
+
+    def _finish(self, aftermath: Aftermath, why: str = "") -> None:
+        self.finished = True
+        if self.trip is not None and (why or aftermath.moved):
+            self.trip = replace(self.trip, aftermath=aftermath.told(why))
+
     def _within_limits(self, command: Command | None) -> Command | None:
-        """A reaction's command, slowed down to the speed limit; None if it is none, or lets go."""
+        """A reaction's command, slowed down to the limits; None if it is none, or lets go of something.
+
+        A reaction begins with a stop, whatever the controller's last command was: its own commands alone keep to
+        the limit on acceleration.
+        """
         if command is None or self._command_conditions[0].broken(command, self._last) is not None:
             return None
         velocity, turn = command.velocity_base_tip, command.angular_velocity_base_tip
         fastest, widest = self.limits.speed, self.limits.angular_speed
-        excess = max(norm(velocity) / fastest, norm(turn) / widest)
-        if excess <= 1.0 and command.grip_force == self._grip:
-            return command
-        share = 1.0 / max(excess, 1.0)  # of both: the way stays the same
-        return Command(scale(share, velocity), command.phase, self._grip, scale(share, turn))
+        share = 1.0 / max(norm(velocity) / fastest, norm(turn) / widest, 1.0)  # of both: the way stays the same
+        velocity = toward(self._told, scale(share, velocity), self.limits.acceleration * self._period)
+        return Command(velocity, command.phase, self._grip, scale(share, turn))
 
     def standstill(self) -> Command:
         """Return the command to stand still without dropping anything: safe when nothing is known."""
@@ -169,15 +206,10 @@ class Supervisor:
 
     def _trip(self, time: float, finding: Finding, reaction: tuple[Reaction, ...]) -> None:
         self.trip = Trip(time, *finding)
-        self._stages = reaction
+        self._reaction, self._stages = reaction, tuple(copy(stage) for stage in reaction)
 
     def _broken(self, now: Observation, before: Observation | None) -> frozenset[int]:
         return frozenset(i for i, guard in enumerate(self.guards) if guard.condition.broken(now, before))
-
-    def _worse(self, now: Observation) -> bool:
-        """Whether the reaction runs into something new, or takes too long."""
-        in_time = now.time - self._began < LONGEST_REACTION
-        return not in_time or not self._broken(now, self._before) <= self._broken_at_trip
 
 
 def _told(error: Exception) -> str:

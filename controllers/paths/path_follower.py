@@ -1,4 +1,4 @@
-"""Follows a smooth curve given as many short chords, without stopping at each."""
+"""Follows a polygon: rests briefly at its corners, but not at those of a curve given as many short chords."""
 
 import math
 from itertools import pairwise
@@ -10,8 +10,12 @@ SHARPEST = math.radians(30.0)
 """A corner that turns by more is a corner, at which the tip stops; by less, part of a curve."""
 
 
-class CurveFollower:
-    """Drop-in for `PathFollower`: the same calls, but through gentle corners the tip keeps its speed.
+class PathFollower:
+    """Follows a polygon in the plane of the path with bounded acceleration.
+
+    The tip is steered back to its line with a rate of `STEERING`. The speed towards a corner at which it stops is
+    bounded by sqrt(2 a d), from which a can still stop it where it counts as arrived; through gentle corners it
+    keeps its speed.
 
     A corner that turns by phi between chords of length l stands for an arc of radius l / (2 tan(phi / 2)), and
     speed^2 / radius is kept below the acceleration. Towards slower places it brakes in time: speeds are bounded
@@ -19,7 +23,7 @@ class CurveFollower:
     """
 
     STEERING = 5.0
-    """Rate at which an offset from the line is taken back [1/s], as in `PathFollower`."""
+    """Rate at which an offset from the line is taken back [1/s]: a tenth of what a 100 rad/s servo allows."""
 
     ARRIVED = 1e-4
     """A corner at which the tip stops counts as reached this close to it [m]."""

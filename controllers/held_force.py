@@ -1,0 +1,108 @@
+"""The force on a surface from touch to loss: handed over, then held or led by a profile, the surface followed."""
+
+from palpate.controllers.explore_parameters import ExploreParameters
+from palpate.controllers.force_law import DirectForce, ForceLaw
+from palpate.controllers.force_profile import ForceProfile
+from palpate.controllers.landing import SETTLING_PUSH, Handover
+from palpate.controllers.normal_force import NormalForce
+from palpate.controllers.surface_motion import FASTEST_SURFACE, SurfaceFilter
+from palpate.runtime.data import ArmSample, Observation
+from palpate.runtime.live import LiveParameters
+from palpate.spatial import Vector, add, cross, dot
+
+HANDOVER = 0.5
+"""Of the settling time, in which the set force goes from what is felt at the touch to what is wanted: half of it
+is left to settle."""
+
+WATCH_AFTER = 3.0
+"""Delays of force control after a touch, until which what the contact does is not taken for the surface's motion:
+by then the knock of landing has died down."""
+
+
+class HeldForce:
+    """From what is felt to a velocity along the normal, over all touches of an exploration."""
+
+    def __init__(
+        self,
+        parameters: ExploreParameters,
+        period: float,
+        law: ForceLaw | None,
+        follow: SurfaceFilter | None,
+        profile: ForceProfile | None,
+    ) -> None:
+        """Take what `ExploreController` takes."""
+        gain = parameters.gain
+        self._parameters = parameters
+        self._force = NormalForce(law or DirectForce(gain), gain.stiffness, gain.delay, period, follow)
+        self._handover = Handover(HANDOVER * parameters.settle_time)
+        self._follows, self._watch_after = follow is not None, WATCH_AFTER * gain.delay
+        self._profile = profile
+        self.start()
+
+    def start(self) -> None:
+        """A new run begins."""
+        self._force.start()
+        self._touched = 0.0
+        self._sweeping_since: float | None = None
+
+    def touch(self, time: float) -> None:
+        """The tip has touched [s]: the set force is led from what it feels to what is wanted."""
+        self._handover.reset()
+        self._force.lift()
+        self._touched = time
+
+    def sweep(self, time: float) -> None:
+        """It sweeps [s]: a profile of the force begins with the first sweep of a run."""
+        if self._sweeping_since is None:
+            self._sweeping_since = time
+
+    def lose(self) -> None:
+        """Contact was lost that was to be kept."""
+        self._force.lose()
+
+    @property
+    def surface_velocity(self) -> float:
+        """Of the surface along the normal, away from the tip [m/s], as far as it is followed."""
+        return self._force.surface_velocity
+
+    def settling(self, now: Observation, normal: Vector, lever: Vector, live: LiveParameters) -> float:
+        """Return the velocity into the object while the force settles [m/s]; arguments as for `sweeping`."""
+        felt = now.fingers[0].contact.normal_force
+        wanted, _ = self._wanted(now.time, live)
+        if self._follows and now.time - self._touched >= self._watch_after:
+            self._watch(felt, normal, now.arm, lever)
+        wanted = self._handover.force(now.time, felt, wanted)
+        # what landed slowly, because the surface moves, has to come after it; a force that is too large is given
+        # way to as fast as any surface comes
+        fastest = max(self._parameters.landing_speed, SETTLING_PUSH if self._follows else 0.0)
+        push = self._force.step(wanted, felt, live.value("force_gain"), fastest, give_way=FASTEST_SURFACE)
+        # a surface that is taken for stiffer than it is seems to come on while the tip draws back from it: where
+        # too little is felt already, following that would let go
+        return max(push, 0.0) if felt < wanted else push
+
+    def sweeping(self, now: Observation, normal: Vector, lever: Vector, live: LiveParameters) -> float:
+        """Return the velocity into the object while the tip sweeps [m/s].
+
+        Args:
+            now: What is known; the first finger touches.
+            normal: Into the object, smoothed, base frame.
+            lever: From the tip frame's origin to the contact, base frame [m].
+            live: What may have been changed: force, speed and force gain.
+        """
+        felt = now.fingers[0].contact.normal_force
+        wanted, rate = self._wanted(now.time, live)
+        if self._follows:
+            self._watch(felt, normal, now.arm, lever)
+        fastest = max(self._parameters.landing_speed, live.value("speed"))
+        return self._force.step(wanted, felt, live.value("force_gain"), fastest, rate)
+
+    def _wanted(self, time: float, live: LiveParameters) -> tuple[float, float]:
+        """The force wanted now [N], and its rate when a command of now acts [N/s]."""
+        if self._profile is None:
+            return live.value("force"), 0.0
+        since = 0.0 if self._sweeping_since is None else time - self._sweeping_since
+        return self._profile.at(since)[0], self._profile.at(since + self._parameters.gain.delay)[1]
+
+    def _watch(self, felt: float, normal: Vector, arm: ArmSample, lever: Vector) -> None:
+        contact = add(arm.velocity_base_tip, cross(arm.angular_velocity_base_tip, lever))
+        self._force.watch(dot(normal, contact), felt)

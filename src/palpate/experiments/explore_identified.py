@@ -1,0 +1,96 @@
+"""What pressing has found, as an exploration's force control goes by it, and as text for its log."""
+
+from dataclasses import dataclass, fields
+
+from palpate.controllers import Admittance, DirectForce, ForceGain, ForceLaw, Identification, VirtualBody
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.strict_decode import decode, read_mapping
+from palpate.yaml_text import yaml_text
+
+IDENTIFIED_TEXT = "identified.yaml"
+"""Under this name a log keeps it."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedForce:
+    """The law of force control that pressing has found, and the margins that it was measured to have.
+
+    Attributes:
+        contact_stiffness: K of the contact alone [N/m].
+        contact_stiffness_sd: Its standard deviation [N/m].
+        series_stiffness: Of contact and servo [N/m].
+        delay: Of a delayed integrator with the law's k K T [s].
+        damping: Steady force error per velocity, 1 / k [N s/m].
+        mass: Of the virtual body [kg]; 0: the law is the direct one.
+        gain_margin: By which factor the response may grow before the loop oscillates.
+        phase_margin_deg: [degrees].
+    """
+
+    contact_stiffness: float
+    contact_stiffness_sd: float
+    series_stiffness: float
+    delay: float
+    damping: float
+    mass: float
+    gain_margin: float
+    phase_margin_deg: float
+
+    def __post_init__(self) -> None:
+        for name, unit in _UNITS.items():
+            positive(name, getattr(self, name), unit)
+        not_negative("contact_stiffness_sd", self.contact_stiffness_sd, "N/m")
+        not_negative("mass", self.mass, "kg")
+
+    @classmethod
+    def of(cls, found: Identification) -> "IdentifiedForce":
+        """Return the better of the laws that an identification gives."""
+        contact, better = found.stiffness, found.admittance
+        if better is None:
+            gain = found.gain
+            return cls(
+                contact.value, contact.sd, gain.stiffness, gain.delay, 1.0 / gain.gain, 0.0,
+                gain.gain_margin, found.phase_margin_deg,
+            )  # fmt: skip
+        body = better.body
+        return cls(
+            contact.value, contact.sd, body.stiffness, body.delay, body.damping, body.mass,
+            better.gain_margin, better.phase_margin_deg,
+        )  # fmt: skip
+
+    @property
+    def gain(self) -> ForceGain:
+        """Velocity per steady force error."""
+        return ForceGain(1.0 / self.damping, self.series_stiffness, self.delay)
+
+    def law(self, period: float) -> ForceLaw:
+        """Return a fresh law for a control period [s]."""
+        if self.mass == 0.0:
+            return DirectForce(self.gain)
+        return Admittance(VirtualBody(self.mass, self.damping, self.series_stiffness, self.delay), period)
+
+
+_UNITS = {
+    "contact_stiffness": "N/m",
+    "series_stiffness": "N/m",
+    "delay": "s",
+    "damping": "N s/m",
+    "gain_margin": "",
+    "phase_margin_deg": "degrees",
+}
+
+
+def identified_text(found: IdentifiedForce) -> str:
+    """Return it as YAML; `read_identified` gives back the very same."""
+    return yaml_text({field.name: getattr(found, field.name) for field in fields(found)})
+
+
+def read_identified(text: str) -> IdentifiedForce:
+    """Return what `identified_text` wrote.
+
+    Raises:
+        InvalidValueError: A key is misspelt, or a value of the wrong type or impossible.
+    """
+    try:
+        return decode(read_mapping(text, "what was identified"), IdentifiedForce, text)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{IDENTIFIED_TEXT}: {error}") from None

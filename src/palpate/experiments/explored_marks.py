@@ -1,0 +1,38 @@
+"""What an exploration says besides the surface: in words, and as a file."""
+
+import csv
+import io
+import os
+from collections import Counter
+
+from palpate.atomic_file import replacing
+from palpate.controllers.paths import Event, Mark
+
+NOT_FELT = frozenset({Event.STEEP, Event.LOST, Event.UNREACHABLE, Event.BLOCKED, Event.OPEN})
+"""Events that left out part of what was to be felt; the others are of what was."""
+
+
+def marks_text(marks: tuple[Mark, ...]) -> str:
+    """Return how many of which marks there are, as in "2 steep, 1 lost"; "none" if there are none."""
+    counted = Counter(mark.event for mark in marks)
+    return ", ".join(f"{count} {event.value}" for event, count in counted.items()) or "none"
+
+
+def not_felt(marks: tuple[Mark, ...]) -> tuple[Mark, ...]:
+    """Return the marks of places that were to be felt and were not."""
+    return tuple(mark for mark in marks if mark.event in NOT_FELT)
+
+
+def write_marks_csv(marks: tuple[Mark, ...], path: str | os.PathLike[str]) -> None:
+    """Write marks as CSV, in order: x_m, y_m, z_m in the base frame, event, reason.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("x_m", "y_m", "z_m", "event", "reason"))
+    for mark in marks:
+        writer.writerow((*(f"{value:.6f}" for value in mark.position), mark.event.value, mark.reason))
+    with replacing(path) as file:
+        file.write(text.getvalue().encode())

@@ -1,0 +1,73 @@
+"""From a controller that explores to what people see of its plan."""
+
+from collections.abc import Sequence
+
+from palpate.controllers import ExploreController
+from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, Stroke, Touch
+from palpate.runtime import Command, Observation, Sample
+from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
+
+LOOK_EVERY = 10
+"""Periods between two looks at the marks: ten milliseconds, three times as often as pictures are drawn."""
+
+
+class PlanWatch:
+    """Tells when the plan of a controller has changed. A `PlanSource`."""
+
+    def __init__(self, controller: ExploreController) -> None:
+        """Take what is to be watched."""
+        self._controller = controller
+        self._leg: Leg | None = None
+        self._marks, self._periods = 0, 0
+
+    def news(self) -> ShownPlan | None:
+        """See `PlanSource`: a fraction of a microsecond where nothing is new."""
+        controller, leg = self._controller, self._controller.leg
+        self._periods -= 1
+        if leg is self._leg and self._periods > 0:
+            return None
+        self._periods = LOOK_EVERY
+        marks = controller.strategy.marks
+        if leg is self._leg and len(marks) == self._marks:
+            return None
+        self._leg, self._marks = leg, len(marks)
+        return shown_plan(leg, controller.strategy.plane, marks)
+
+
+class PlanDiary:
+    """An `Observer` that keeps every plan of a run."""
+
+    def __init__(self, controller: ExploreController) -> None:
+        """Take what is to be watched."""
+        self._watch = PlanWatch(controller)
+        self._changes: list[PlanChange] = []
+
+    def observe(self, sample: Sample, now: Observation, command: Command) -> None:
+        """Keep the plan if it is another one."""
+        plan = self._watch.news()
+        if plan is not None:
+            self._changes.append(PlanChange(now.time, plan))
+
+    @property
+    def changes(self) -> tuple[PlanChange, ...]:
+        """Each plan, and from when on it was the one."""
+        return tuple(self._changes)
+
+
+def shown_plan(leg: Leg | None, plane: PathPlane, marks: Sequence[Mark]) -> ShownPlan:
+    """Return what a view shows of a leg and of marks."""
+    shown = tuple(ShownMark(mark.event.value, mark.position) for mark in marks)
+    name: str = ""
+    points: tuple[Point, ...] = ()
+    match leg:
+        case Hop():
+            name, points = "hop", (leg.to,)
+        case Stroke():
+            name, points = "stroke", leg.corners
+        case Touch():
+            name, points = "touch", (leg.at,)
+        case Circuit():
+            name = "circuit"  # where it leads, only what is felt tells
+        case None:
+            pass
+    return ShownPlan(name, tuple(plane.base(point) for point in points), plane.axis, shown)

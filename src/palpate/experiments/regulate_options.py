@@ -1,0 +1,49 @@
+"""Where the values of a regulation come from: default < robot file < experiment file < command line.
+
+What a robot file says of fingertip, noise and period, the plan takes from there where nothing else is said.
+"""
+
+from collections.abc import Sequence
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from palpate.experiments.explore_options import option
+from palpate.experiments.regulate_config import RegulateConfig
+
+
+@dataclass(frozen=True, slots=True)
+class RegulateOptions(RegulateConfig):
+    """What people can type for a regulation: its values, and a file with more of them."""
+
+    config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
+    """Experiment file: lines like `force: 3`, with the names of these options. What is typed here goes before what
+    it says, and that before what the robot file says."""
+
+    @property
+    def settled(self) -> RegulateConfig:
+        """The values alone, wherever they came from."""
+        return RegulateConfig(**{field.name: getattr(self, field.name) for field in fields(RegulateConfig)})
+
+
+def default_options(arguments: Sequence[str]) -> RegulateOptions:
+    """Return what holds if nothing more is typed than the file that is named.
+
+    It is not checked as a whole, for what is typed comes on top.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or something in it is wrong.
+    """
+    values: dict[str, object] = {}
+    config = option("config", arguments)
+    if config is not None:
+        from palpate.experiments.experiment_file import load_overlay
+
+        values = {"config": Path(config), **load_overlay(Path(config), RegulateConfig)}
+    options = object.__new__(RegulateOptions)
+    for field in fields(RegulateOptions):
+        assert field.default is not MISSING  # every option has one
+        object.__setattr__(options, field.name, values.get(field.name, field.default))
+    return options

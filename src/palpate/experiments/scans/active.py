@@ -1,0 +1,80 @@
+"""Coarse rows, then closer ones where the map would err."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.controllers.paths import Active, ActiveSettings, Goal, Measure, PathPlane, Point, Strategy
+from palpate.errors import FloatArray
+from palpate.experiments.explore_fit import Region
+from palpate.experiments.scans.effort import Effort
+
+
+@dataclass(frozen=True, slots=True)
+class ActiveScan:
+    """Coarse rows, then closer ones where the map would err.
+
+    Attributes:
+        region: The rectangle.
+        goal: When it is enough.
+        missed: Ends of rows at which the tip would meet nothing; None: there are none.
+    """
+
+    region: Region
+    goal: Goal
+    missed: int | None = None
+
+    @property
+    def prior(self) -> float:
+        """Distance of rows that every part gets [m]."""
+        return ActiveSettings.suited(self.goal.measure).prior
+
+    @property
+    def begin(self) -> Point:
+        """As `Scan`."""
+        return self.region.corners[0]
+
+    @property
+    def box(self) -> tuple[Point, Point]:
+        """As `Scan`."""
+        return self.region.corners
+
+    @property
+    def row(self) -> float:
+        """As `Scan`."""
+        return self.region.width
+
+    @property
+    def line(self) -> str:
+        """As `Scan`."""
+        what = "RMS" if self.goal.measure is Measure.RMS else "at most"
+        return f"{self.region.line}, until the map errs by {1e3 * self.goal.error:.3g} mm {what}"
+
+    def passes(self, places: FloatArray) -> npt.NDArray[np.bool_]:
+        """As `Scan`."""
+        return self.region.holds(places)
+
+    def strategy(self, plane: PathPlane, effort: Effort) -> Strategy:
+        """As `Scan`."""
+        region = self.region
+        # the goal counts ways at one speed: take that of a whole row, with the way to it
+        speed = (region.width + self.prior) / self._each(effort)
+        goal = replace(self.goal, speed=speed)
+        return Active(region.width, region.depth, goal, center=region.center, plane=plane)
+
+    def duration(self, effort: Effort) -> float:
+        """As `Scan`: rows as close as a smooth surface asks for, half as many again for its details."""
+        rows = 1.5 * (self.region.depth / self.prior + 1.0)
+        misses = (self.missed or 0) * effort.missing
+        return effort.ends + rows * self._each(effort) + misses
+
+    def longest(self, effort: Effort) -> float:
+        """As `Scan`: all rows as close as they may be."""
+        finest = 2.0 * ActiveSettings.suited(self.goal.measure).finest
+        each = self._each(effort) + effort.hop(self.region.width, effort.descent)
+        return effort.ends + 3.0 * (self.region.depth / finest + 1.0) * each
+
+    def _each(self, effort: Effort) -> float:
+        """A row and the way to it, which is slid where nothing is in the way."""
+        return effort.piece(self.region.width) + effort.piece(self.prior)

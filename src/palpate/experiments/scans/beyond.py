@@ -1,0 +1,83 @@
+"""What is foreseen of a path that may leave the object."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from palpate.controllers.paths import Point, Waypoints
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.scans.effort import Effort
+from palpate.experiments.tip_surface import TipSurface
+from palpate.sim import SceneObject
+
+CUT = 5e-3
+"""It is asked so often along a path whether the tip meets the object there [m]."""
+
+LEAST_PIECE = 2e-4
+"""The first corner is no closer than this to where a path begins [m]: twice what gives a direction."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """What is foreseen of a path that leaves the object.
+
+    Attributes:
+        path: From the first place on that can be touched: a path ends where nothing is met at its beginning.
+        missed: Places at which nothing will be met, about.
+    """
+
+    path: Waypoints
+    missed: int
+
+
+def wasted(beyond: Beyond | None, effort: Effort) -> float:
+    """Return the time in which nothing is met [s]."""
+    return 0.0 if beyond is None else beyond.missed * effort.missing
+
+
+def longest_hops(beyond: Beyond | None, length: float, effort: Effort) -> float:
+    """Return how long it takes at most to look for the surface again and again along a path [s]."""
+    return 0.0 if beyond is None else length / CUT * effort.hop(CUT, effort.miss)
+
+
+def in_pieces(corners: Sequence[Point], longest: float) -> list[Point]:
+    """Return a polygon with corners in between, so that none of its pieces is longer than `longest` [m]."""
+    path = list(corners[:1])
+    for a, b in pairwise(corners):
+        count = max(1, math.ceil(math.dist(a, b) / longest - 1e-9))
+        path += [(a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count + 1)]
+    return path
+
+
+def foreseen_beyond(target: SceneObject, config: ExploreConfig, corners: tuple[Point, ...]) -> Beyond | None:
+    """Return what is foreseen of a path that may leave the object; None if it may not.
+
+    Raises:
+        InvalidValueError: None of it can be touched.
+    """
+    missed = missed_places(target, config, tuple(in_pieces(corners, CUT)))
+    if missed is None:
+        return None
+    path = list(corners)
+    while len(path) > 1:
+        pieces = in_pieces(path[:2], CUT)
+        first = next((place for place in pieces[:-1] if target.reachable(*place, min(config.tip))), None)
+        if first is not None:
+            rest = path[1:] if math.dist(path[1], first) > LEAST_PIECE else path[2:]
+            return Beyond(Waypoints((first, *rest)), missed)
+        path.pop(0)
+    raise InvalidValueError(
+        f"beyond: the {config.strategy} nowhere meets a part of the {config.object} that can be touched from "
+        "above; move it there (--center)"
+    )
+
+
+def missed_places(target: SceneObject, config: ExploreConfig, places: tuple[Point, ...]) -> int | None:
+    """Return the number of places at which the tip would meet nothing, where it may go there."""
+    if not config.beyond:
+        return None
+    return int((~TipSurface.of(target, config.tip).meets(np.array(places))).sum())

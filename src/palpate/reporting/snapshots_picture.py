@@ -1,0 +1,185 @@
+"""The map at a few moments, from above: how well it was known, where the tip had been, and what it was up to."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from palpate.errors import FloatArray
+from palpate.reporting.error_picture import GROUND
+from palpate.reporting.growth_data import GrowthReport, GrowthSnapshot
+from palpate.reporting.growth_picture import AREA, share_text
+from palpate.reporting.style import (
+    FONT_SIZE,
+    HEIGHT_COLOURS,
+    INK,
+    MICRO,
+    MILLI,
+    PATH,
+    TRUE,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+)
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<")
+"""One per event, in the order in which they came: as many as there are events."""
+
+MARK_COLOURS = ("#ffffff", "#e69f00", "#cc79a7", "#56b4e9", "#f0e442")
+"""Pale ones of the palette of Okabe and Ito, inside a dark rim: they stand out on every colour of the map."""
+
+LARGEST_MARK, SMALLEST_MARK = 8.5, 5.0
+"""Of the first event and of the last [points]: later ones do not cover it where they share a place."""
+
+DONE_POINTS = 3000
+"""The way is drawn with about so many points: more than pixels can tell apart."""
+
+ROOM = 0.06
+"""Around all that is drawn, of its extent."""
+
+FLATTEST, TALLEST = 0.35, 1.3
+"""Height over width of a panel, whatever the shape of what was explored."""
+
+HEADER = 0.95
+"""Of a picture, for legend and colour bar [inch]."""
+
+
+def snapshots_picture(told: GrowthReport) -> Picture:
+    """Return the map at each snapshot, all in one scale of colours and lengths."""
+    count = len(told.snapshots)
+    limits = _limits(told.snapshots)
+    across = 2 if count > 1 else 1
+    full = _figure(told, Width.FULL if across == 2 else Width.HALF, across, limits)
+    narrow = _figure(told, Width.HALF, 1, limits) if across == 2 else None
+    events = _events(told.snapshots[-1])
+    counts = "; ".join(f"{len(places)} x {event}" for event, places in events.items())
+    marks = f" Marks: {counts}." if counts else ""
+    ground = "where the ground is grey, nothing was known"
+    if not told.curve.area.any():
+        ground = "contacts are too far apart, or on one line: nothing of the surface counts as observed"
+    return Picture(
+        title="The map while it grew",
+        caption=(
+            "Seen from above; over each, the area observed and its median standard deviation. The colour tells "
+            f"the standard deviation of the surface's place; {ground}. Dashed: "
+            f"what the leg of that moment had still before it.{marks}"
+        ),
+        full=full,
+        narrow=narrow,
+        dense=True,
+    )
+
+
+def _figure(told: GrowthReport, width: Width, across: int, limits: FloatArray) -> Figure:
+    rows = -(-len(told.snapshots) // across)
+    shape = float(np.clip((limits[1, 1] - limits[1, 0]) / (limits[0, 1] - limits[0, 0]), FLATTEST, TALLEST))
+    panel = width.value / across
+    figure = new_figure(width, HEADER + rows * (shape * (panel - 0.7) + 0.6))
+    axes = figure.subplots(rows, across, squeeze=False).ravel().tolist()
+    most = MICRO * max(told.largest_sd, 1e-9)
+    norm = Normalize(0.0, most)
+    names = list(_events(told.snapshots[-1]))
+    for each, place in zip(told.snapshots, axes, strict=False):
+        _draw(each, place, norm, names)
+        place.set_title(
+            _heading(told, each.moment),
+            fontsize=FONT_SIZE,
+            color=INK,
+            loc="left",
+        )
+        place.set_xlim(*limits[0].tolist())
+        place.set_ylim(*limits[1].tolist())
+    for place in axes[len(told.snapshots) :]:
+        place.set_visible(False)
+    if told.curve.area.any():
+        _add_bar(figure, axes, norm)
+    legend_above(figure, axes, 4 if width is Width.FULL else 3)
+    return figure
+
+
+def _add_bar(figure: Figure, axes: Sequence[Axes], norm: Normalize) -> None:
+    bar = figure.colorbar(
+        ScalarMappable(norm, HEIGHT_COLOURS), ax=list(axes), extend="max", shrink=0.7, aspect=40, location="bottom"
+    )
+    bar.set_label("standard deviation [µm]", fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    bar.locator = MaxNLocator(6)
+    bar.update_ticks()
+
+
+def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize, events: Sequence[str]) -> None:
+    mesh = each.mesh
+    if len(mesh.triangles):
+        order = np.argsort(mesh.vertices[mesh.triangles, 2].mean(axis=1), kind="stable")  # the upper ones last
+        corners = mesh.triangles[order]
+        axes.tripcolor(
+            MILLI * mesh.vertices[:, 0],
+            MILLI * mesh.vertices[:, 1],
+            corners,
+            facecolors=MICRO * mesh.sd[corners].mean(axis=1),
+            cmap=HEIGHT_COLOURS,
+            norm=norm,
+            edgecolors="face",
+            linewidth=0.2,
+            rasterized=True,
+        )
+    done = MILLI * each.done[:: max(len(each.done) // DONE_POINTS, 1)]
+    if len(done):
+        axes.plot(done[:, 0], done[:, 1], color=PATH, linewidth=0.7, alpha=0.75, label="way of the tip")
+        axes.plot(*done[-1, :2], "o", color=PATH, markersize=4.0, label="tip")
+    if len(each.to_go) > 1:
+        to_go = MILLI * each.to_go
+        axes.plot(to_go[:, 0], to_go[:, 1], color=TRUE, linewidth=1.1, linestyle=(0, (3, 2)), label="still to go")
+    for event, places in _events(each).items():
+        number = events.index(event)
+        axes.plot(
+            *(MILLI * places[:, :2].T),
+            MARKERS[number % len(MARKERS)],
+            markerfacecolor=MARK_COLOURS[number % len(MARK_COLOURS)],
+            markeredgecolor=INK,
+            markersize=max(LARGEST_MARK - 0.5 * number, SMALLEST_MARK),
+            markeredgewidth=0.8,
+            linewidth=0.0,
+            label=event,
+            zorder=5.0,
+        )
+    axes.set_facecolor(GROUND)
+    axes.set_aspect("equal", adjustable="box")
+    dress(axes, x="x [mm]", y="y [mm]", grid=False)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5))
+
+
+def _heading(told: GrowthReport, moment: int) -> str:
+    curve = told.curve
+    known = f"{AREA * curve.area[moment]:.3g} cm²"
+    if np.isfinite(curve.middle[moment]):
+        known += f", sd {MICRO * curve.middle[moment]:.3g} µm"
+    return f"{share_text(told, moment)} of the way, {curve.time[moment]:.1f} s: {known}"
+
+
+def _events(each: GrowthSnapshot) -> dict[str, FloatArray]:
+    """Return where each event was, in the order in which they came first, shapes (n, 3) [m]."""
+    found: dict[str, list[tuple[float, ...]]] = {}
+    for mark in each.marks:
+        found.setdefault(str(mark.event), []).append(mark.position)
+    return {event: np.array(places) for event, places in found.items()}
+
+
+def _limits(snapshots: Sequence[GrowthSnapshot]) -> FloatArray:
+    """Return lowest and highest x and y of all that is drawn, with room, shape (2, 2) [mm]."""
+    seen = [each.mesh.vertices[:, :2] for each in snapshots]
+    seen += [part[:, :2] for each in snapshots for part in (each.done, each.to_go) if len(part)]
+    seen += [np.array([mark.position[:2] for mark in each.marks]).reshape(-1, 2) for each in snapshots]
+    points = np.concatenate(seen)
+    if not len(points):
+        return np.array([[-1.0, 1.0], [-1.0, 1.0]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = max(ROOM * float((high - low).max()), 1e-4)
+    return np.asarray(MILLI * np.column_stack([low - room, high + room]))

@@ -1,0 +1,50 @@
+"""What happened after a trip, told in the end."""
+
+from palpate.runtime.data import Observation
+from palpate.runtime.supervision.measures import CONTACT_FORCE
+from palpate.spatial import norm, subtract
+
+
+class Aftermath:
+    """Watches a reaction.
+
+    Attributes:
+        duration: So far [s].
+        way: From where it tripped [m].
+        farthest: Largest way so far [m].
+        hardest: Largest contact force of any finger so far [N].
+        force: Of the finger that feels most, now [N].
+    """
+
+    def __init__(self, first: Observation) -> None:
+        """Take the observation of the trip."""
+        self._first = first
+        self.duration = self.way = self.farthest = 0.0
+        self.force = self.hardest = CONTACT_FORCE.of(first)
+
+    def add(self, now: Observation) -> None:
+        """Take a period."""
+        self.duration = now.time - self._first.time
+        self.way = norm(subtract(now.arm.position_base_tip, self._first.arm.position_base_tip))
+        self.force = CONTACT_FORCE.of(now)
+        if self.way > self.farthest:
+            self.farthest = self.way
+        if self.force > self.hardest:
+            self.hardest = self.force
+
+    @property
+    def moved(self) -> bool:
+        """Whether it took any time: a plain stop takes none."""
+        return self.duration > 0.0
+
+    def told(self, why: str = "") -> str:
+        """Return it in words.
+
+        Args:
+            why: It ended early; empty if it did not.
+        """
+        words = (
+            f"backed off {1e3 * self.farthest:.1f} mm within {self.duration:.2f} s, "
+            f"felt at most {self.hardest:.3g} N and {self.force:.3g} N at the end"
+        )
+        return f"{words} ({why})" if why else words

@@ -1,0 +1,360 @@
+"""Every leg that a strategy may ask for, and every end that it may come to."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.controllers import ExploreController, ExploreParameters, Room, force_gain
+from palpate.controllers.paths import (
+    Circuit,
+    Contour,
+    Follow,
+    Hop,
+    LegEnd,
+    LevelSteering,
+    PathPlane,
+    Stroke,
+    Taps,
+    Touch,
+    Waypoints,
+)
+from palpate.controllers.paths.path_follower import PathFollower
+from palpate.runtime.data import Phase
+from palpate.spatial import IDENTITY
+from spring_world import PERIOD, RADIUS, STIFFNESS, Explored, Script, SpringWorld
+
+GAIN = force_gain(STIFFNESS, 0.0215)
+WANTED = ExploreParameters(
+    force=2.0, speed=0.02, gain=GAIN, lead=0.002, approach_distance=0.008, settle_time=0.1, travel_speed=0.04
+)
+ABOVE = RADIUS + 1e-3
+FLAT = PathPlane()
+
+
+def floor(p):
+    return p[2]
+
+
+def step_up(p):
+    """A floor, and from x = 6 mm on a block 3 mm high."""
+    block = np.array([6e-3 - p[0], p[2] - 3e-3])
+    outside = np.maximum(block, 0.0)
+    return min(p[2], math.hypot(*outside) + min(max(block), 0.0))
+
+
+def run(strategy, distance=floor, start=(0.0, 0.0, ABOVE), seconds=20.0, wanted=WANTED, **world):
+    made = SpringWorld(distance, start, **world)
+    return Explored(ExploreController(wanted, strategy, PERIOD), made, seconds)
+
+
+# hops
+
+
+def test_a_hop_lifts_rises_travels_level_and_lands():
+    script = Script(FLAT, Hop((0.0, 0.0)), Hop((0.012, 0.005)))
+    # a start 8 mm up: the way back is higher than the lift
+    e = run(script, start=(0.0, 0.0, RADIUS + 7.5e-3))
+    up = [Phase.LIFT, Phase.TRAVEL, Phase.APPROACH, Phase.SETTLE]
+    assert e.phases[:6] == [Phase.APPROACH, Phase.SETTLE, *up]
+    assert script.how == [LegEnd.REACHED, LegEnd.REACHED]
+    travel = e.at(Phase.TRAVEL)
+    across = travel & (np.hypot(*e.velocity[:, :2].T) > 1e-6)
+    assert e.position[across, 2] == pytest.approx(np.full(across.sum(), RADIUS + 7.5e-3), abs=2e-4)
+    assert np.linalg.norm(e.velocity[travel], axis=1).max() <= WANTED.travel_speed * (1 + 1e-9)
+    assert e.position[e.at(Phase.SETTLE)][-1, :2] == pytest.approx([0.012, 0.005], abs=3e-4)
+    assert not e.touching[across].any()
+
+
+def test_a_tip_that_is_above_its_place_lands_at_once():
+    script = Script(FLAT, Hop((2e-4, 0.0)))
+    assert run(script).phases[:2] == [Phase.APPROACH, Phase.SETTLE]
+
+
+def test_where_nothing_is_met_the_next_hop_first_rises_to_where_the_run_began():
+    # the floor ends at x = 10 mm
+    def cliff(p):
+        return max(p[2], p[0] - 0.01)
+
+    script = Script(FLAT, Hop((0.0, 0.0)), Stroke(((2e-3, 0.0),)), Hop((0.02, 0.0)), Hop((0.0, 0.0)))
+    e = run(script, cliff)
+    assert script.how == [LegEnd.REACHED, LegEnd.REACHED, LegEnd.MISSED, LegEnd.REACHED]
+    assert script.ends[2].tip == pytest.approx((0.02, 0.0, ABOVE - WANTED.approach_distance), abs=3e-4)
+    over = (e.position[:, 0] > 0.006) & (e.position[:, 0] < 0.019)
+    assert e.position[over, 2].min() > ABOVE - 3e-4
+    assert e.phases[-1] is Phase.DONE
+
+
+def test_a_hop_runs_into_what_is_higher_than_the_start_and_is_blocked():
+    script = Script(FLAT, Hop((0.0, 0.0)), Hop((0.02, 0.0)), Hop((0.0, 0.0)), Stroke(((2e-3, 0.0),)))
+
+    # a wall from x = 8 mm on, 50 mm high
+    e = run(script, lambda p: min(p[2], max(0.008 - p[0], p[2] - 0.05)))
+    assert script.how == [LegEnd.REACHED, LegEnd.BLOCKED, LegEnd.REACHED, LegEnd.REACHED]
+    assert e.position[:, 0].max() < 0.008 - RADIUS + 1e-3
+    assert e.phases[-1] is Phase.DONE
+
+
+def test_what_lies_outside_of_the_room_is_not_tried():
+    script = Script(FLAT, Hop((0.0, 0.0)), Stroke(((0.01, 0.0),)), Hop((0.01, 0.0)), Hop((0.0, 0.0)))
+    room = Room((-0.01, -0.01, -0.01), (0.006, 0.01, 0.05))
+    e = run(script, wanted=replace(WANTED, room=room))
+    assert script.how == [LegEnd.REACHED, LegEnd.BLOCKED, LegEnd.BLOCKED, LegEnd.REACHED]
+    assert e.position[:, 0].max() < 0.006
+    deep = Script(FLAT, Hop((0.0, 0.0)))
+    low = run(deep, lambda p: p[2] + 0.1, wanted=replace(WANTED, room=Room((-1.0, -1.0, 0.002))))
+    assert deep.how == [LegEnd.MISSED]
+    assert low.position[:, 2].min() > 0.002
+
+
+# strokes
+
+
+def test_strokes_follow_each_other_without_leaving_the_surface():
+    script = Script(FLAT, Hop((0.0, 0.0)), Stroke(((5e-3, 0.0),)), Stroke(((5e-3, 5e-3), (0.0, 5e-3))))
+    e = run(script)
+    assert e.phases == [Phase.APPROACH, Phase.SETTLE, Phase.SCAN, Phase.LIFT, Phase.DONE]
+    assert script.ends[1].tip[:2] == pytest.approx((5e-3, 0.0), abs=2e-4)
+    assert script.ends[2].tip[:2] == pytest.approx((0.0, 5e-3), abs=2e-4)
+    # told of every period, but for those in which a leg has ended and the tip comes to rest
+    resting = math.ceil(PathFollower.SLOWEST / (WANTED.acceleration * PERIOD)) + 1
+    assert 0 <= e.at(Phase.SCAN).sum() - len(script.felt) <= 2 * resting
+
+
+def test_a_stroke_that_begins_off_the_surface_lands_where_it_is():
+    script = Script(FLAT, Stroke(((5e-3, 0.0),)))
+    e = run(script)
+    assert e.phases == [Phase.APPROACH, Phase.SETTLE, Phase.SCAN, Phase.LIFT, Phase.DONE]
+    assert script.ends[0].tip[:2] == pytest.approx((5e-3, 0.0), abs=2e-4)
+
+
+def test_a_stroke_steers_back_to_its_line_if_the_landing_was_beside_it():
+    """0.4 mm beside: that dies out along the way, and is not spread over all of it."""
+    script = Script(FLAT, Hop((0.0, 0.0)), Stroke(((0.02, 0.0),)))
+    e = run(script, start=(0.0, 4e-4, ABOVE))
+    assert e.phases[:3] == [Phase.APPROACH, Phase.SETTLE, Phase.SCAN]
+    half = e.at(Phase.SCAN) & (e.position[:, 0] > 0.01)
+    assert np.abs(e.position[half, 1]).max() < 4e-5
+
+
+def test_a_stroke_over_an_edge_ends_as_steep_and_the_next_goes_on():
+    def table(p):
+        out = np.array([p[0] - 6e-3, p[2]])
+        return math.hypot(*np.maximum(out, 0.0)) + min(max(out), 0.0)
+
+    script = Script(FLAT, Hop((0.0, 0.0)), Stroke(((0.02, 0.0),)), Hop((0.0, 0.0)), Stroke(((1e-3, 0.0),)))
+    e = run(script, table)
+    assert script.how == [LegEnd.REACHED, LegEnd.STEEP, LegEnd.REACHED, LegEnd.REACHED]
+    # over the edge by 70 degrees, and what the tip needs to come to rest
+    assert (
+        0.006 + RADIUS * math.sin(math.radians(70.0)) - 1e-4
+        < e.position[e.at(Phase.SCAN), 0].max()
+        < 0.006 + RADIUS
+    )
+    assert e.phases[-1] is Phase.DONE
+
+
+def test_a_tip_that_is_held_is_blocked():
+    def held(position, move):
+        return np.array([0.0, move[1], move[2]]) if position[0] > 5e-3 else move
+
+    script = Script(FLAT, Hop((0.0, 0.0)), Stroke(((0.02, 0.0),)))
+    e = run(script, hold=held)
+    assert script.how == [LegEnd.REACHED, LegEnd.BLOCKED]
+    stalled = e.at(Phase.SCAN) & (e.position[:, 0] > 5e-3)
+    assert 0.5 <= stalled.sum() * PERIOD <= 1.1
+    assert e.phases[-2:] == [Phase.LIFT, Phase.DONE]
+
+
+def test_a_slow_stroke_back_and_forth_is_not_blocked():
+    """A tenth of a millimetre to and fro at 1 mm/s: it comes back to where it was all the time."""
+    script = Script(FLAT, Hop((0.0, 0.0)), Stroke(((4e-4, 0.0), (0.0, 4e-4)) * 6))
+    run(script, wanted=replace(WANTED, speed=0.001))
+    assert script.how == [LegEnd.REACHED, LegEnd.REACHED]
+
+
+@pytest.mark.parametrize("back", [True, False])
+def test_each_leg_may_seek_once(back):
+    """The floor drops by 1 mm for ever, twice in the same leg or once in each of two."""
+    drops = [3e-3, 6e-3]
+
+    def stairs(p):
+        return p[2] + 1e-3 * sum(p[0] > x for x in drops)
+
+    one = (Stroke(((0.01, 0.0),)),)
+    two = (Stroke(((5e-3, 0.0),)), Stroke(((0.01, 0.0),)))
+    script = Script(FLAT, Hop((0.0, 0.0)), *(two if back else one))
+    e = run(script, stairs)
+    assert script.how == [LegEnd.REACHED, *([LegEnd.REACHED] * 2 if back else [LegEnd.LOST])]
+    assert e.phases.count(Phase.SEEK) == (2 if back else 1)
+    assert e.phases[-1] is (Phase.DONE if back else Phase.LOST)
+
+
+# touches
+
+
+def test_a_touch_rests_on_the_surface_and_goes_back_the_way_it_came():
+    script = Script(FLAT, Touch((0.0, 0.0), 2e-3), Touch((5e-3, 0.0), 2e-3))
+    e = run(script, start=(0.0, 0.0, RADIUS + 6e-3))
+    one = [Phase.APPROACH, Phase.SETTLE, Phase.SCAN, Phase.LIFT]
+    assert e.phases == [*one, Phase.TRAVEL, *one, Phase.DONE]
+    assert script.how == [LegEnd.REACHED, LegEnd.REACHED]
+    assert len(script.felt) * PERIOD == pytest.approx(0.2, abs=0.02)
+    scan = e.at(Phase.SCAN)
+    assert np.abs(e.velocity[scan, :2]).max() < 1e-9
+    first = script.ends[0].tip
+    assert first == pytest.approx((0.0, 0.0, RADIUS + 2e-3), abs=3e-4)
+    travel = e.at(Phase.TRAVEL)
+    assert e.position[travel, 2] == pytest.approx(np.full(travel.sum(), first[2]), abs=3e-4)
+
+
+def test_a_touch_on_the_way_to_the_next_is_got_over():
+    """The block is 3 mm high; the way to the next touch is 1 mm above the floor."""
+    script = Script(FLAT, Touch((0.0, 0.0), 1e-3), Touch((0.015, 0.0), 1e-3))
+    e = run(script, step_up, start=(0.0, 0.0, RADIUS + 7e-3), wanted=replace(WANTED, lift_distance=2e-3))
+    assert script.how == [LegEnd.REACHED, LegEnd.REACHED]
+    assert script.ends[1].tip[2] == pytest.approx(RADIUS + 4e-3, abs=3e-4)
+    assert e.force.max() < 20.0  # at 40 mm/s into 20 kN/m, with no delay of the robot
+    assert e.phases[-1] is Phase.DONE
+
+
+def test_taps_beside_the_object_are_marked_and_the_others_felt():
+    def disc(p):
+        out = np.array([math.hypot(p[0], p[1]) - 5e-3, p[2]])
+        return math.hypot(*np.maximum(out, 0.0)) + min(max(out), 0.0)
+
+    taps = Taps(((-0.02, 0.0), (0.0, 0.0), (0.003, 0.0), (0.02, 0.0)), 2e-3)
+    e = run(taps, disc, start=(-0.02, 0.0, ABOVE), seconds=40.0)
+    assert [round(1e3 * mark.position[0]) for mark in taps.marks] == [-20, 20]
+    assert e.phases.count(Phase.SCAN) == 2
+    assert e.phases[-1] is Phase.DONE
+    assert e.position[-1, 2] > ABOVE - 6e-4  # not left beside the object
+
+
+# circuits
+
+
+def sphere(p):
+    return np.linalg.norm(p) - 0.01
+
+
+LEVEL = PathPlane((0.0, 0.0, 0.005))
+
+
+def test_a_circuit_closes_where_the_strategy_says_so():
+    contour = Contour((0.008, 0.0), LevelSteering(LEVEL), LEVEL, 0.2)
+    e = run(contour, sphere, start=(0.008, 0.0, 0.014))
+    assert contour.closed
+    assert contour.gone == pytest.approx(2 * math.pi * math.sqrt(0.014**2 - 0.005**2), abs=2.5e-3)
+    assert e.phases == [Phase.APPROACH, Phase.SETTLE, Phase.SCAN, Phase.LIFT, Phase.DONE]
+    half = e.position[e.at(Phase.SCAN)]
+    assert np.abs(half[len(half) // 2 :, 2] - 0.005).max() < 5e-5
+
+
+@pytest.mark.parametrize(
+    ("circuit", "until", "how"),
+    [
+        (Circuit(LevelSteering(LEVEL), 0.01), lambda felt: False, LegEnd.OVERLONG),
+        (Circuit(LevelSteering(LEVEL), 0.5), lambda felt: felt.tip[1] > 5e-3, LegEnd.REACHED),
+    ],
+)
+def test_a_circuit_ends_and_rests_before_the_next_leg(circuit, until, how):
+    script = Script(LEVEL, Hop((0.008, 0.0)), circuit, until=until)
+    e = run(script, sphere, start=(0.008, 0.0, 0.014))
+    assert script.how == [LegEnd.REACHED, how]
+    # along the surface it slows down no faster than the acceleration
+    speed = np.linalg.norm(e.velocity[e.at(Phase.SCAN)], axis=1)
+    assert np.abs(np.diff(speed)).max() <= 1.2 * WANTED.acceleration * PERIOD
+    assert speed[-1] < 1e-3
+
+
+def test_a_circuit_that_is_steered_nowhere_is_blocked():
+    script = Script(FLAT, Hop((0.0, 0.0)), Circuit(LevelSteering(FLAT), 0.5))
+    run(script)
+    assert script.how == [LegEnd.REACHED, LegEnd.BLOCKED]
+
+
+# all of them
+
+
+TOUR = (Hop((0.008, 0.0)), Circuit(LevelSteering(LEVEL), 0.01), Touch((2e-3, 0.0), 2e-3), Stroke(((0.0, 2e-3),)))
+
+
+def rotation(quaternion):
+    w, x, y, z = np.array(quaternion) / np.linalg.norm(quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def tour(frame):
+    rows = tuple(map(tuple, frame.tolist()))
+    turned = PathPlane(tuple((frame @ LEVEL.origin).tolist()), rows)
+    hop, circuit, *others = TOUR
+    script = Script(turned, hop, Circuit(replace(circuit.steering, plane=turned), circuit.longest), *others)
+    return script, run(script, sphere, start=(0.008, 0.0, 0.0145), frame=rows)
+
+
+@settings(max_examples=2, deadline=None, derandomize=True)
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1))
+def test_world_and_plane_turned_together_nothing_changes(quaternion):
+    """Nothing but the plane's axis is up."""
+    straight, e = tour(np.array(IDENTITY))
+    turned, f = tour(rotation(quaternion))
+    assert straight.how == turned.how == [LegEnd.REACHED, LegEnd.OVERLONG, LegEnd.REACHED, LegEnd.REACHED]
+    assert e.phases == f.phases
+    # rounding may move the end of a phase by a period
+    assert abs(len(e.names) - len(f.names)) <= 5
+    assert e.position[-1] == pytest.approx(f.position[-1], abs=1e-5)
+
+
+@pytest.mark.parametrize("slew", [2.0, 10.0])
+def test_no_leg_begins_or_ends_with_a_leap_and_the_run_ends_at_rest(slew):
+    script = Script(LEVEL, *TOUR, Hop((0.03, 0.0)), Hop((0.0, 0.0)), Stroke(((0.03, 0.0),)))
+    wanted = replace(WANTED, slew=slew, landing_speed=0.01, approach_distance=0.015)
+    e = run(script, sphere, start=(0.008, 0.0, 0.0145), wanted=wanted)
+    assert script.how[4:] == [LegEnd.MISSED, LegEnd.REACHED, LegEnd.STEEP]
+    changes = np.linalg.norm(np.diff(e.velocity, axis=0, prepend=np.zeros((1, 3))), axis=1)
+    assert changes.max() <= slew * PERIOD * (1 + 1e-9)
+    assert np.all(e.velocity[-1] == 0.0)
+    assert e.phases[-1] is Phase.DONE
+
+
+def test_a_second_run_is_like_the_first():
+    controller = ExploreController(WANTED, Script(LEVEL, *TOUR), PERIOD)
+    once, again = (Explored(controller, SpringWorld(sphere, (0.008, 0.0, 0.014))) for _ in range(2))
+    assert once.names == again.names
+    assert np.array_equal(once.velocity, again.velocity)
+    assert controller.leg is None
+
+
+@pytest.mark.parametrize("how", list(LegEnd))
+def test_the_run_is_lost_if_it_ends_with_a_loss_or_nothing_was_swept(how):
+    """Whatever a strategy's last leg came to."""
+    cases = {
+        LegEnd.REACHED: (floor, Script(FLAT, Hop((0.0, 0.0))), Phase.LOST),
+        LegEnd.MISSED: (lambda p: p[2] + 0.1, Script(FLAT, Hop((0.0, 0.0))), Phase.LOST),
+        LegEnd.STEEP: (sphere, Script(FLAT, Hop((0.0139, 0.0)), Stroke(((0.03, 0.0),))), Phase.LOST),
+        LegEnd.OVERLONG: (sphere, Script(LEVEL, Circuit(LevelSteering(LEVEL), 5e-3)), Phase.DONE),
+        LegEnd.BLOCKED: (floor, Script(FLAT, Circuit(LevelSteering(FLAT), 5e-3)), Phase.DONE),
+        LegEnd.LOST: (lambda p: p[2] + 0.1 * (p[0] > 2e-3), Script(FLAT, Stroke(((5e-3, 0.0),))), Phase.LOST),
+    }
+    solid, script, outcome = cases[how]
+    x = script.wanted[0].to[0] if isinstance(script.wanted[0], Hop) else 5e-3 * (solid is sphere)
+    high = ABOVE if solid is not sphere else 0.0145
+    e = run(script, solid, start=(x, 0.0, high), wanted=replace(WANTED, approach_distance=0.015))
+    assert script.how[-1] is how
+    assert e.phases[-1] is outcome
+
+
+def test_a_path_over_nothing_is_given_up_after_one_approach():
+    follow = Follow(Waypoints(((0.0, 0.0), (0.02, 0.0), (0.02, 0.02))))
+    e = run(follow, lambda p: p[2] + 0.1)
+    assert e.phases == [Phase.APPROACH, Phase.LOST]

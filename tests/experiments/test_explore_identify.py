@@ -1,0 +1,98 @@
+"""Pressing first: what it finds, what the force then is, and that its log gives the same run again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.cli import main
+from palpate.controllers import Admittance, DirectForce
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore import carry_out
+from palpate.experiments.explore_identified import (
+    IDENTIFIED_TEXT,
+    IdentifiedForce,
+    identified_text,
+    read_identified,
+)
+from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.explore_pressing import prepared, pressing_of
+from palpate.experiments.explore_report import settings
+from palpate.experiments.replay import replay_log
+from palpate.experiments.robot_values import config_for
+from palpate.runtime import Ending
+from palpate.runtime.log import read_log
+
+SMALL = {"width": 0.012, "depth": 0.004, "spacing": 0.004}
+NOISE = {"force_noise": 3.1e-3, "moment_noise": 1.6e-5}
+FOUND = IdentifiedForce(20e3, 30.0, 14e3, 0.00123456789012345, 86.7, 4.1, 8.3, 61.0)
+
+
+@pytest.fixture(scope="module", params=["stage", "ur5e-sim"])
+def both(request):
+    """The same exploration with the gain as assumed, and as pressing has found it."""
+    config = config_for(request.param, identify=True, **SMALL, **NOISE)
+    planned = plan(config)
+    return carry_out(planned), carry_out(prepared(plan(config)))
+
+
+def test_pressing_finds_the_contact_and_a_law_that_holds_the_force_better(both):
+    assumed, found = both
+    told = found.identified
+    assert assumed.identified is None
+    assert told.contact_stiffness == pytest.approx(20e3, rel=0.02)
+    assert told.series_stiffness < told.contact_stiffness
+    assert told.gain_margin > 2.0
+    assert told.phase_margin_deg > 45.0
+    assert found.run.ending is Ending.DONE
+    assert found.force_rms < 0.7 * assumed.force_rms
+    assert found.force_rms < 0.035
+    assert np.nanmax(found.true_normal_force) < 3.5
+    assert found.gain.gain == pytest.approx(1.0 / told.damping)
+
+
+def test_the_settings_say_the_margins_and_what_they_come_from(both):
+    assumed, found = (dict(settings(each)) for each in both)
+    assert "identified by pressing" not in assumed
+    assert "unstable from 1.57" in assumed["force gain"]
+    assert float(found["identified by pressing"].split()[1]) == pytest.approx(20.0, rel=0.02)
+    assert "as measured, gain margin" in found["force gain"]
+    law = "an admittance of" if both[1].identified.mass else "the direct law"
+    assert law in found["force gain"]
+
+
+def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
+    words = ["--robot", "ur5e-sim", "--identify", "--width", "0.006", "--depth", "0.002", "--force-noise", "0.003"]
+    assert main(["explore", *words, "--out", str(tmp_path)]) == 0
+    log = read_log(tmp_path / "latest.mcap")
+    assert plan_from_texts(log.attachments).identified == read_identified(log.attachments[IDENTIFIED_TEXT])
+    found = replay_log(log)
+    assert found.should_be_identical
+    assert found.commands.identical == found.commands.count
+    other = replay_log(log, {"speed": 0.03})
+    assert 0 < other.commands.identical < other.commands.count  # landing is as it was: the law is the same
+    with pytest.raises(InvalidValueError, match="identify: a replay cannot change it: the log keeps"):
+        replay_log(log, {"identify": False})
+
+
+def test_what_was_identified_is_read_back_as_it_was_written():
+    assert read_identified(identified_text(FOUND)) == FOUND
+    assert isinstance(FOUND.law(1e-3), Admittance)
+    assert isinstance(replace(FOUND, mass=0.0).law(1e-3), DirectForce)
+    with pytest.raises(InvalidValueError, match=r"identified\.yaml: .*damping"):
+        read_identified(identified_text(FOUND).replace("damping: 86.7", "damping: 0"))
+
+
+def test_changes_of_the_gain_are_checked_against_what_was_identified():
+    planned = plan(config_for("stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
+    with pytest.raises(InvalidValueError, match=r"change after 1 s: force_gain = 0\.0016 m/s/N: must lie between"):
+        planned.with_identified(replace(FOUND, mass=0.0, damping=1400.0, delay=0.05))
+
+
+@pytest.mark.parametrize("force", [0.3, 2.0, 15.0])
+def test_it_presses_about_the_set_force_within_touch_and_limit(force):
+    planned = plan(config_for("stage", force=force, identify=True, **SMALL))
+    pressing = pressing_of(planned)
+    assert planned.touch_force < pressing.low < force < pressing.high < planned.limits.force
+    assert 2.0 * pressing.swing <= pressing.high - pressing.low

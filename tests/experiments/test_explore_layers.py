@@ -1,0 +1,158 @@
+"""Stiffness and curvature as layers of an explored map: what is known of them, where, and that it is true."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from palpate.cli import MISTAKE, main
+from palpate.controllers import SineForce
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore, write_exploration
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import plan
+from palpate.experiments.explore_report import exploration_report, settings
+from palpate.experiments.explore_tables import layer_rows
+from palpate.experiments.robot_values import config_for
+from palpate.runtime import Ending
+
+SMALL = ExploreConfig(width=0.012, depth=0.004, spacing=0.004)
+OBJECT = 2.0 * SMALL.stiffness
+"""Of the object alone: tip and object share the compression by halves."""
+
+
+@pytest.fixture(scope="module")
+def swung():
+    """Explored with a force that swings."""
+    return explore(replace(SMALL, force_swing=0.5))
+
+
+@pytest.fixture(scope="module")
+def steady():
+    """Likewise with a steady one."""
+    return explore(SMALL)
+
+
+# --- stiffness ---
+
+
+def test_the_stiffness_is_that_of_the_object_within_what_is_claimed(swung):
+    layer = swung.map.stiffness
+    known = np.isfinite(layer.mean)
+    assert known.mean() > 0.5
+    # the windows of so small a raster are few, and neighbours share them: one estimate
+    assert np.abs(layer.mean - OBJECT)[known].max() < 3.0 * layer.sd[known].max()
+    assert np.median(layer.mean[known]) == pytest.approx(OBJECT, rel=0.2)
+
+
+def test_where_the_force_does_not_vary_nothing_is_said_of_stiffness(steady):
+    assert np.isnan(steady.map.stiffness.mean).all()
+    assert not any("stiffness" in row[0] for row in layer_rows(steady.map))
+    assert not any("stiffness" in figure.name for figure in exploration_report(steady).summary)
+
+
+def test_a_softer_object_is_felt_as_softer():
+    """The simulated contact is damped, which at 1 Hz passes for a fifth more stiffness where it is soft."""
+    layer = explore(replace(SMALL, force_swing=0.5, stiffness=10e3)).map.stiffness
+    assert abs(np.nanmedian(layer.mean) - 20e3) < 2.0 * np.nanmedian(layer.sd)
+    assert np.nanmedian(layer.sd) < 5e3
+
+
+def test_the_force_follows_its_swing_and_the_points_stay_on_the_surface(swung, steady):
+    held = swung.scanning
+    assert swung.run.ending is Ending.DONE
+    time = swung.record.time[held] - swung.record.time[held][0]
+    assert swung.set_force[held] == pytest.approx(2.0 + 0.5 * np.sin(2.0 * np.pi * time), abs=1e-9)
+    assert (swung.set_force[~held] == 2.0)[: np.argmax(held)].all()
+    felt = np.polyfit(swung.set_force[held], swung.true_normal_force[held], 1)[0]
+    assert felt == pytest.approx(1.0, abs=0.1)
+    assert swung.force_rms < 0.05
+    assert swung.point_rms < 5e-6  # 25 um of compression come and go
+    assert swung.map.covered > 0.95
+    assert swung.map.budget.compression > steady.map.budget.compression
+
+
+def test_a_force_that_swings_is_told():
+    planned = plan(replace(SMALL, force_swing=0.5, force_period=2.0))
+    assert planned.profile == SineForce(2.0, 0.5, 0.5)
+    controller = planned.controller()
+    with pytest.raises(InvalidValueError, match="force = 3 N: must lie between 2 and 2 N"):
+        controller.live.request("force", 3.0)  # the profile goes its own way
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        ("--force-swing 2", "force_swing = 2 N: about 2 N at most 1.7 N"),
+        ("--force-swing=-1", "force_swing = -1.0 N: must be a finite number, 0 or above"),
+        ("--force 14.8 --force-swing 0.5", "at most 0.2 N"),
+        ("--force-swing 0.5 --force-period 0.01", "force_period = 0.01 s: must be at least 0.1 s"),
+        ("--force-swing 0.5 --force-period 0", "force_period = 0"),
+        ("--force-swing 0.5 --change 1 force 3", "change after 1 s: force = 3 N: must lie between 2 and 2 N"),
+        ("--force-swing 1 --force 7 --robot stage-nano17", "the profile goes up to 8 N and must stay below 7.5 N"),
+    ],
+)
+def test_a_swing_that_cannot_be_is_refused_with_its_limit(typed, said, capsys, tmp_path):
+    try:
+        code = main(["explore", *typed.split(), "--out", str(tmp_path)])
+    except SystemExit as left:  # what the options alone tell is refused while they are read
+        code = left.code
+    assert code == MISTAKE
+    assert said in " ".join(word for word in capsys.readouterr().err.split() if word != "│")
+
+
+# --- curvature ---
+
+
+def test_a_ball_is_bent_alike_everywhere_and_in_every_direction(steady):
+    """1 / R: from the map and from how normals turned, as sure as they say."""
+    layers = {layer.name: layer for layer in steady.map.curvature}
+    for name in ("curvature_max", "curvature_min", "curvature_mean", "curvature_rolled"):
+        layer = layers[name]
+        known = np.isfinite(layer.mean)
+        assert known.mean() > 0.9
+        assert np.median(layer.mean[known]) == pytest.approx(1.0 / 0.04, rel=0.1)
+        assert np.mean(np.abs(layer.mean - 25.0)[known] <= 1.96 * layer.sd[known]) > 0.9
+    across = layers["curvature_direction"].value
+    along = np.abs(np.sum(across * steady.map.mesh.normals, axis=1))
+    assert np.nanmax(along) < 1e-3
+
+
+# --- what is left of it ---
+
+
+def test_files_report_and_summary_have_the_layers(swung, tmp_path, monkeypatch):
+    monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
+    write_exploration(swung, tmp_path)
+    ply = trimesh.load(tmp_path / "map.ply", process=False)
+    data = ply.metadata["_ply_raw"]["vertex"]["data"]
+    for layer in (swung.map.friction, swung.map.stiffness, swung.map.curvature[2]):
+        np.testing.assert_allclose(np.ravel(data[layer.name]), layer.mean, rtol=1e-5)
+        np.testing.assert_allclose(np.ravel(data[f"{layer.name}_sd"]), layer.sd, rtol=1e-5)
+    assert np.isfinite(np.ravel(data["curvature_direction_x"])).all()
+    rows = {row[0]: row for row in exploration_report(swung).map.rows}
+    assert rows["stiffness of the object"][2] == "kN/m"
+    assert float(rows["stiffness of the object"][1]) == pytest.approx(40.0, rel=0.2)
+    assert {"friction", "largest curvature", "smallest curvature", "mean curvature"} <= set(rows)
+    figures = {figure.name: figure for figure in exploration_report(swung).summary}
+    assert figures["stiffness of the object"].value == pytest.approx(40.0, rel=0.2)
+    assert re.search(r"± [\d.]+ \(median\), on \d+ % of the map", figures["stiffness of the object"].note)
+    assert figures["mean curvature"].value == pytest.approx(25.0, rel=0.1)
+    assert figures["true normal force, RMS error"].note == "set 2 N ± 0.5 N"
+    assert dict(settings(swung))["normal force"] == "2 N, ± 0.5 N as a sine of 1 s"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["stage", "stage-nano17", "ur5e-sim"])
+@pytest.mark.parametrize("name", ["sphere", "bumps", "box"])
+def test_stiffness_on_both_robots_and_with_a_real_sensor(name, robot):
+    found = explore(config_for(robot, object=name, depth=0.012, force_swing=0.5))
+    layer = found.map.stiffness
+    known = np.isfinite(layer.mean)
+    if known.any():
+        off = np.abs(layer.mean - OBJECT)[known] / layer.sd[known]
+        assert np.median(off) < 2.5
+    if robot != "stage-nano17":
+        assert known.mean() > 0.5

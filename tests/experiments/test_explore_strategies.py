@@ -1,0 +1,305 @@
+"""Every strategy through the command: what it feels, what it marks, what it leaves, and what it refuses."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+
+from palpate.cli import MISTAKE, main
+from palpate.controllers.paths import Event, Mark
+from palpate.errors import InvalidValueError
+from palpate.experiments.experiment_file import config_text, read_config
+from palpate.experiments.explore import Attempt, carry_out
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.explore_report import outcome
+from palpate.experiments.explore_strategies import STRATEGY_OPTIONS
+from palpate.experiments.explored_marks import marks_text, not_felt, write_marks_csv
+from palpate.experiments.replay import replay_log
+from palpate.runtime import Ending
+from palpate.runtime.log import read_log
+
+SMALL = {
+    "raster": {"width": 0.006, "depth": 0.004},
+    "spiral": {"radius": 0.004},
+    "taps": {"width": 0.005, "depth": 0.005},
+    "contour": {},
+    "active": {"width": 0.008, "depth": 0.006},
+}
+"""As little of each strategy as has all of its kinds of legs."""
+
+BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
+BOX = {"object": "box", "size": (0.024, 0.016, 0.012)}
+
+
+def words(fields):
+    """Fields of a configuration as people type them."""
+    typed = []
+    for name, value in fields.items():
+        values = value if isinstance(value, tuple) else (value,)
+        typed += [f"--{name.replace('_', '-')}", *map(str, values)]
+    return typed
+
+
+@pytest.fixture(scope="module")
+def undrawn():
+    """Reports are made but not drawn, which takes seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
+        yield
+
+
+@pytest.fixture(scope="module", params=list(SMALL))
+def done(request, tmp_path_factory, undrawn):
+    """A strategy that was carried out by the command, and its folder."""
+    out = tmp_path_factory.mktemp(request.param)
+    fields = {**BALL, "strategy": request.param, **SMALL[request.param]}
+    assert main(["explore", *words(fields), "--out", str(out)]) == 0
+    return request.param, out
+
+
+def test_each_strategy_leaves_its_files_and_says_how_it_ended(done):
+    strategy, out = done
+    names = {path.name for path in out.iterdir()}
+    assert {"report.html", "contacts.csv", "contacts.ply", "marks.csv", "height_map.csv"} <= names
+    assert (out / "report.html").read_text().startswith("Finished: ")
+    assert (out / "marks.csv").read_text() == "x_m,y_m,z_m,event,reason\n"
+    assert ("map.ply" in names) or strategy == "taps"
+    rows = list(csv.DictReader((out / "contacts.csv").read_text().splitlines()))
+    distance = [math.hypot(*(float(row[f"{axis}_m"]) for axis in "xyz")) - 0.012 for row in rows]
+    assert np.sqrt(np.mean(np.square(distance))) < 3e-6
+
+
+def test_each_strategy_replays_bit_for_bit_from_its_log(done):
+    strategy, out = done
+    log = read_log(out / "latest.mcap")
+    assert plan_from_texts(log.attachments).config.strategy == strategy
+    found = replay_log(log)
+    assert found.should_be_identical
+    assert found.commands.identical
+
+
+def commands_of(planned):
+    """Every command of a run of a plan, without a map."""
+    given = []
+    Attempt(planned).run((lambda sample, now, command: given.append(command.velocity_base_tip),))
+    return np.array(given)
+
+
+def test_the_same_seed_gives_the_same_run_and_another_seed_another():
+    def commands(seed):
+        fields = {**BALL, **SMALL["taps"], "strategy": "taps"}
+        return commands_of(plan(ExploreConfig(**fields, force_noise=0.01, seed=seed)))
+
+    first, again, other = commands(1), commands(1), commands(2)
+    assert np.array_equal(first, again)
+    assert first.shape != other.shape or not np.array_equal(first, other)
+
+
+# --- what they feel ---
+
+
+def check_level(found, sense):
+    """A circle on the ball, once round it: 4 mm below the top of the tip's way, 20 mm round the ball's middle."""
+    assert found.run.ending is Ending.DONE
+    assert found.marks == ()
+    touched, height = found.cloud.position, 0.016 * 0.012 / 0.020
+    settled = found.cloud.time > found.cloud.time[0] + 0.5
+    assert np.abs(touched[settled, 2] - height).max() < 1e-4
+    angle = np.unwrap(np.arctan2(touched[:, 1], touched[:, 0]))
+    assert sense * (angle[-1] - angle[0]) == pytest.approx(2.0 * math.pi, abs=0.3)
+    assert found.map.observed_share > 0.99
+    assert not found.map.claimed.any()  # a line claims no surface
+    assert len(found.map.mesh.vertices)
+
+
+def test_a_level_contour_keeps_its_height_and_closes():
+    check_level(carry_out(plan(ExploreConfig(**BALL, strategy="contour", turn="right"))), -1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [0.02, 0.04, 0.05])
+def test_a_level_contour_closes_whichever_way_round_and_however_fast(speed):
+    for turn, sense in (("left", 1.0), ("right", -1.0)):
+        fields = {**BALL, "speed": speed, "strategy": "contour", "turn": turn}
+        check_level(carry_out(plan(ExploreConfig(**fields))), sense)
+
+
+@pytest.mark.slow
+def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked():
+    found = carry_out(plan(ExploreConfig(**BOX, strategy="contour", curve="edge")))
+    assert found.run.ending is Ending.DONE
+    assert {mark.event for mark in found.marks} == {Event.EDGE}
+    corners = np.array([mark.position for mark in found.marks])
+    assert len(corners) == 4
+    assert np.abs(np.abs(corners) - (0.012, 0.008, 0.006)).max() < 5e-4
+    late = found.cloud.position[found.cloud.time > found.cloud.time[0] + 0.5]
+    inside = np.maximum(0.012 - np.abs(late[:, 0]), 0.0), np.maximum(0.008 - np.abs(late[:, 1]), 0.0)
+    assert np.percentile(np.minimum(*inside), 95) < 2e-4
+    assert not not_felt(found.marks)
+
+
+def test_taps_feel_no_friction_and_their_map_is_a_map():
+    found = carry_out(plan(ExploreConfig(**BALL, strategy="taps", width=0.01, depth=0.01, period=2e-3)))
+    assert found.point_rms < 1e-6
+    assert np.isnan(found.map.friction.mean).all()
+    assert found.map.covered > 0.95
+    assert found.map.observed_share > 0.9
+    assert len(np.unique(np.round(found.cloud.position[:, :2], 4), axis=0)) == pytest.approx(9, abs=2)
+
+
+@pytest.mark.parametrize(
+    ("over", "share"),
+    [
+        ({"width": 0.02, "center": (0.015, 0.0)}, 0.05),  # half of it is a rim: two rows make no map of that
+        pytest.param({"width": 0.05}, 0.7, marks=pytest.mark.slow),
+    ],
+    ids=["one side", "both sides"],
+)
+def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share):
+    region = {"depth": 0.004, "spacing": 0.004, "speed": 0.04, **over}
+    with pytest.raises(InvalidValueError, match=r"leaves the part of the box .*\(--beyond\)"):
+        plan(ExploreConfig(**BOX, **region))
+    found = carry_out(plan(ExploreConfig(**BOX, **region, beyond=True)))
+    assert found.run.ending is Ending.DONE
+    assert found.run.stopped
+    assert {mark.event for mark in not_felt(found.marks)} <= {Event.UNREACHABLE, Event.STEEP}
+    assert len(not_felt(found.marks)) >= 2
+    assert all(abs(mark.position[0]) > 0.0115 for mark in found.marks)
+    said = outcome(found)
+    assert f"but {len(not_felt(found.marks))} places could not be felt" in said
+    assert marks_text(not_felt(found.marks)) in said
+    assert found.map.observed_share > share  # what follows a place that could not be followed is left out, too
+    assert np.nanmax(found.true_normal_force) < 5.0
+
+
+@pytest.mark.slow
+def test_an_active_exploration_ends_when_its_time_is_over():
+    fields = {**BALL, "strategy": "active", "width": 0.012, "depth": 0.012, "accuracy": 1e-6}
+    short = Attempt(plan(ExploreConfig(**fields, time=3.0))).run()
+    assert short.ending is Ending.DONE
+    assert 1.0 < short.duration < 8.0
+    assert Attempt(plan(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
+
+
+def test_the_time_foreseen_is_about_that_which_it_takes():
+    for strategy in ("raster", "spiral", "taps", "contour"):
+        planned = plan(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))
+        took = Attempt(planned).run().duration
+        assert 0.7 * planned.expected_duration < took < 1.4 * planned.expected_duration
+        assert took < 0.5 * planned.longest_duration
+
+
+@pytest.mark.parametrize("strategy", list(SMALL))
+def test_all_that_is_asked_for_is_kept_in_a_log(strategy):
+    config = ExploreConfig(**BALL, **SMALL[strategy], strategy=strategy)
+    assert read_config(config_text(config)) == config
+
+
+# --- mistakes ---
+
+
+@pytest.mark.parametrize("strategy", list(STRATEGY_OPTIONS))
+def test_what_belongs_to_another_strategy_is_refused_with_what_does_not(strategy):
+    values = {
+        "width": 0.02, "depth": 0.02, "center": (0.01, 0.0), "spacing": 0.003, "radius": 0.01, "curve": "edge",
+        "below": 0.003, "turn": "right", "accuracy": 1e-5, "measure": "largest", "area": 0.5, "time": 10.0,
+        "beyond": True,
+    }  # fmt: skip
+    assert {name for names in STRATEGY_OPTIONS.values() for name in names} == set(values)
+    own = STRATEGY_OPTIONS[strategy]
+    ExploreConfig(strategy=strategy, **{name: values[name] for name in own if name not in ("below", "curve")})
+    for name in set(values) - set(own):
+        with pytest.raises(InvalidValueError, match=rf"^{name} = .*is for --strategy .*{strategy} takes --"):
+            ExploreConfig(strategy=strategy, **{name: values[name]})
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        ("--strategy spiral --width 0.02", "width = 0.02: is for --strategy raster or taps or active"),
+        ("--strategy spiral --radius 20", "radius = 20 m: must be at most 2 m; for 20 mm give 0.02"),
+        ("--strategy spiral --radius 0.001", "spacing = 0.002 m: must not exceed the radius"),
+        ("--strategy spiral --radius 0.06", "a spiral of radius 0.06 m leaves the part of the sphere"),
+        ("--strategy contour --curve edge --below 0.01", "below = 0.01 m: is for --curve level"),
+        ("--strategy contour --below 0.2", "no curve goes once round the sphere so far below its top"),
+        ("--strategy contour --object bumps --curve edge", "take --curve level"),
+        ("--strategy active --area 90", "for 90 % give 0.9"),
+        ("--strategy active --time 0", "time = 0"),
+        ("--strategy active --accuracy -1e-5", "accuracy = -1e-05"),
+        ("--strategy taps --spacing 5", "spacing = 5 m: must be at most 2 m; for 5 mm give 0.005"),
+        ("--strategy taps --width 0.2 --depth 0.02", "a grid of taps of 0.2 x 0.02 m leaves the part"),
+    ],
+)
+def test_mistakes_of_a_newcomer_are_answered_with_what_to_do(typed, said, capsys, tmp_path):
+    try:
+        code = main(["explore", *typed.split(), "--out", str(tmp_path)])
+    except SystemExit as left:  # what the options alone tell is refused while they are read
+        code = left.code
+    assert code == MISTAKE
+    assert said in " ".join(word for word in capsys.readouterr().err.split() if word != "│")
+
+
+def test_a_strategy_that_there_is_not_is_answered_with_the_nearest(tmp_path, capsys):
+    (tmp_path / "e.yaml").write_text("strategy: contuor\n")
+    assert main(["explore", "--config", str(tmp_path / "e.yaml")]) == MISTAKE
+    assert "did you mean contour?" in capsys.readouterr().err
+    with pytest.raises(InvalidValueError, match="strategy = 'zigzag': must be one of raster, spiral"):
+        ExploreConfig(strategy="zigzag")
+
+
+# --- marks ---
+
+
+def test_marks_are_counted_and_read_back(tmp_path):
+    marks = (
+        Mark(Event.STEEP, (0.1, -0.2, 0.3), 'steep, "very"'),
+        Mark(Event.EDGE, (0.0, 0.0, 0.0), "edge"),
+        Mark(Event.STEEP, (0.0, 0.0, 1e-5), "steep"),
+    )
+    assert marks_text(marks) == "2 steep, 1 edge"
+    assert marks_text(()) == "none"
+    assert not_felt(marks) == (marks[0], marks[2])
+    write_marks_csv(marks, tmp_path / "marks.csv")
+    rows = list(csv.DictReader((tmp_path / "marks.csv").read_text().splitlines()))
+    assert [row["event"] for row in rows] == ["steep", "edge", "steep"]
+    assert [row["reason"] for row in rows] == [mark.reason for mark in marks]
+    assert [tuple(float(row[f"{axis}_m"]) for axis in "xyz") for row in rows] == [mark.position for mark in marks]
+
+
+# --- at length ---
+
+OBJECTS = {
+    "sphere": {"object": "sphere", "size": (0.015,)},
+    "ellipsoid": {"object": "ellipsoid", "size": (0.02, 0.015, 0.012)},
+    "box": {"object": "box", "size": (0.03, 0.02, 0.015)},
+    "cylinder": {"object": "cylinder", "size": (0.01, 0.04)},
+    "torus": {"object": "torus", "size": (0.02, 0.008)},
+    "bumps": {"object": "bumps"},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strategy", list(SMALL))
+@pytest.mark.parametrize("name", OBJECTS)
+def test_every_strategy_on_every_object_and_both_robots(name, strategy):
+    for robot in ("stage", "ur5e-sim"):
+        config = ExploreConfig(**OBJECTS[name], **SMALL[strategy], strategy=strategy, robot=robot)
+        found = carry_out(plan(config))
+        assert found.run.ending is Ending.DONE
+        assert found.run.stopped
+        assert not not_felt(found.marks)
+        assert found.point_rms < 1e-5
+        assert np.nanmax(found.true_normal_force) < 5.0
+        assert not found.map.claimed.any() or found.map.covered > 0.95
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strategy", list(SMALL))
+def test_defaults_work_on_every_object(strategy):
+    for name in ("sphere", "ellipsoid", "box", "cylinder", "torus", "bumps"):
+        found = carry_out(plan(ExploreConfig(object=name, strategy=strategy, speed=0.05)))
+        assert found.run.ending is Ending.DONE
+        assert not not_felt(found.marks)
+        assert found.map.observed_share > 0.95

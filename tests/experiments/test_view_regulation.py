@@ -1,0 +1,98 @@
+"""`palpate view` of a regulation of force: the surface as it was, no map and no plan."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from palpate.errors import InvalidValueError
+from palpate.experiments import view_command
+from palpate.experiments.regulate import carry_out
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_plan import RegulationPlan, plan
+from palpate.experiments.view_command import FAILED, run_view
+from palpate.experiments.view_config import ViewConfig
+from palpate.experiments.view_plan import recorded_plan, view_scene
+from palpate.runtime.log import LogWriter, read_log
+
+
+def logged(path, **fields):
+    planned = plan(RegulateConfig(duration=0.5, **fields))
+    carry_out(planned, sinks=(LogWriter(path, planned.texts()),))
+    return path
+
+
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory):
+    return logged(tmp_path_factory.mktemp("moving") / "run.mcap", surface="sine", landing_speed=0.004)
+
+
+@pytest.fixture(scope="module")
+def still(tmp_path_factory):
+    return logged(tmp_path_factory.mktemp("still") / "run.mcap", object="sphere")
+
+
+class Shown:
+    """Stands for the browser: takes what a player is given and ends at once."""
+
+    url = "http://127.0.0.1:1/"
+    given = None
+
+    def __init__(self, scene, frames, speed, host, port, plans):
+        Shown.given = scene, frames, plans
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def play(self):
+        return None
+
+
+def test_a_moving_surface_is_where_the_contact_was(moving):
+    """The fingertip touched it, so that in every frame of contact they are a radius apart, as felt."""
+    log = read_log(moving)
+    planned = recorded_plan(log)
+    assert isinstance(planned, RegulationPlan)
+    scene = view_scene(planned)
+    frames = view_command.frames_of_log(log)
+    touching = np.flatnonzero(frames.finger(0).touching)
+    gaps, heights = [], []
+    for i in touching[:: max(1, len(touching) // 20)].tolist():
+        poses = scene.placement.poses(frames.posture(i))
+        heights.append(poses["object"].position[2])
+        gaps.append(poses["tip"].position[2] - heights[-1])
+    assert np.ptp(heights) > 3e-3, "it moved"
+    assert np.ptp(gaps[3:]) < 0.6e-3, "and the tip with it, to within the contact's compression"
+
+
+@pytest.mark.parametrize("log", ["still", "moving"])
+def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
+    monkeypatch.setattr(view_command, "Player", Shown)
+    assert run_view(ViewConfig(request.getfixturevalue(log))) == 0
+    assert Shown.given is not None
+    scene, frames, plans = Shown.given
+    assert scene.title.startswith("Force on a")
+    assert scene.surface is None
+    assert scene.map_spacing is None
+    assert not plans
+    assert len(frames) > 500
+    assert "plan is not shown" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("log", ["still", "moving"])
+def test_a_picture_of_it(log, request, tmp_path, capsys):
+    still_picture = tmp_path / "a.png"
+    if run_view(ViewConfig(request.getfixturevalue(log), picture=still_picture)) == FAILED:
+        pytest.skip(capsys.readouterr().err)
+    with Image.open(still_picture) as picture:
+        assert len(picture.getcolors(640 * 480)) > 50, "something is in it"
+
+
+def test_a_log_of_nothing_known_is_refused(still):
+    log = read_log(still)
+    with pytest.raises(InvalidValueError, match="is no log of"):
+        recorded_plan(replace(log, attachments={}))

@@ -1,0 +1,159 @@
+"""How a map grew: only ever more of it, better known, and a picture that says so."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from mapping.raster import RADIUS, sphere_cap
+from palpate.controllers.paths import Event, Mark
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_report import exploration_report
+from palpate.experiments.map_growth import SHOWN, map_growth
+from palpate.mapping import SurfaceMap
+from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for
+from palpate.mapping.surface_map.mesh import surface_mesh
+from palpate.reporting import GrowthReport
+from palpate.reporting.growth_picture import growth_picture
+from palpate.reporting.report import _growth_parts
+from palpate.reporting.snapshots_picture import snapshots_picture
+from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
+
+
+@pytest.fixture(scope="module")
+def exploration():
+    config = ExploreConfig(object="ellipsoid", speed=0.05, width=0.014, depth=0.01, force_noise=0.01)
+    return explore(config)
+
+
+@pytest.fixture(scope="module")
+def growth(exploration) -> GrowthReport:
+    assert exploration.growth is not None
+    return exploration.growth
+
+
+def texts(figure):
+    figure.draw_without_rendering()
+    return [text.get_text() for axes in figure.axes for text in (axes.title, *axes.texts, axes._left_title)]
+
+
+def test_more_and_more_is_known(growth, exploration):
+    """Area never shrinks, way, time and contacts neither, and the end is the map that was made."""
+    curve = growth.curve
+    for value in (curve.time, curve.contacts, curve.way):
+        assert (np.diff(value) >= 0.0).all()
+    assert (np.diff(curve.area) >= -0.02 * curve.area[-1]).all(), "but for ragged edges"
+    whole = MeshFigures.of(exploration.map.mesh)
+    assert curve.area[-1] == pytest.approx(whole.area, rel=0.05)
+    assert curve.middle[-1] == pytest.approx(whole.middle, rel=0.1)
+    known = np.isfinite(curve.middle)
+    assert (curve.middle <= curve.tail)[known].all()
+    assert (known == (curve.area > 0.0)).all()
+    assert curve.contacts[-1] == len(exploration.cloud)
+
+
+def test_snapshots_show_shares_of_the_way(growth):
+    shares = [growth.curve.way[each.moment] / growth.curve.way[-1] for each in growth.snapshots]
+    assert shares == pytest.approx(SHOWN, abs=0.01)
+    for each in growth.snapshots:
+        done = float(np.linalg.norm(np.diff(each.done[:, :2], axis=0), axis=1).sum())
+        assert done <= growth.curve.way[each.moment] + 1e-3
+        assert len(each.mesh.triangles) == 0 or growth.curve.area[each.moment] > 0.0
+    assert not len(growth.snapshots[-1].to_go), "nothing is left at the end"
+    middle = growth.snapshots[1]
+    assert middle.to_go[0] == pytest.approx(middle.done[-1]), "it goes on from where the tip is"
+
+
+def test_marks_come_when_they_were_made(exploration):
+    record, middle = exploration.record, exploration.record.time[len(exploration.record.time) // 2]
+    mark = ShownMark("edge", (0.0, 0.0, 0.1))
+    plans = (
+        PlanChange(record.time[0], ShownPlan("stroke", ((0.0, 0.0, 0.0),))),
+        PlanChange(middle, ShownPlan("", (), (0.0, 0.0, 1.0), (mark,))),
+    )
+    grown = map_growth(exploration.cloud, record, exploration.map.surface, plans)
+    for each in grown.snapshots:
+        assert tuple(each.marks) == ((mark,) if grown.curve.time[each.moment] >= middle - record.time[0] else ())
+
+
+def test_the_report_has_it(exploration, growth):
+    assert exploration_report(exploration).growth is growth
+    assert "What was known when" in "".join(_growth_parts(growth))
+
+
+def test_nothing_felt_nothing_grown(exploration):
+    nothing = exploration.cloud.select(np.zeros(len(exploration.cloud), bool))
+    assert map_growth(nothing, exploration.record, exploration.map.surface, ()) is None
+    assert _growth_parts(None) == []
+
+
+def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
+    marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(Event))
+    last = dataclasses.replace(growth.snapshots[-1], marks=marks)
+    told = dataclasses.replace(growth, snapshots=(*growth.snapshots[:-1], last))
+    picture = snapshots_picture(told)
+    for figure in (picture.full, picture.narrow):
+        panels = [axes for axes in figure.axes if axes.get_xlabel() == "x [mm]"]
+        assert len(panels) == len(SHOWN)
+        assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
+        ((low, high),) = {(c.norm.vmin, c.norm.vmax) for axes in panels for c in axes.collections}
+        assert (low, high) == (0.0, pytest.approx(1e6 * growth.largest_sd))
+        assert any(axes.get_xlabel() == "standard deviation [µm]" for axes in figure.axes)
+        (legend,) = figure.legends
+        said = {text.get_text() for text in legend.get_texts()}
+        assert said == {"way of the tip", "tip", "still to go", *(event.value for event in Event)}
+        assert "100 % of the way" in " ".join(texts(figure))
+    lines = [line for line in panels[-1].lines if line.get_label() in set(Event)]
+    assert len({str(line.get_marker()) for line in lines}) == len(Event), "a symbol each"
+    assert "1 x edge" in picture.caption
+    curve = growth_picture(growth)
+    labels = {axes.get_xlabel() for axes in curve.full.axes}
+    assert labels == {"", "way of the tip [mm]", "time [s]", "contacts"}
+
+
+def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth):
+    nothing = dataclasses.replace(growth.curve, area=0.0 * growth.curve.area)
+    empty = tuple(dataclasses.replace(each, mesh=surface_mesh(SurfaceMap())) for each in growth.snapshots)
+    told = GrowthReport(nothing, empty)
+    text = "".join(_growth_parts(told))
+    assert "What was known when" not in text
+    assert "nothing of the surface counts as observed" in text
+    assert "nan" not in re.sub(r"base64,[^\"]*", "", text)
+
+
+def test_a_growth_of_nothing_is_refused(growth):
+    with pytest.raises(InvalidValueError, match="there are no snapshots"):
+        GrowthReport(growth.curve, ())
+    late = dataclasses.replace(growth.snapshots[0], moment=99)
+    with pytest.raises(InvalidValueError, match=f"moment = 99: must be from 0 to {len(growth.curve) - 1}"):
+        GrowthReport(growth.curve, (late,))
+    with pytest.raises(InvalidValueError, match="way has 2 entries"):
+        dataclasses.replace(growth.curve, way=np.zeros(2))
+
+
+def test_figures_of_a_mesh_are_those_of_its_area():
+    """A cap of a sphere: area by its height, and half of it below the median."""
+    cloud = sphere_cap(half=0.008, row=0.002)
+    mesh = surface_mesh(SurfaceMap.learned(cloud))
+    figures = MeshFigures.of(mesh)
+    x, y = mesh.vertices[:, 0], mesh.vertices[:, 1]
+    # the plan of the mesh, stretched by 1 / n_z
+    plan = np.ptp(x) * np.ptp(y)
+    assert plan * 0.9 < figures.area < plan * (1.0 + 0.5 * (0.0114 / RADIUS) ** 2) * 1.02
+    area, sd = triangle_areas(mesh.vertices, mesh.triangles), mesh.sd[mesh.triangles].mean(axis=1)
+    assert area[sd <= figures.middle].sum() == pytest.approx(0.5 * figures.area, rel=0.02)
+    assert area[sd <= figures.tail].sum() == pytest.approx(0.95 * figures.area, rel=0.02)
+    bigger = dataclasses.replace(mesh, vertices=3.0 * mesh.vertices)
+    assert MeshFigures.of(bigger).area == pytest.approx(9.0 * figures.area)
+
+
+@pytest.mark.parametrize("size", [0.005, 0.05, 0.5])
+def test_a_mesh_stays_small(size):
+    points = np.random.default_rng(0).uniform(0.0, size, (1000, 3)) * [1.0, 1.0, 0.1]
+    voxel = voxel_for(points, 5e-4, 3000)
+    assert voxel >= 5e-4
+    assert (size / voxel) ** 2 <= 3000
+    assert voxel_for(np.zeros((0, 3)), 5e-4, 3000) == 5e-4

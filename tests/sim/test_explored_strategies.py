@@ -1,0 +1,278 @@
+"""Strategies carried out on the simulated stage: what they meet, what they mark, what the map is made of."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from explored_stage import PERIOD, RADIUS, explored
+from palpate.controllers import Raster, Room
+from palpate.controllers.paths import (
+    Contour,
+    EdgeSteering,
+    Event,
+    Follow,
+    LegEnd,
+    LevelSteering,
+    PathPlane,
+    Spiral,
+    Taps,
+    Waypoints,
+    tap_grid,
+)
+from palpate.runtime import Ending, Limits, Phase
+from palpate.sim import Box, ContactLaw, EllipsoidObject, SphereObject, white_noise
+from palpate.sim.objects.mesh import TracedMesh
+from palpate.sim.objects.mesh_file import Triangles
+from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp
+
+ABOVE = RADIUS + 1e-3
+LIMIT = Limits().force
+LINE = Waypoints(((-0.008, 0.0), (0.008, 0.0)))
+NANO17 = white_noise(1 / 320, 1e-3 / 64, 4)
+
+
+class Sharp(TracedMesh):
+    """A mesh that is touched although it is too hollow for the tip: where that touches is where it is deepest."""
+
+    def check_tip(self, radius):
+        pass
+
+
+def blocks(*bounds):
+    parts = [trimesh.creation.box(bounds=b) for b in bounds]
+    faces = [part.faces + 8 * k for k, part in enumerate(parts)]
+    return Sharp(Triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces)))
+
+
+def two_floors(height, gap=1e-5):
+    """One up to x = 0, another from x = gap on, which is so much higher."""
+    return blocks(((-0.02, -0.01, -0.02), (0.0, 0.01, 0.0)), ((gap, -0.01, -0.02), (0.02, 0.01, height)))
+
+
+def events(e):
+    return [mark.event for mark in e.strategy.marks]
+
+
+def check_on_surface(e, target, rms=2e-6):
+    off = target.signed_distance(e.points)
+    assert np.sqrt(np.mean(off**2)) < rms
+    assert e.most_force < LIMIT
+    assert np.linalg.norm(e.record.velocity[-1]) < 1e-3
+
+
+# spirals, contours, edges, taps
+
+
+def test_a_spiral_over_a_sphere():
+    target = SphereObject(0.03)
+    e = explored(target, Follow(Spiral(4e-3, 2e-3)), (0.0, 0.0, target.top + ABOVE), seconds=20.0)
+    assert e.result.ending is Ending.DONE
+    check_on_surface(e, target)
+    assert e.force_rms() < 0.05
+    assert e.strategy.marks == ()
+    assert np.hypot(*e.tip[-1, :2]) == pytest.approx(4e-3, abs=5e-4)
+
+
+def round_level(target, height, at, most, **given):
+    plane = PathPlane((0.0, 0.0, height))
+    contour = Contour(at, LevelSteering(plane), plane, most)
+    e = explored(target, contour, (*at, target.top + ABOVE), seconds=60.0, **given)
+    assert e.result.ending is Ending.DONE
+    assert contour.closed
+    assert contour.marks == ()
+    # once the level is reached it is kept
+    kept = e.tip[len(e.tip) // 3 :, 2] - height
+    assert np.abs(kept).max() < 3e-4
+    assert e.force_rms() < 0.05
+    return e, contour
+
+
+def test_round_a_sphere_at_constant_height():
+    target = SphereObject(0.01)
+    e, contour = round_level(target, 4e-3, (0.006, 0.0), 0.2)
+    check_on_surface(e, target)
+    assert contour.gone == pytest.approx(2 * math.pi * math.sqrt((0.01 + RADIUS) ** 2 - 4e-3**2), abs=2.5e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [None, NANO17], ids=["exact", "nano17"])
+def test_round_an_ellipsoid_at_constant_height(noise):
+    target = EllipsoidObject((0.024, 0.016, 0.02))
+    e, _ = round_level(target, 5e-3, (0.012, 0.0), 0.3, noise=noise)
+    check_on_surface(e, target, 2e-6 if noise is None else 0.05e-3)
+
+
+@pytest.mark.slow
+def test_round_a_box_with_round_edges_at_constant_height():
+    """Below its top, on walls: there is no limit of steepness there, and the tip touches beside, not below."""
+    solid = trimesh.convex.convex_hull(
+        np.concatenate(
+            [
+                trimesh.creation.icosphere(subdivisions=4, radius=3e-3).vertices + corner
+                for corner in trimesh.creation.box(extents=(0.018, 0.012, 0.014)).vertices
+            ]
+        )
+    )
+    target = TracedMesh(Triangles(np.asarray(solid.vertices), np.asarray(solid.faces)))
+    plane = PathPlane((0.0, 0.0, 3e-3))
+    at = (0.0115, 0.0)  # on the rounding: the flat top has no way around it
+    contour = Contour(at, LevelSteering(plane), plane, 0.3)
+    e = explored(target, contour, (*at, target.top + ABOVE), seconds=60.0)
+    assert e.result.ending is Ending.DONE
+    assert contour.closed
+    check_on_surface(e, target, 20e-6)
+    # at the tip's level the way is a rectangle whose corners are rounded by 3 mm and the tip
+    assert contour.gone == pytest.approx(2 * (0.018 + 0.012) + 2 * math.pi * (3e-3 + RADIUS), abs=3e-3)
+    on_walls = np.abs(e.record.normal[e.scan][:, 2]) < 0.05
+    assert on_walls.mean() > 0.5
+
+
+@pytest.mark.slow
+def test_along_the_edge_of_a_box():
+    target = Box((0.03, 0.02, 0.02))
+    steering = EdgeSteering.at_offset(PathPlane(), 0.5 * RADIUS, RADIUS, (1.0, 0.0, 0.0))
+    contour = Contour((0.012, 0.0), steering, PathPlane(), 0.3)
+    e = explored(target, contour, (0.012, 0.0, target.top + ABOVE))
+    assert e.result.ending is Ending.DONE
+    assert contour.closed
+    check_on_surface(e, target, 5e-6)
+    last = e.points[len(e.points) // 3 :]
+    beside = np.minimum(np.abs(np.abs(last[:, 0]) - 0.015), np.abs(np.abs(last[:, 1]) - 0.01))
+    assert np.hypot(beside, last[:, 2] - target.top).max() < 0.1e-3
+    assert set(events(e)) == {Event.EDGE}
+
+
+def test_taps_on_a_ball_and_beside_it():
+    target = SphereObject(6e-3)
+    points = tap_grid(0.024, 0.012, 0.012)
+    start = (*points[0], target.top + ABOVE)
+    # as far down as the ball is steep enough to be missed
+    e = explored(target, Taps(points, 2e-3), start, approach_distance=6e-3, settle_time=0.15, landing_speed=0.01)
+    assert e.result.ending is Ending.DONE
+    check_on_surface(e, target)
+    hit = [math.hypot(*point) < 0.01 for point in points]
+    assert [end is LegEnd.REACHED for end in e.ends] == hit
+    assert events(e) == [Event.UNREACHABLE] * hit.count(False)
+    for mark, point in zip(e.strategy.marks, (p for p, h in zip(points, hit, strict=True) if not h), strict=True):
+        assert mark.position[:2] == pytest.approx(point, abs=4e-4)
+    # a tenth of a second of contacts from each
+    assert len(e.points) * PERIOD == pytest.approx(0.1 * hit.count(True), abs=0.01)
+
+
+@pytest.mark.slow
+def test_taps_five_by_five():
+    target = SphereObject(0.01)
+    points = tap_grid(0.032, 0.032, 0.008)
+    e = explored(target, Taps(points), (*points[0], target.top + ABOVE), seconds=300.0, approach_distance=0.02)
+    assert e.result.ending is Ending.DONE
+    check_on_surface(e, target)
+    far = [math.hypot(*point) > 0.01 + RADIUS for point in points]
+    near = [math.hypot(*point) < 0.0135 for point in points]
+    assert all(end is LegEnd.MISSED for end, out in zip(e.ends, far, strict=True) if out)
+    assert all(end is LegEnd.REACHED for end, into in zip(e.ends, near, strict=True) if into)
+
+
+# steps, holes, walls
+
+
+def along_line(target, **given):
+    e = explored(target, Follow(LINE), (-0.008, 0.0, target.top + ABOVE), seconds=30.0, **given)
+    assert e.most_force < LIMIT
+    assert e.result.ending is Ending.DONE
+    assert np.linalg.norm(e.record.velocity[-1]) < 1e-3
+    return e
+
+
+def test_a_step_down_is_passed_and_marked():
+    e = along_line(two_floors(-1.5e-3))
+    assert e.ends == [LegEnd.REACHED, LegEnd.REACHED]
+    (mark,) = e.strategy.marks
+    assert mark.event is Event.STEP
+    assert "1.50 mm lower" in mark.reason
+    assert mark.position == pytest.approx((0.0, 0.0, 0.0), abs=1e-4)
+
+
+def test_at_a_wall_the_stroke_ends_and_the_path_goes_on_above():
+    e = along_line(two_floors(6e-3), approach_distance=0.012)
+    assert e.ends == [LegEnd.REACHED, LegEnd.STEEP, LegEnd.REACHED, LegEnd.REACHED]
+    assert [event for event in events(e) if event is not Event.EDGE] == [Event.TIGHT, Event.STEEP]
+    behind = e.points[:, 0] > 1e-3
+    assert e.points[behind, 2] == pytest.approx(np.full(behind.sum(), 6e-3), abs=1e-4)
+    assert behind.sum() * PERIOD > 0.15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gap", [2.5e-3, 4e-3])
+def test_a_hole_narrower_than_the_tip_is_passed_and_marked(gap):
+    e = along_line(two_floors(0.0, gap))
+    assert e.ends == [LegEnd.REACHED, LegEnd.REACHED]
+    assert events(e) == [Event.HOLE]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("height", [1e-3, 2e-3])
+def test_a_step_up_is_marked_and_what_lies_behind_it_swept(height):
+    e = along_line(two_floors(height))
+    assert Event.TIGHT in events(e)
+    behind = e.points[:, 0] > 3e-3
+    assert np.median(e.points[behind, 2]) == pytest.approx(height, abs=2e-5)
+
+
+# beside the object, out of reach, lost
+
+
+@pytest.mark.slow
+def test_a_raster_over_the_rim_sweeps_what_there_is():
+    target = Box((0.016, 0.016, 0.01))
+    raster = Raster(0.024, 0.008, 0.004, (0.006, 0.0))
+    start = (*raster.corners()[0], target.top + ABOVE)
+    e = explored(target, Follow(raster), start, seconds=120.0, approach_distance=0.012)
+    assert e.result.ending is Ending.DONE
+    check_on_surface(e, target, 5e-6)
+    for row in (-4e-3, 0.0, 4e-3):
+        swept = np.abs(e.tip[:, 1] - row) < 2e-4
+        assert np.ptp(e.tip[swept, 0]) > 4e-3  # what is left out doubles from miss to miss
+    assert {Event.STEEP, Event.UNREACHABLE} <= set(events(e))
+
+
+def test_what_the_robot_cannot_reach_is_marked_and_the_rest_swept():
+    target = Box((0.06, 0.06, 0.01))
+    raster = Raster(0.012, 0.004, 0.004)
+    start = (*raster.corners()[0], target.top + ABOVE)
+    room = Room((-0.02, -0.02, -1.0), (0.003, 0.02, 1.0))
+    tight = Limits(workspace_lower=(-0.02, -0.02, -1.0), workspace_upper=(0.003, 0.02, 1.0))
+    e = explored(target, Follow(raster), start, seconds=30.0, room=room, limits=tight)
+    assert e.result.ending is Ending.DONE
+    check_on_surface(e, target)
+    assert e.tip[:, 0].max() < 0.003
+    assert Event.BLOCKED in events(e)
+    assert {event for event in events(e) if event is not Event.BLOCKED} <= {Event.UNREACHABLE}
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, -1.0), (1.0, 0.0, 0.0)], ids=["down", "aside"])
+def test_an_object_that_is_taken_away_is_sought_once_and_given_up(axis):
+    speed = 0.2 if axis[2] else 0.05
+    target = MovingTarget(Box((0.04, 0.04, 0.01)), [DrivenJoint(JointKind.SLIDE, axis, Ramp(speed, 0.8))])
+    raster = Raster(0.012, 0.004, 0.004)
+    e = explored(target, Follow(raster), (*raster.corners()[0], 0.005 + ABOVE), seconds=20.0)
+    assert e.result.ending is Ending.LOST
+    assert e.phases[-4:] == [Phase.SCAN, Phase.SEEK, Phase.LOST, Phase.STOP]
+    assert events(e)[-1] is Event.LOST
+    assert e.most_force < LIMIT
+    assert np.linalg.norm(e.record.velocity[-1]) < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hardness", [1.0, 5.0])
+def test_what_is_hit_while_travelling_stays_below_the_limit(hardness):
+    """Touch by touch along a floor that becomes a block, with the way between them below its top."""
+    target = two_floors(6e-3)
+    law = ContactLaw(stiffness=hardness * 20e3)
+    taps = Taps(((-0.008, 0.0), (0.008, 0.0)), 1e-3)
+    start = (-0.008, 0.0, target.top + ABOVE)
+    e = explored(target, taps, start, law=law, seconds=30.0, approach_distance=0.012)
+    assert e.most_force < LIMIT
+    assert e.ends == [LegEnd.REACHED, LegEnd.REACHED]
+    assert np.median(e.points[-50:, 2]) == pytest.approx(6e-3, abs=1e-4)  # compressed less than a map allows for

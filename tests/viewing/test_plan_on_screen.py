@@ -1,0 +1,235 @@
+"""The plan: what is behind the tip, what is before it, and that it gets to the view whole."""
+
+import itertools
+import math
+import multiprocessing
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.experiments.plan_watch import PlanDiary, PlanWatch
+from palpate.experiments.view_growth import plans_of_log
+from palpate.experiments.view_plan import view_scene
+from palpate.runtime.plan_track import MOST_STEPS, STEP, PlanTrack
+from palpate.runtime.shown_plan import MOST_CORNERS, MOST_MARKS, ShownMark, ShownPlan
+from palpate.viewing import ANY_PORT, Player, frames_of_log
+from palpate.viewing.plan_board import CAPACITY, PlanBoard, PlanReader, PlanWriter
+from palpate.viewing.plan_drawing import LABEL_DISTANCE, places
+
+UP = (0.0, 0.0, 1.0)
+
+
+def along(points, step=1e-4):
+    """Points every `step` along a polygon."""
+    found = [np.array(points[:1], float)]
+    for a, b in itertools.pairwise(points):
+        count = max(math.ceil(math.dist(a, b) / step), 1)
+        found.append(np.linspace(a, b, count + 1)[1:])
+    return np.concatenate(found)
+
+
+def length(points):
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def meander(rows, width, apart, height=0.0):
+    corners = []
+    for i in range(rows):
+        ends = (0.0, width) if i % 2 == 0 else (width, 0.0)
+        corners += [(x, i * apart, height) for x in ends]
+    return corners
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(1, 6),
+    st.floats(4e-3, 0.02),
+    st.floats(1e-3, 4e-3),
+    st.floats(0.0, 1.0),
+    st.integers(1, 700),
+    st.floats(0.0, 5e-5),
+)
+def test_done_and_to_go_are_the_path(rows, width, apart, share, batch, wobble):
+    """However the positions come in: what is behind and what is ahead have the length of the whole."""
+    path = meander(rows, width, apart)
+    way = along(path)
+    way = way[: 1 + int(share * (len(way) - 1))]
+    way = way + np.random.default_rng(0).uniform(-wobble, wobble, way.shape)
+    track = PlanTrack()
+    track.move(way[:1] + np.array([0.0, 0.0, 5e-3]))
+    track.follow(ShownPlan("stroke", tuple(path[1:])))
+    for i in range(0, len(way), batch):
+        track.move(way[i : i + batch])
+    assert track.done[:, 2] == pytest.approx(track.done[0, 2]), "drawn at one height"
+    whole = length(np.array(path))
+    gone = length(track.done)
+    to_go = length(track.rest)
+    assert gone + to_go == pytest.approx(whole, rel=0.05, abs=6.0 * STEP)
+    assert to_go == pytest.approx((1.0 - share) * whole, rel=0.02, abs=6.0 * STEP)
+
+
+def test_rows_close_to_each_other_are_not_mixed_up():
+    """On the second row of three, half a millimetre apart, one and a half are still to come."""
+    path = meander(3, 0.01, 5e-4)
+    way = along([*path[:3], (0.005, 5e-4, 0.0)])
+    track = PlanTrack()
+    track.follow(ShownPlan("stroke", tuple(path)))
+    track.move(way)
+    assert length(track.rest) == pytest.approx(0.005 + 5e-4 + 0.01, abs=4.0 * STEP)
+
+
+def test_there_and_back_is_not_done_at_the_beginning():
+    track = PlanTrack()
+    track.move(np.zeros((1, 3)))
+    track.follow(ShownPlan("stroke", ((0.01, 0.0, 0.0), (0.0, 0.0, 0.0))))
+    track.move(along([(0.0, 0.0, 0.0), (0.005, 0.0, 0.0)]))
+    assert length(track.rest) == pytest.approx(0.015, abs=2.0 * STEP)
+    track.move(along([(0.005, 0.0, 0.0), (0.01, 0.0, 0.0), (0.004, 0.0, 0.0)]))
+    assert length(track.rest) == pytest.approx(0.004, abs=4.0 * STEP)
+
+
+def test_another_mark_does_not_begin_the_leg_anew():
+    path = ((0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.01, 0.01, 0.0))
+    track = PlanTrack()
+    track.follow(ShownPlan("stroke", path))
+    track.move(along([*path[:2], (0.01, 0.005, 0.0)]))
+    before = track.rest
+    track.follow(ShownPlan("stroke", path, UP, (ShownMark("edge", (0.0, 0.0, 0.0)),)))
+    assert (track.rest == before).all()
+
+
+def test_a_long_way_gets_coarser_rather_than_endless():
+    track, angle = PlanTrack(), np.linspace(0.0, 400.0, 120_000)
+    track.move(np.column_stack([0.05 * np.cos(angle), 0.05 * np.sin(angle), 0.0 * angle]))
+    assert MOST_STEPS / 2 <= len(track.done) <= MOST_STEPS
+    assert length(track.done) == pytest.approx(20.0, rel=0.02)
+
+
+def test_a_plane_that_stands_upright():
+    """Along the axis nothing moves: the line stays in the plane of the tip's beginning."""
+    track, axis = PlanTrack(), (1.0, 0.0, 0.0)
+    track.follow(ShownPlan("stroke", ((0.0, 0.0, 0.0), (0.0, 0.01, 0.0)), axis))
+    track.move(np.array([[0.3, 0.0, 0.0], [0.25, 0.0, 0.0], [0.24, 0.004, 0.0]]))
+    assert track.rest[:, 0] == pytest.approx(0.3)
+    assert track.rest[-1] == pytest.approx([0.3, 0.01, 0.0])
+
+
+def plan_of(corners, marks):
+    return ShownPlan(
+        "stroke",
+        tuple((1e-3 * i, 2e-3 * i, 0.0) for i in range(corners)),
+        UP,
+        tuple(ShownMark("unreachable", (1e-3 * i, 0.1, 0.2)) for i in range(marks)),
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 5000), st.integers(0, 1000)), min_size=1, max_size=4))
+def test_the_newest_plan_comes_through_and_once(sizes):
+    board = PlanBoard(multiprocessing.get_context("spawn"))
+    writer, reader = PlanWriter(board), PlanReader(board)
+    assert reader.news() is None
+    for corners, marks in sizes:
+        writer.write(plan_of(corners, marks))
+    found = reader.news()
+    corners, marks = sizes[-1]
+    whole = plan_of(corners, marks)
+    assert found is not None
+    assert len(found.path) <= MOST_CORNERS + 1
+    assert found.path[:1] == whole.path[:1]
+    assert found.path[-1:] == whole.path[-1:], "a thinned path still ends where it ends"
+    assert found.marks == whole.marks[-MOST_MARKS:]
+    assert reader.news() is None
+    assert len(pickle.dumps(whole.bounded())) < CAPACITY / 2
+
+
+def test_half_a_plan_is_no_plan():
+    """Whatever byte is not written yet, the reader waits."""
+    board = PlanBoard(multiprocessing.get_context("spawn"))
+    writer, reader = PlanWriter(board), PlanReader(board)
+    writer.write(plan_of(20, 3))
+    memory = memoryview(board._memory).cast("B")
+    said = 24 + 40
+    memory[said] ^= 0xFF
+    assert reader.news() is None
+    memory[said] ^= 0xFF
+    assert reader.news() == plan_of(20, 3)
+
+
+def test_a_watch_tells_of_every_leg_once_and_of_marks_soon(short_run):
+    controller = short_run.planned.controller()
+    watch = PlanWatch(controller)
+    controller.start(short_run.periods[0][1])
+    told = [watch.news() for _ in range(50)]
+    assert told[0].leg == "hop"
+    assert told[1:] == [None] * 49
+
+
+def test_the_plans_of_a_log_are_those_of_the_run(short_run):
+    """The controller makes the same legs again: to the corners that it was given."""
+    plans = plans_of_log(short_run.log)
+    assert [change.plan.leg for change in plans] == ["hop", "stroke", ""]
+    raster = np.array(plans[1].plan.path)
+    tip = frames_of_log(short_run.log).position
+    for corner in raster:
+        assert np.linalg.norm(tip[:, :2] - corner[:2], axis=1).min() < 3e-4
+    assert plans[0].time == short_run.log.record().time[0]
+    assert (np.diff([change.time for change in plans]) > 0.0).all()
+
+
+def test_a_diary_keeps_what_a_watch_tells(short_run):
+    controller = short_run.planned.controller()
+    diary = PlanDiary(controller)
+    controller.start(short_run.periods[0][1])
+    for period in short_run.periods[:5]:
+        diary.observe(*period)
+    assert [change.time for change in diary.changes] == [short_run.periods[0][1].time]
+
+
+def test_words_on_the_screen_are_apart_and_none_is_lost():
+    rng = np.random.default_rng(1)
+    marks = [
+        ShownMark(event, tuple(position))
+        for event, position in zip(
+            ["edge", "steep", "lost"] * 30, rng.uniform(0.0, 0.008, (90, 3)).tolist(), strict=True
+        )
+    ]
+    found = places(marks)
+    positions = np.array([at for at, _ in found])
+    apart = np.linalg.norm(positions[:, None] - positions[None], axis=2)
+    assert apart[np.triu_indices(len(found), 1)].min() >= LABEL_DISTANCE
+    for mark in marks:
+        assert any(
+            math.dist(at, mark.position) < LABEL_DISTANCE and mark.event in words.split(", ")
+            for at, words in found
+        )
+
+
+def test_lines_and_marks_are_in_the_scene_and_go_when_it_is_wound_back(short_run):
+    plans = plans_of_log(short_run.log)
+    with Player(view_scene(short_run.planned), frames_of_log(short_run.log), port=ANY_PORT, plans=plans) as player:
+        scene: Any = player.server.scene
+        player._playing.value = False
+        player._slider.value = float(plans[1].time) + 0.3
+        player.step(0.0)
+        to_go = scene.get_handle_by_name("/plan/to_go").points
+        assert to_go[-1, 1, :2] == pytest.approx(plans[1].plan.path[-1][:2], abs=1e-6)
+        assert (to_go[:, :, 2] > short_run.planned.target.top).all(), "above the surface"
+        player.drawing.follow(ShownPlan("", (), UP, (ShownMark("edge", (0.0, 0.0, 0.1)),)))
+        assert scene.get_handle_by_name("/marks/mark_0").position == pytest.approx((0.0, 0.0, 0.1))
+        assert scene.get_handle_by_name("/marks/word_0").text == "edge"
+        player.drawing.refresh(player._frames[:1])
+        assert "1 x edge" in player.drawing._numbers.content
+        player._slider.value = 0.0
+        player.step(0.0)
+        assert scene.get_handle_by_name("/marks/mark_0") is None
+        assert scene.get_handle_by_name("/marks/word_0") is None
+        player._slider.value = 1e3
+        player.step(0.0)
+        player.drawing.refresh(player._frames[-1:])
+        assert scene.get_handle_by_name("/plan/to_go") is None, "nothing is left at the end"
+        assert len(scene.get_handle_by_name("/plan/done").points) > 50

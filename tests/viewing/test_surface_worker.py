@@ -1,0 +1,246 @@
+"""The surface that grows in another process: the map's own, never waited for, and dispensable."""
+
+import multiprocessing
+import os
+import signal
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.view_growth import surface_view
+from palpate.experiments.view_plan import view_scene
+from palpate.mapping import Knowledge
+from palpate.viewing import ANY_PORT, LiveView, Player, SurfaceView, ViewScene, frames_of_log
+from palpate.viewing import surface_worker as module
+from palpate.viewing.surface_grower import POSITION, SurfaceGrower, contacts_of, rim_edges
+from palpate.viewing.surface_worker import SurfaceFeed, SurfaceWorker
+
+
+def until(condition, seconds=60.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@pytest.fixture(scope="module")
+def felt(short_run):
+    view = surface_view(short_run.planned)
+    return view, contacts_of(frames_of_log(short_run.log), view)
+
+
+@pytest.fixture
+def fed(short_run):
+    view = surface_view(short_run.planned)
+    worker = SurfaceWorker(multiprocessing.get_context("spawn"), view)
+    yield worker, SurfaceFeed(worker.connection, view), frames_of_log(short_run.log)
+    worker.close()
+    assert not worker.is_alive
+
+
+def grown_of(view, contacts, parts=1):
+    grower = SurfaceGrower(view)
+    for part in np.array_split(contacts, parts):
+        grower.add(part)
+    return grower.grown()
+
+
+def test_contacts_lie_on_the_object(felt, short_run):
+    """Compression taken off: nearer to the truth than the bare centroids, which lie inside."""
+    _, contacts = felt
+    error = short_run.planned.target.signed_distance(contacts[:, POSITION])
+    assert abs(np.median(error)) < 2e-6
+    bare = contacts_of(frames_of_log(short_run.log), SurfaceView(rows=2e-3))
+    inside = np.median(short_run.planned.target.signed_distance(bare[:, POSITION]))
+    assert inside == pytest.approx(-short_run.planned.half_compliance * short_run.planned.config.force, rel=0.1)
+
+
+def test_the_surface_is_the_object_where_it_was_felt(felt, short_run):
+    view, contacts = felt
+    grown = grown_of(view, contacts)
+    seen = grown.vertices[np.unique(grown.observed)]
+    assert np.abs(short_run.planned.target.signed_distance(seen)).max() < 2e-5
+    assert grown.contacts == len(contacts)
+    far = np.max(KDTree(contacts[:, POSITION]).query(seen)[0])
+    assert far <= 0.75 * view.rows + 1e-4, "nothing is claimed where nothing was felt"
+    whole = 0.010 * 0.004  # of the raster; on a convex object contacts lie inside of it
+    assert 0.3 * whole < grown.figures.area < whole
+    friction = grown.friction[np.isfinite(grown.friction)]
+    assert np.median(friction) == pytest.approx(0.3, abs=0.01)
+    assert friction == pytest.approx(0.3, abs=0.05), "at the ends of rows the tip slows down"
+
+
+def test_what_is_known_has_an_edge_and_what_is_beyond_is_no_part_of_it(felt):
+    view, contacts = felt
+    grown = grown_of(view, contacts)
+    assert len(grown.rim)
+    observed = {tuple(sorted(t)) for t in grown.observed.tolist()}
+    assert not observed & {tuple(sorted(t)) for t in grown.rim.tolist()}
+    # a closed line: every corner of the edge is the end of as many sides as it is the beginning of others
+    assert (np.bincount(grown.edge.ravel())[np.unique(grown.edge)] % 2 == 0).all()
+    everything = grown_of(replace(view, worst=Knowledge.EXTRAPOLATED), contacts)
+    assert not len(everything.rim)
+    assert everything.figures.area > grown.figures.area
+
+
+def test_in_parts_or_at_once(felt):
+    view, contacts = felt
+    first = contacts[: len(contacts) // 2]
+    assert grown_of(view, first).figures.area < grown_of(view, contacts).figures.area
+    once, twice = grown_of(view, first[:400], 1), grown_of(view, first[:400], 4)
+    assert twice.vertices == pytest.approx(once.vertices, abs=1e-9)
+    assert twice.sd == pytest.approx(once.sd, rel=1e-6)
+
+
+def test_edges_of_a_square_are_its_four_sides():
+    assert {tuple(e) for e in rim_edges(np.array([[0, 1, 2], [0, 2, 3]])).tolist()} == {
+        (0, 1),
+        (1, 2),
+        (2, 3),
+        (0, 3),
+    }
+    assert rim_edges(np.zeros((0, 3), np.int64)).shape == (0, 2)
+
+
+def test_nothing_waits_for_the_process_and_all_that_was_felt_gets_there(fed):
+    """While it works, contacts gather; the newest answer has them all."""
+    _, feed, frames = fed
+    longest, grown = 0.0, None
+    pieces = [frames[i : i + 33] for i in range(0, len(frames), 33)]
+    wanted = len(contacts_of(frames, SurfaceView(rows=2e-3)))
+
+    def step():
+        nonlocal longest, grown
+        if pieces:
+            feed.add(pieces.pop(0))
+        begun = time.perf_counter()
+        new = feed.take()
+        if new is None:  # a surface that has come takes as long as its bytes
+            longest = max(longest, time.perf_counter() - begun)
+        grown = new or grown
+        return grown is not None and grown.contacts == wanted
+
+    until(step)
+    assert longest < 0.25, "even on a busy machine: the first surface, with its imports, takes far longer"
+    assert feed.waiting == 0
+
+
+def test_winding_back_begins_anew_and_an_old_answer_is_thrown_away(fed):
+    _, feed, frames = fed
+    half = frames[: len(frames) * 2 // 3]
+    feed.add(frames)
+    until(lambda: feed.take() is None and feed.waiting == 0)  # sent, and being worked on
+    feed.clear()
+    feed.add(half)
+    found = []
+
+    def step():
+        new = feed.take()
+        if new is not None:
+            found.append(new.contacts)
+        return bool(found)
+
+    until(step)
+    assert found == [len(contacts_of(half, SurfaceView(rows=2e-3)))]
+
+
+def test_what_waits_is_bounded(short_run, monkeypatch):
+    monkeypatch.setattr(module, "MOST_WAITING", 300)
+    view = surface_view(short_run.planned)
+    ours, theirs = multiprocessing.get_context("spawn").Pipe()
+    feed = SurfaceFeed(ours, view)
+    feed._busy = True  # a process that never answers
+    for _ in range(5):
+        feed.add(frames_of_log(short_run.log)[500:1500])
+        assert feed.take() is None
+        assert feed.waiting <= 300 + 1000
+    ours.close()
+    theirs.close()
+
+
+def test_a_killed_process_is_told_of_once_and_for_all(fed):
+    worker, feed, frames = fed
+    os.kill(worker.pid, signal.SIGKILL)
+    until(lambda: not worker.is_alive)
+    feed.add(frames)
+
+    def step():
+        assert feed.take() is None
+        return feed.failed is not None
+
+    until(step)
+    assert "has ended" in feed.failed
+    feed.add(frames)
+    assert feed.waiting <= len(frames)
+    assert feed.take() is None
+
+
+@pytest.mark.slow
+def test_a_surface_that_cannot_be_made_is_told_of(short_run):
+    view = replace(surface_view(short_run.planned), voxel=1e-9)  # coarser ones come from the size of the object
+    worker = SurfaceWorker(multiprocessing.get_context("spawn"), view)
+    feed = SurfaceFeed(worker.connection, view)
+    frames = frames_of_log(short_run.log)
+    broken = frames.rows.copy()
+    broken[:, 1] = np.nan  # no time
+    feed.add(type(frames)(broken, frames.layout))
+    feed._waiting[0][:, 4:7] *= 3.0  # no unit normals
+    feed._waiting[0][:, 0] = 1.0
+    until(lambda: feed.take() is None and feed.failed is not None)
+    assert "the map cannot be drawn: InvalidValueError: normal of contact" in feed.failed
+    worker.close()
+
+
+def test_the_player_goes_on_without_it(short_run):
+    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
+    with Player(scene, frames_of_log(short_run.log), port=ANY_PORT) as player:
+        scene_tree = player.server.scene
+        assert not scene_tree.get_handle_by_name("/map").visible
+        player.step(1e9)
+        until(lambda: player.step(0.0) or scene_tree.get_handle_by_name("/surface/observed") is not None)
+        assert scene_tree.get_handle_by_name("/surface/rim") is not None
+        os.kill(player._worker.pid, signal.SIGKILL)
+        until(lambda: not player._worker.is_alive)
+        player._slider.value = 0.5  # winds back
+        player.step(0.03)
+        player._slider.value = 3.0
+        until(lambda: player.step(0.03) or scene_tree.get_handle_by_name("/map").visible)
+        assert scene_tree.get_handle_by_name("/surface/observed") is None
+        assert "has ended" in player.drawing._surface._says.content
+        assert player.time > 1.0
+
+
+def test_a_live_view_ends_with_all_its_processes(short_run):
+    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
+    with LiveView(scene, port=ANY_PORT) as view:
+        assert view.makes_surface
+        pid = view._worker.pid
+        for period in short_run.periods[:50]:
+            view.observe(*period)
+        os.kill(pid, signal.SIGKILL)
+        until(lambda: not view.makes_surface)
+        assert view.is_alive
+    assert not view.is_alive
+
+
+@pytest.mark.slow
+def test_the_worker_ends_with_the_view_s_process(short_run):
+    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
+    with LiveView(scene, port=ANY_PORT) as view:
+        view._process.kill()
+        until(lambda: not view.makes_surface)
+
+
+def test_a_surface_needs_a_map():
+    with pytest.raises(InvalidValueError, match="there is none without a map"):
+        ViewScene("t", (), map_spacing=None, surface=SurfaceView(rows=2e-3))
+
+
+@pytest.mark.parametrize(("name", "value"), [("rows", 0.0), ("voxel", -1e-3), ("half_compliance", -1.0)])
+def test_impossible_lengths(name, value):
+    with pytest.raises(InvalidValueError, match=name):
+        replace(SurfaceView(rows=2e-3), **{name: value})
