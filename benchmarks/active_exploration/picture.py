@@ -28,11 +28,11 @@ def draw(family: Family, seed: int, path: Path) -> None:
     heights = left.imshow(shape(GRID_X, GRID_Y)[0], origin="lower", extent=extent, cmap="Greys_r")
     left.add_collection(LineCollection(lines, array=np.arange(len(lines)), cmap="viridis", linewidths=1.2))
     figure.colorbar(heights, ax=left, label="height [mm]")
-    left.set_title(f"{family.name}: {way:.0f} mm of path, dark to light")
+    left.set_title(f"{family.name}: {way:.0f} mm\nof path, dark to light")
     limit = 1e3 * rule.limit
     errors = right.imshow(1e3 * off, origin="lower", extent=extent, cmap="RdBu", vmin=-limit, vmax=limit)
     figure.colorbar(errors, ax=right, label="error of the map [um]")
-    right.set_title(f"largest error {1e3 * float(np.abs(off).max()):.0f} um, RMS {1e3 * float(off.std()):.0f} um")
+    right.set_title(f"largest error {1e3 * float(np.abs(off).max()):.0f} um,\nRMS {1e3 * float(off.std()):.0f} um")
     for axes in (left, right):
         axes.set_xlabel("x [mm]")
         axes.set_ylabel("y [mm]")

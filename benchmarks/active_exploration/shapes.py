@@ -97,6 +97,20 @@ def cosine(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return value, np.where(inside, -0.5 * np.pi * np.sin(np.pi * q), 0.0)
 
 
+def mesa(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Flat on top, flanks of raised cosine over 0.7 widths: nothing beyond 0.85 widths."""
+    begin, end = 0.15, 0.85
+    t = np.clip((np.abs(q) - begin) / (end - begin), 0.0, 1.0)
+    return 0.5 + 0.5 * np.cos(np.pi * t), -0.5 * np.pi / (end - begin) * np.sin(np.pi * t) * np.sign(q)
+
+
+PROFILES: tuple[Profile, ...] = (gaussian, cosine, mesa)
+
+
+def any_profile(rng: np.random.Generator) -> Profile:
+    return PROFILES[rng.integers(len(PROFILES))]
+
+
 @dataclass(frozen=True, slots=True)
 class Detail:
     """A bump or dent, or with a length a ridge or groove with round ends.
@@ -193,13 +207,13 @@ FAMILIES = (
     Family(
         "flat, details",
         True,
-        lambda r: with_details(flat, few_details(r), gaussian),
+        lambda r: with_details(flat, few_details(r), any_profile(r)),
         lambda r: with_details(flat, few_details(r), cosine),
     ),
     Family(
         "curved, details",
         True,
-        lambda r: with_details(ball(r.uniform(120, 230)), few_details(r), gaussian),
+        lambda r: with_details(ball(r.uniform(120, 230)), few_details(r), any_profile(r)),
         lambda r: with_details(
             ellipsoid(r.uniform(90, 180), r.uniform(90, 180), r.uniform(60, 90)), few_details(r), cosine
         ),

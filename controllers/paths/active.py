@@ -31,8 +31,12 @@ COLUMN = 5e-4
 ASIDE = 3e-4
 """Farther from its row than this the tip is still on the way to it [m]."""
 
-BESIDE = 0.1
-"""How much longer than the loud part of a strip its stroke is, in gaps. From `benchmarks/active.py --tune`."""
+DETAIL = 0.3
+"""Part of the sum of squared errors that one detail may leave. From `benchmarks/active.py --tune`."""
+
+MARGIN = 0.6
+"""Expected error over the wanted one at which the goal counts as reached: expected largest errors of details were
+up to 1.7 times too small (`benchmarks/active.py --tune`)."""
 
 BERTH = 3e-3
 """On the way to a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
@@ -223,26 +227,46 @@ class Active:
 
     def _fine_stroke(self) -> tuple[Point, Point] | None:
         """The stroke that is worth most per way; None if the goal is reached, or nothing is left."""
-        own, goal = self._settings, self._goal
+        own = self._settings
         if not self._rows:
             return None
         self._columns.take(self._rows)
         if self._reached():
             return None
-        strips = self._columns.strips(goal.measure.value, goal.error)
-        open_strips = [s for s in strips if s.gap >= 2.0 * own.finest and s.place not in self._tried]
+        open_strips = (
+            ([] if self._known() else self._loud(1.0, tails=False))
+            or self._whole(own.prior)
+            or self._loud(MARGIN, tails=True)
+            or self._whole(2.0 * own.finest)
+        )
         if not open_strips:
             return None
         best = max(open_strips, key=self._worth_per_way)
         self._tried.add(best.place)  # what could not be felt the first time is not asked for again
         return self._ends(best)
 
+    def _loud(self, level: float, *, tails: bool) -> list[Strip]:
+        """Return the strokes that details ask for, to bring their errors to `level` of the goal."""
+        goal = self._goal
+        error = level * goal.error
+        tolerance = error
+        if goal.measure is Measure.RMS:
+            tolerance = level * DETAIL * goal.error**2 * (self._u[1] - self._u[0]) * (self._v[1] - self._v[0])
+        found = self._columns.loud(goal.measure.value, error, tolerance, tails=tails)
+        return [s for s in found if s.gap >= 2.0 * self._settings.finest and s.place not in self._tried]
+
+    def _whole(self, gap: float) -> list[Strip]:
+        """Return the strips that are wider than a gap [m]."""
+        found = self._columns.whole(self._goal.measure.value)
+        return [s for s in found if s.gap > gap and s.place not in self._tried]
+
     def _ends(self, strip: Strip) -> tuple[Point, Point]:
-        v, middle = 0.5 * (strip.low + strip.high), 0.5 * (strip.begin + strip.end)
+        v, middle = strip.v, 0.5 * (strip.begin + strip.end)
         # a detail is about as long as the gap in which it was noticed, and its flanks count
-        half = 0.5 * max(strip.end - strip.begin + BESIDE * strip.gap, strip.gap)
+        gap = 2.0 * min(v - strip.low, strip.high - v)
+        half = max(0.5 * (strip.end - strip.begin) + strip.beside, 0.5 * gap)
         # what would be left of the strip at the end of the field is not worth coming back for
-        near, far = self._u[0] + 0.5 * strip.gap, self._u[1] - 0.5 * strip.gap
+        near, far = self._u[0] + 0.5 * gap, self._u[1] - 0.5 * gap
         a = (middle - half if middle - half > near else self._u[0], v)
         b = (middle + half if middle + half < far else self._u[1], v)
         return (a, b) if math.dist(self._at, a) <= math.dist(self._at, b) else (b, a)
@@ -250,6 +274,14 @@ class Active:
     def _worth_per_way(self, strip: Strip) -> float:
         begin, end = self._ends(strip)
         return strip.worth / (math.dist(self._at, begin) + math.dist(begin, end))
+
+    def _known(self) -> bool:
+        """Whether the details that were met leave no more than the goal allows."""
+        error, _, area = self._columns.cells(tails=False)
+        goal = self._goal
+        if goal.measure is Measure.LARGEST:
+            return bool(error.max(initial=0.0) <= goal.error)
+        return bool((error**2 * area).sum() <= area.sum() * goal.error**2)
 
     def _reached(self) -> bool:
         """Whether the error that is expected meets the goal, over as much of the field as it asks for."""
@@ -266,5 +298,5 @@ class Active:
         if area.sum() < wanted - area.max(initial=0.0):
             return False
         if goal.measure is Measure.LARGEST:
-            return bool(error.max(initial=0.0) <= goal.error)
-        return bool((error**2 * area).sum() <= area.sum() * goal.error**2)
+            return bool(error.max(initial=0.0) <= MARGIN * goal.error)
+        return bool((error**2 * area).sum() <= area.sum() * (MARGIN * goal.error) ** 2)

@@ -21,8 +21,29 @@ NOTICED = 4.0
 STANDS_OUT = 3.0
 """Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
 
-HIDDEN = 0.01
+HIDDEN = 0.02
 """Error expected of a detail of which only the foot was felt, per gap. From `benchmarks/active.py --tune`."""
+
+FOOT = 3.3e-3
+"""Strips wider than this may hide a detail of which a row felt the foot only [m]: a raised cosine 2 mm wide ends
+2 mm from its middle, so 1.7 mm to both sides of it a row feels a fortieth of it."""
+
+TAIL = 0.5
+"""How far from a closer row's end the test over a gap rings, in gaps."""
+
+CLOSEST = 1.2e-3
+"""A detail never asks for closer rows at once [m]: two stretches of path tell no more."""
+
+MOST = 6
+"""Nor for more rows in one gap: what a row says of a far smaller gap is noise."""
+
+BESIDE = 0.05
+"""How much farther to each side than the loud part of a strip its stroke goes, in gaps. From
+`benchmarks/active.py --tune`."""
+
+FLANK = 0.6
+"""The same for a stroke that goes less than half a gap from a row, in its distance: the loud part then ends on the
+flanks of the detail, and a stroke that ends there misleads the map."""
 
 Place = tuple[float, float, float, float]
 """begin, end, low, high of a strip [m]."""
@@ -38,6 +59,8 @@ class Strip:
         low: v of the row below [m].
         high: v of the row above [m].
         worth: Sum over its area of the expected error to the power that the goal asks for.
+        v: Where a stroke along it is best [m].
+        beside: How much farther to each side the stroke should go [m].
     """
 
     begin: float
@@ -45,6 +68,8 @@ class Strip:
     low: float
     high: float
     worth: float
+    v: float
+    beside: float = 0.0
 
     @property
     def gap(self) -> float:
@@ -66,7 +91,7 @@ class Expectation:
         stretch: Over which contacts are averaged [m].
         unknown: Error expected of detail that no row met, per gap: a strip as wide as the field must hold
             something, a narrow one hardly.
-        prior: Strips wider than this may hide a detail of which a row felt the foot only [m].
+        prior: Gap over which the foot of a detail is looked for [m].
     """
 
     noise: TouchNoise
@@ -93,6 +118,7 @@ class Columns:
         self._rows: list[Row] = []
         self._order = np.zeros(0, np.intp)
         self._error = np.zeros((0, count))
+        self._firm = np.zeros((0, count))
         self._below = np.zeros((0, count), np.intp)
         self._gap = np.zeros((0, count))
         self._v = np.zeros(0)
@@ -116,46 +142,110 @@ class Columns:
         height = np.array([np.interp(at, row.u, row.height) for row in ordered])
         cross = np.array([np.interp(at, row.u, row.cross_slope) for row in ordered])
         error = surprise(self._v, height, cross, below, self._how.noise, self._width)
+        tails = np.zeros(error.shape, bool)
         for high, low in self._pairs():
             here = below[high] == low
             gap = float(self._v[high] - self._v[low])
             along = np.maximum(self._along_row(low, gap), self._along_row(high, gap))
-            if gap > self._how.prior:
+            if gap > FOOT:
                 foot = self._foot(low) | self._foot(high)
                 along = np.where(foot, np.maximum(along, HIDDEN * gap), along)
             error[high, here] = np.maximum(error[high, here], along[here])
-        self._error = np.hypot(error, self._how.unknown * self._gap)
+            self._mark_tails(tails[high], error[high], here, gap)
+        self._error = error
+        self._firm = np.where(tails, 0.0, error)
 
-    def strips(self, power: float, threshold: float) -> list[Strip]:
-        """Return whole strips and, within them, runs where more than `threshold` [m] is expected."""
+    def whole(self, power: float) -> list[Strip]:
+        """Return strips between two rows, with what was felt within them: what they may hide is their worth."""
+        found: list[Strip] = []
+        for high, low in self._pairs():
+            here = self._below[high] == low
+            gap = float(self._v[high] - self._v[low])
+            worth = (self._how.unknown * gap) ** power * gap * self._width * int(here.sum())
+            inside = np.flatnonzero(here)
+            middle = 0.5 * float(self._v[high] + self._v[low])
+            found.append(self._strip(low, high, (int(inside[0]), int(inside[-1]) + 1), worth, middle))
+        return found
+
+    def loud(self, power: float, threshold: float, tolerance: float, *, tails: bool) -> list[Strip]:
+        """Return the parts of strips where much is expected.
+
+        Args:
+            power: With which errors count.
+            threshold: Error that is much [m].
+            tolerance: What a detail may leave: its largest error [m]; for power 2 the sum of its squared errors
+                over the area [m^4].
+            tails: Also where the error is likely to be the ringing of a detail that has closer rows already.
+        """
         found: list[Strip] = []
         step = self._width
+        every = self._error if tails else self._firm
         for high, low in self._pairs():
-            gap, error = float(self._v[high] - self._v[low]), self._error[high]
+            gap, error = float(self._v[high] - self._v[low]), every[high]
             total = np.concatenate([[0.0], np.cumsum(error**power) * step * gap])
             for begin, end in _runs(self._below[high] == low, 1):
-                found.append(self._strip(low, high, begin, end, total))
                 inside = np.zeros(len(error), bool)
                 inside[begin:end] = error[begin:end] > max(threshold, LOUD * float(error[begin:end].max()))
                 # what lies between two loud places closer than the gap is worth the way between them
-                parts = _runs(inside, max(int(gap / step), 1))
-                found += [self._strip(low, high, *part, total) for part in parts if part != (begin, end)]
+                for first, last in _runs(inside, max(int(gap / step), 1)):
+                    worth = float(total[last] - total[first])
+                    found.append(self._detail(low, high, (first, last), worth, power, tolerance))
         return found
 
-    def cells(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def cells(self, *, tails: bool = True) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return expected errors [m], gaps [m] and areas [m^2] of all that lies between rows, shape (n,)."""
         inside = self._below >= 0
         gap = self._gap[inside]
-        return self._error[inside], gap, gap * self._width
+        return (self._error if tails else self._firm)[inside], gap, gap * self._width
 
-    def _strip(self, low: int, high: int, begin: int, end: int, total: FloatArray) -> Strip:
-        return Strip(
-            float(self._edges[begin]),
-            float(self._edges[end]),
-            float(self._v[low]),
-            float(self._v[high]),
-            float(total[end] - total[begin]),
-        )
+    def _detail(
+        self, low: int, high: int, part: tuple[int, int], worth: float, power: float, tolerance: float
+    ) -> Strip:
+        """Return the stroke for a loud part.
+
+        The rows themselves say what distance a detail asks for. Where that is less than half the gap, the stroke
+        goes this far from the row that felt more, and only as far along as that row felt it over this distance:
+        halving would lay rows where the detail no longer is.
+        """
+        gap, inside = float(self._v[high] - self._v[low]), slice(*part)
+        breadth = min(self._width * (part[1] - part[0]), gap)  # taken to be as broad as it is long
+        count = 2
+        while count < MOST and gap / count > CLOSEST:
+            left = np.maximum(self._along_row(low, gap / count), self._along_row(high, gap / count))[inside]
+            rest = float(left.max()) if power > 2.0 else float((left**2).sum()) * self._width * breadth
+            if rest <= tolerance:
+                break
+            count += 1
+        if count == 2:
+            middle = 0.5 * float(self._v[low] + self._v[high])
+            return self._strip(low, high, part, worth, middle, BESIDE * gap)
+        step = gap / count
+        below, above = self._along_row(low, 2.0 * step)[inside], self._along_row(high, 2.0 * step)[inside]
+        up = float((below**2).sum()) >= float((above**2).sum())
+        felt = below if up else above
+        loud = np.flatnonzero(felt > LOUD * felt.max())
+        if len(loud):
+            part = (part[0] + int(loud[0]), part[0] + int(loud[-1]) + 1)
+        v = float(self._v[low]) + step if up else float(self._v[high]) - step
+        return self._strip(low, high, part, worth, v, FLANK * step)
+
+    def _mark_tails(
+        self, tail: npt.NDArray[np.bool_], error: FloatArray, here: npt.NDArray[np.bool_], gap: float
+    ) -> None:
+        """Mark where the error falls off from the end of a closer row: the detail is there, not here."""
+        band = max(int(TAIL * gap / self._width), 1)
+        for begin, end in _runs(here, 1):
+            stop, start = min(begin + band, end), max(end - band, begin)
+            if begin > 0 and error[stop - 1] <= LOUD * error[begin]:
+                tail[begin:stop] = True
+            if end < len(error) and error[start] <= LOUD * error[end - 1]:
+                tail[start:end] = True
+
+    def _strip(
+        self, low: int, high: int, part: tuple[int, int], worth: float, v: float, beside: float = 0.0
+    ) -> Strip:
+        begin, end = float(self._edges[part[0]]), float(self._edges[part[1]])
+        return Strip(begin, end, float(self._v[low]), float(self._v[high]), worth, v, beside)
 
     def _pairs(self) -> list[tuple[int, int]]:
         """Neighbouring rows, the upper one first, as places in the order of v."""

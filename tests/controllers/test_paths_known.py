@@ -255,11 +255,13 @@ def test_the_end_of_a_blocked_leg_is_told_with_its_reason():
     follow.next(None)
     follow.next(Ended(LegEnd.REACHED, (0.0, 0.0, 0.0)))
     leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.0)))
+    assert isinstance(leg, Hop)
     assert leg.to == pytest.approx((0.012, 0.0))
     # beside the object at the second try: a landing that is blocked is marked where it should have been
     leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
     assert follow.marks[1].event is Event.UNREACHABLE
     assert follow.marks[1].position == pytest.approx((0.012, 0.0, 0.05))
+    assert isinstance(leg, Hop)
     assert leg.to == pytest.approx((0.016, 0.0))
     assert follow.marks[0].event is Event.BLOCKED
     assert "force" in follow.marks[0].reason

@@ -22,7 +22,7 @@ from palpate.experiments.regulate_file import (
     regulation_text,
 )
 from palpate.experiments.regulate_motion import motion_text, read_table
-from palpate.experiments.regulate_plan import plan, plan_from_texts
+from palpate.experiments.regulate_plan import RegulationPlan, plan, plan_from_texts
 from palpate.experiments.regulate_replay import FIXED, REGULATION
 from palpate.experiments.regulate_report import regulation_report
 from palpate.experiments.regulate_view import regulation_scene
@@ -292,6 +292,7 @@ def test_a_plan_comes_back_from_its_texts_and_a_log_replays_bit_for_bit(tmp_path
     replayed = replay_log(tmp_path / "run.mcap")
     assert replayed.identical
     assert replayed.kind.command == "palpate regulate"
+    assert isinstance(replayed.planned, RegulationPlan)
     assert replayed.planned.parameters == planned.parameters
 
 

@@ -100,5 +100,5 @@ def test_a_slider_in_the_browser_changes_the_run(tmp_path):
         assert browser.errors == []
     assert said
     assert "asked for: force 2.1 N" in said[0]
-    (change,) = attempt._memory.changes
+    (change,) = attempt.changes
     assert (change.name, change.value) == ("force", pytest.approx(2.1))

@@ -201,7 +201,7 @@ def test_somebody_changes_the_force_of_a_run_that_goes_on(tmp_path):
             result = attempt.run((view.observe, meddle))
         view.run_over()
     assert result.ending is Ending.DONE, result.trip
-    (change,) = attempt._memory.changes
+    (change,) = attempt.changes
     assert (change.name, change.value) == ("force", 2.5)
     assert asked[0] < change.time
     assert attempt.found(result).set_force[-1] == 2.5

@@ -37,6 +37,7 @@ from palpate.mapping import (
 from palpate.mapping.layers import write_layered_mesh
 from palpate.reporting.growth_data import GrowthReport
 from palpate.runtime import Observer, Phase, Record, RunResult
+from palpate.runtime.live import Change
 from palpate.runtime.log import Sink
 from palpate.sim import SceneObject
 from palpate.sim.scene_cost import SceneCost, scene_cost
@@ -160,6 +161,11 @@ class Attempt:
     def run(self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> RunResult:
         """Move the robot; see `carry_out`."""
         return self._recorded.run(self._planned.longest_duration, (self._plans.observe, *observers), sinks)
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """Live parameters that were changed, as they took effect."""
+        return self._recorded.changes
 
     def found(self, result: RunResult, tell: Tell = lambda step: None) -> Exploration:
         """Return what was found in a run that went like `result`; `tell` is told what is being worked out."""

@@ -93,6 +93,11 @@ class RecordedRun:
         """Return what really happened in them."""
         return self._truth.record()
 
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """Live parameters that were changed, as they took effect."""
+        return tuple(self._memory.changes)
+
     def live_values(self, name: str, live: LiveParameters) -> list[float]:
         """Return a live parameter in every period.
 

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial import KDTree
 
+from palpate.controllers import Raster
 from palpate.controllers.paths import Point, Waypoints
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
@@ -23,15 +25,26 @@ LEAST_PIECE = 2e-4
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """What is foreseen of a path that leaves the object.
+    """What is foreseen of a field that may leave the object.
 
     Attributes:
-        path: From the first place on that can be touched: a path ends where nothing is met at its beginning.
+        begin: Where to land first: where nothing is met at the beginning, an exploration ends [m].
         missed: Places at which nothing will be met, about.
     """
 
-    path: Waypoints
+    begin: Point
     missed: int
+
+
+@dataclass(frozen=True, slots=True)
+class BeyondPath(Beyond):
+    """What is foreseen of a path that may leave the object.
+
+    Attributes:
+        path: From where it begins.
+    """
+
+    path: Waypoints
 
 
 def wasted(beyond: Beyond | None, effort: Effort) -> float:
@@ -53,7 +66,28 @@ def in_pieces(corners: Sequence[Point], longest: float) -> list[Point]:
     return path
 
 
-def foreseen_beyond(target: SceneObject, config: ExploreConfig, corners: tuple[Point, ...]) -> Beyond | None:
+def foreseen_rows(target: SceneObject, config: ExploreConfig, raster: Raster) -> Beyond | None:
+    """Return what is foreseen of rows that may leave the object; None if they may not.
+
+    They begin on a row, as far from where nothing can be touched as can be.
+
+    Raises:
+        InvalidValueError: None of it can be touched.
+    """
+    places = in_pieces(raster.corners(), min(CUT, raster.width / 4.0))
+    missed = missed_places(target, config, tuple(places))
+    if missed is None:
+        return None
+    reached = np.array([target.reachable(*place, min(config.tip)) for place in places])
+    if not reached.any():
+        raise _nowhere(config)
+    on, off = np.array(places)[reached], np.array(places)[~reached]
+    depth = KDTree(off).query(on)[0] if len(off) else -np.linalg.norm(on - raster.center, axis=1)
+    x, y = on[int(np.argmax(depth))].tolist()
+    return Beyond((x, min((v for _, v in raster.corners()), key=lambda v: abs(v - y))), missed)
+
+
+def foreseen_path(target: SceneObject, config: ExploreConfig, corners: tuple[Point, ...]) -> BeyondPath | None:
     """Return what is foreseen of a path that may leave the object; None if it may not.
 
     Raises:
@@ -68,9 +102,13 @@ def foreseen_beyond(target: SceneObject, config: ExploreConfig, corners: tuple[P
         first = next((place for place in pieces[:-1] if target.reachable(*place, min(config.tip))), None)
         if first is not None:
             rest = path[1:] if math.dist(path[1], first) > LEAST_PIECE else path[2:]
-            return Beyond(Waypoints((first, *rest)), missed)
+            return BeyondPath(first, missed, Waypoints((first, *rest)))
         path.pop(0)
-    raise InvalidValueError(
+    raise _nowhere(config)
+
+
+def _nowhere(config: ExploreConfig) -> InvalidValueError:
+    return InvalidValueError(
         f"beyond: the {config.strategy} nowhere meets a part of the {config.object} that can be touched from "
         "above; move it there (--center)"
     )

@@ -8,7 +8,7 @@ from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_contour import drop, foreseen_contour
 from palpate.experiments.explore_fit import region_on
 from palpate.experiments.scans.active import ActiveScan
-from palpate.experiments.scans.beyond import foreseen_beyond, missed_places
+from palpate.experiments.scans.beyond import foreseen_path, foreseen_rows, missed_places
 from palpate.experiments.scans.contour import ContourScan
 from palpate.experiments.scans.raster import RasterScan
 from palpate.experiments.scans.scan import Scan
@@ -31,10 +31,10 @@ def scan_on(target: SceneObject, config: ExploreConfig) -> Scan:
     match config.strategy:
         case "raster":
             rows = Raster(region.width, region.depth, config.gap, region.center)
-            return RasterScan(region, config.gap, foreseen_beyond(target, config, rows.corners()))
+            return RasterScan(region, config.gap, foreseen_rows(target, config, rows))
         case "spiral":
             turns = Spiral(0.5 * region.width, config.gap, region.center)
-            return SpiralScan(region, config.gap, foreseen_beyond(target, config, turns.corners()))
+            return SpiralScan(region, config.gap, foreseen_path(target, config, turns.corners()))
         case "taps":
             taps = tap_grid(region.width, region.depth, config.gap, region.center)
             return TapScan(region, config.gap, missed_places(target, config, taps))

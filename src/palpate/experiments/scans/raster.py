@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.controllers import Raster
-from palpate.controllers.paths import Follow, PathPlane, Point, Strategy, Waypoints
+from palpate.controllers.paths import Follow, PathPlane, Point, Rows, Strategy
 from palpate.errors import FloatArray
 from palpate.experiments.explore_fit import Region
 from palpate.experiments.scans.beyond import Beyond, longest_hops, wasted
@@ -35,14 +35,9 @@ class RasterScan:
         return Raster(self.region.width, self.region.depth, self.spacing, self.region.center)
 
     @property
-    def path(self) -> Raster | Waypoints:
-        """As it is followed."""
-        return self.raster if self.beyond is None else self.beyond.path
-
-    @property
     def begin(self) -> Point:
         """As `Scan`."""
-        return self.path.corners()[0]
+        return self.raster.corners()[0] if self.beyond is None else self.beyond.begin
 
     @property
     def box(self) -> tuple[Point, Point]:
@@ -65,7 +60,9 @@ class RasterScan:
 
     def strategy(self, plane: PathPlane, effort: Effort) -> Strategy:
         """As `Scan`."""
-        return Follow(self.path, plane)
+        if self.beyond is None:
+            return Follow(self.raster, plane)
+        return Rows(self.raster, plane, self.beyond.begin)
 
     def duration(self, effort: Effort) -> float:
         """As `Scan`."""

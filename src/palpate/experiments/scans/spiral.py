@@ -9,7 +9,7 @@ import numpy.typing as npt
 from palpate.controllers.paths import Follow, PathPlane, Point, Spiral, Strategy, Waypoints
 from palpate.errors import FloatArray
 from palpate.experiments.explore_fit import Region
-from palpate.experiments.scans.beyond import Beyond, longest_hops, wasted
+from palpate.experiments.scans.beyond import BeyondPath, longest_hops, wasted
 from palpate.experiments.scans.effort import CLIMBS, Effort
 
 
@@ -25,7 +25,7 @@ class SpiralScan:
 
     region: Region
     spacing: float
-    beyond: Beyond | None = None
+    beyond: BeyondPath | None = None
 
     def passes(self, places: FloatArray) -> npt.NDArray[np.bool_]:
         """As `Scan`: within the outermost turn, which is no circle."""
