@@ -164,7 +164,9 @@ class Columns:
             worth = (self._how.unknown * gap) ** power * gap * self._width * int(here.sum())
             inside = np.flatnonzero(here)
             middle = 0.5 * float(self._v[high] + self._v[low])
-            found.append(self._strip(low, high, (int(inside[0]), int(inside[-1]) + 1), worth, middle))
+            part = (int(inside[0]), int(inside[-1]) + 1)
+            # a column counts as felt a slack beyond a row's end: the stroke closes that too
+            found.append(self._strip(low, high, part, worth, middle, 3.0 * self._how.stretch))
         return found
 
     def loud(self, power: float, threshold: float, tolerance: float, *, tails: bool) -> list[Strip]:

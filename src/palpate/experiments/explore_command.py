@@ -5,7 +5,7 @@ from datetime import datetime
 from rich.console import Console
 
 from palpate.experiments.explore import Attempt, write_exploration
-from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_config import FROM_FILE, ExploreConfig
 from palpate.experiments.explore_plan import ExplorationPlan, plan
 from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import exploration_report
@@ -54,11 +54,19 @@ def run_explore(config: ExploreConfig) -> int:
     with console.status("drawing the report"):
         files = write_exploration(exploration, config.out)
     console.print(summary_table(exploration_report(exploration)))
+    _warn_of_walls(console, planned)
     _tell(console, result)
     console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
     if interrupted:
         return INTERRUPTED
     return 0 if result.ending is Ending.DONE else 1
+
+
+def _warn_of_walls(console: Console, planned: ExplorationPlan) -> None:
+    """Say that the next object may have a wall, where nobody knows what it is like."""
+    config, wall = planned.config, planned.wall
+    if config.speed > wall.speed and (config.beyond or config.object in FROM_FILE):
+        console.print(f"A wall or step in the way would have been {wall}", highlight=False, soft_wrap=True)
 
 
 def log_writer(planned: ExplorationPlan) -> LogWriter:

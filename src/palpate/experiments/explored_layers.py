@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from palpate.errors import FloatArray
 from palpate.experiments.explored_contacts import ScanContacts
 from palpate.mapping import SurfaceMesh, SurfaceModel
 from palpate.mapping.arc_bins import stretch_means, stretch_starts
@@ -12,6 +13,13 @@ from palpate.mapping.stiffness import local_stiffness, stiffness_layer
 
 SLIDES = 0.5
 """Of the usual speed of a scan: slower, around corners, friction may not be all there yet."""
+
+STEADY = 1.0
+"""A tip slides steadily while its speed changes by less than this part of it per second: while it speeds up or
+brakes, simulated friction is not Coulomb's (MuJoCo's takes the acceleration for slip)."""
+
+CHANGES = 0.04
+"""Time over which a change of speed is looked at [s]: noise of a robot's velocity, 1 %, is 0.35 per second in it."""
 
 SLIDING = 5e-4
 """Slower than this [m/s] a tip does not slide: half the slowest scan; a tap tells nothing of friction."""
@@ -35,11 +43,26 @@ def friction_on(mesh: SurfaceMesh, felt: ScanContacts, rows: float) -> VertexLay
         rows: Distance of rows [m].
     """
     cloud, speed = felt.cloud, felt.speed
-    slid = cloud.select(speed > max(SLIDES * float(np.median(speed)), SLIDING)) if len(cloud) else cloud
+    if len(cloud):
+        slow = speed <= max(SLIDES * float(np.median(speed)), SLIDING)
+        steady = ~slow & (speed_change(cloud.time, speed) <= STEADY)
+        cloud = cloud.select(steady if steady.any() else ~slow)
+    slid = cloud
     ratio = np.linalg.norm(slid.tangential_force, axis=1) / slid.normal_force
     starts = stretch_starts(slid.time, slid.position, slid.normal, rows / THIN, LONGEST_PAUSE)
     position, value = (stretch_means(each, starts) for each in (slid.position, ratio))
     return vertex_layer("friction", mesh.vertices, position, value, rows)
+
+
+def speed_change(time: FloatArray, speed: FloatArray) -> FloatArray:
+    """Return how fast a speed changes, in parts of it per second, shape (n,).
+
+    Args:
+        time: When each contact was felt, increasing, shape (n,) [s].
+        speed: Of the tip, shape (n,) [m/s].
+    """
+    before, after = (np.interp(time + half, time, speed) for half in (-0.5 * CHANGES, 0.5 * CHANGES))
+    return np.asarray(np.abs(after - before) / (CHANGES * np.maximum(speed, SLIDING)))
 
 
 def stiffness_on(

@@ -11,7 +11,7 @@ from palpate.controllers import Raster
 from palpate.controllers.paths import Follow, PathPlane, Point, Rows, Strategy
 from palpate.errors import FloatArray
 from palpate.experiments.explore_fit import Region
-from palpate.experiments.scans.beyond import Beyond, longest_hops, wasted
+from palpate.experiments.scans.beyond import Beyond, longest_hops
 from palpate.experiments.scans.effort import Effort
 
 
@@ -67,7 +67,10 @@ class RasterScan:
     def duration(self, effort: Effort) -> float:
         """As `Scan`."""
         pieces = sum(effort.piece(math.dist(*ends)) for ends in pairwise(self.raster.corners()))
-        return effort.ends + pieces + wasted(self.beyond, effort)
+        if self.beyond is None:
+            return effort.ends + pieces
+        # most rows stop at rims: about one landing each that meets nothing
+        return effort.ends + pieces + min(self.beyond.missed, self.raster.rows) * effort.missing
 
     def longest(self, effort: Effort) -> float:
         """As `Scan`."""
