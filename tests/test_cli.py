@@ -28,7 +28,15 @@ def test_exploration_leaves_its_files_and_says_where(tmp_path):
     done = run("explore", *SMALL, "--out", str(tmp_path / "new" / "folder"))
     assert done.returncode == 0, done.stderr
     names = {path.name for path in (tmp_path / "new" / "folder").iterdir() if path.suffix != ".mcap"}
-    assert names == {"report.html", "contacts.ply", "contacts.csv", "map.ply", "map.stl", "height_map.csv"}
+    assert names == {
+        "report.html",
+        "contacts.ply",
+        "contacts.csv",
+        "marks.csv",
+        "map.ply",
+        "map.stl",
+        "height_map.csv",
+    }
     assert "report.html" in done.stdout
     assert "\x1b[" not in done.stdout, "colours in a pipe"
 

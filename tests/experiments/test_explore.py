@@ -82,7 +82,7 @@ def test_a_change_that_cannot_be_is_refused_before_anything_moves(change, words)
 
 def test_force_and_speed_follow_changes_while_it_runs_and_points_stay_on_the_surface():
     """The tip is compressed more by a larger force: the map must not show it."""
-    found = explore(ExploreConfig(width=0.01, depth=0.004, change=((1.0, "force", 4.0), (1.5, "speed", 0.03))))
+    found = explore(ExploreConfig(width=0.03, depth=0.004, change=((1.0, "force", 4.0), (1.5, "speed", 0.03))))
     assert found.run.ending is Ending.DONE
     late = found.scanning & (found.record.time > 2.0)
     assert np.all(found.set_force[late] == 4.0)

@@ -397,7 +397,7 @@ def test_wrong_values_are_named_with_what_would_be_right(fields, words):
     ("fields", "words"),
     [
         ({"force": 0.25}, "must stay above 0.3 N"),
-        ({"robot": "stage-nano17", "force": 7.0, "profile": "step"}, "must stay below 7.5 N"),
+        ({"robot": "stage-nano17", "force": 7.0, "profile": "step"}, "must be at most 7.5 N"),
         ({"motion": "circle", "motion_speed": 1.0}, "robot's limit, 0.25 m/s"),
         ({"profile": "sine", "frequencies": (300.0,)}, "four periods of control"),
         ({"drift": 0.2}, "no range"),

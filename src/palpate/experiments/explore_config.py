@@ -84,9 +84,9 @@ class ExploreConfig:
 
     All values are in SI units: metres, newtons, seconds.
 
-    Examples: palpate explore --object ellipsoid --force 2 --speed 0.05 --out runs/ellipsoid;
-    palpate explore --strategy contour --object box --curve edge;
-    palpate explore --strategy active --object bumps --accuracy 2e-5
+    Example: palpate explore --object ellipsoid --force 2 --speed 0.05 --out runs/ellipsoid;
+    or palpate explore --strategy contour --object box --curve edge;
+    or palpate explore --strategy active --object bumps --accuracy 2e-5
     """
 
     object: ObjectName = "sphere"

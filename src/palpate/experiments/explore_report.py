@@ -141,7 +141,7 @@ def _layer_figures(found: ExploredMap) -> list[KeyFigure]:
         known = np.isfinite(layer.mean)
         if known.any():
             value, share = float(np.median(scale * layer.mean[known])), 100.0 * float(known.mean())
-            note = f"± {median_sd(layer, scale):.2g} (median), on {share:.0f} % of the map"
+            note = f"± {median_sd(layer, scale):.2g}, on {share:.0f} %"
             figures.append(KeyFigure(name, value, unit, note))
     return figures
 

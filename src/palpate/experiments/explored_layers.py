@@ -19,7 +19,7 @@ STEADY = 1.0
 brakes, simulated friction is not Coulomb's (MuJoCo's takes the acceleration for slip)."""
 
 CHANGES = 0.04
-"""Time over which a change of speed is looked at [s]: 1 % of noise of a robot's velocity is 0.35 per second in it."""
+"""Time over which a change of speed is looked at [s]: 1 % of noise in a velocity is 0.35 per second in it."""
 
 SLIDING = 5e-4
 """Slower than this [m/s] a tip does not slide: half the slowest scan; a tap tells nothing of friction."""

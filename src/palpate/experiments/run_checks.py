@@ -25,7 +25,7 @@ def check_force(force: float, greatest: float, limits: Limits) -> None:
     if greatest > most * (1.0 + 1e-12):
         goes = "" if greatest == force else f"the profile goes up to {greatest:g} N and "
         raise InvalidValueError(
-            f"force = {force:g} N: {goes}must stay below {most:g} N, {LANDING_SHARE:.0%} of the robot's limit of "
+            f"force = {force:g} N: {goes}must be at most {most:g} N, {LANDING_SHARE:.0%} of the robot's limit of "
             f"{limits.force:g} N (limits.force_N in the robot file), for landing may exceed it"
         )
 
