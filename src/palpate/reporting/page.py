@@ -36,7 +36,7 @@ td { padding: 5px 12px 5px 0; border-top: 1px solid var(--line); }
 td { vertical-align: top; overflow-wrap: anywhere; }
 tr:first-child td { border-top: 0; }
 td.name { width: 30%; }
-td.value { font-weight: 600; text-align: right; }
+td.value { font-weight: 600; text-align: right; overflow-wrap: normal; }
 td.unit { white-space: nowrap; }
 td.note { color: var(--quiet); font-size: 0.9rem; }
 @media (max-width: 680px) {
