@@ -47,6 +47,11 @@ def test_the_stiffness_is_that_of_the_object_within_what_is_claimed(swung):
     assert np.median(layer.mean[known]) == pytest.approx(OBJECT, rel=0.2)
 
 
+def test_an_edge_tells_no_stiffness_though_the_force_errs_there():
+    edge = ExploreConfig(object="box", size=(0.03, 0.02, 0.02), strategy="contour", curve="edge", speed=0.04)
+    assert np.isnan(explore(edge).map.stiffness.mean).all()
+
+
 def test_where_the_force_does_not_vary_nothing_is_said_of_stiffness(steady):
     assert np.isnan(steady.map.stiffness.mean).all()
     assert not any("stiffness" in row[0] for row in layer_rows(steady.map))

@@ -119,7 +119,7 @@ def _map_figures(found: ExploredMap | None) -> list[KeyFigure]:
             KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
             KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
         ]
-    figures.append(KeyFigure("observed of what it could feel", 100.0 * found.observed_share, "%"))
+    figures.append(KeyFigure("observed of the reachable", 100.0 * found.observed_share, "%"))
     figures += _layer_figures(found)
     shape = found.shape
     if shape is not None:

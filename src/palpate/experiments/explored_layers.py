@@ -54,6 +54,12 @@ def friction_on(mesh: SurfaceMesh, felt: ScanContacts, rows: float) -> VertexLay
     return vertex_layer("friction", mesh.vertices, position, value, rows)
 
 
+def unknown_layer(name: str, mesh: SurfaceMesh) -> VertexLayer:
+    """Return a layer of which nothing is known anywhere."""
+    nothing = np.full(len(mesh.vertices), np.nan)
+    return VertexLayer(name, nothing, nothing)
+
+
 def speed_change(time: FloatArray, speed: FloatArray) -> FloatArray:
     """Return how fast a speed changes, in parts of it per second, shape (n,).
 
@@ -75,7 +81,7 @@ def stiffness_on(
         felt: What it was made of.
         model: Noise of contacts, as the map has learned it.
         rows: Distance of rows, or of taps, on the surface [m].
-        swing: How long the force takes to change [s]; 0 if it is constant.
+        swing: How long the force takes to swing once [s].
     """
     cloud = felt.cloud
     # over a whole swing: what drifts, as normals that a sensor's cross-talk tilts, does not pass for compression

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from palpate.errors import FloatArray
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explored_contacts import ScanContacts
-from palpate.experiments.explored_layers import friction_on, stiffness_on
+from palpate.experiments.explored_layers import friction_on, stiffness_on, unknown_layer
 from palpate.experiments.map_budget import MapBudget
 from palpate.experiments.named_shape import NamedShape, named_shape
 from palpate.experiments.reachable_surface import ReachableSurface
@@ -159,8 +159,10 @@ def explored_map(
     mesh = ribbon_mesh(surface, voxel) if isinstance(scan, ContourScan) else surface_mesh(surface, voxel)
     tell(STEPS[2])
     friction = friction_on(mesh, felt, config.gap)
-    swing = config.force_period if config.force_swing else 0.0
-    stiffness = stiffness_on(mesh, felt, surface.model, rows, swing)
+    if config.force_swing:
+        stiffness = stiffness_on(mesh, felt, surface.model, rows, config.force_period)
+    else:  # what the force errs by at edges is no press: it would be told as a stiffness, far off
+        stiffness = unknown_layer("stiffness", mesh)
     curvature = curvature_layers(surface, mesh)
     tell(STEPS[3])
     apart = shape_spacing(cloud, config.gap)
