@@ -14,13 +14,13 @@ import pytest
 from palpate.cli import INTERRUPTED, MISTAKE, main
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import Attempt
-from palpate.experiments.explore_command import log_writer
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
 from palpate.experiments.replay import replay_log
 from palpate.experiments.replay_report import version_differences
 from palpate.experiments.replay_settings import CHANGEABLE, FIXED
 from palpate.experiments.robot_values import config_for
+from palpate.experiments.run_told import log_writer
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.log.chunk import PackedRows

@@ -12,9 +12,9 @@ from PIL import Image, ImageSequence
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import Attempt
-from palpate.experiments.explore_command import log_writer
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
+from palpate.experiments.run_told import log_writer
 from palpate.experiments.view_command import FAILED, run_view
 from palpate.experiments.view_config import ViewConfig
 from palpate.experiments.view_plan import view_scene, watched_plan

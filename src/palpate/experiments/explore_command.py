@@ -1,7 +1,5 @@
 """`palpate explore`: an exploration with its progress, its files and its summary on the terminal."""
 
-from datetime import datetime
-
 from rich.console import Console
 
 from palpate.experiments.explore import Attempt, write_exploration
@@ -12,13 +10,9 @@ from palpate.experiments.explore_report import exploration_report
 from palpate.experiments.explored_map import STEPS
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import run_progress, step_progress
-from palpate.experiments.versions import VERSIONS_TEXT, versions_text
+from palpate.experiments.run_told import INTERRUPTED, log_writer, tell_of
 from palpate.reporting import summary_table
-from palpate.runtime import Ending, RunResult, result_until
-from palpate.runtime.log import LogWriter, new_log_path
-
-INTERRUPTED = 130
-"""128 + SIGINT, the shell's convention."""
+from palpate.runtime import Ending, result_until
 
 
 def run_explore(config: ExploreConfig) -> int:
@@ -55,8 +49,7 @@ def run_explore(config: ExploreConfig) -> int:
         files = write_exploration(exploration, config.out)
     console.print(summary_table(exploration_report(exploration)))
     _warn_of_walls(console, planned)
-    _tell(console, result)
-    console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
+    tell_of(console, result, files)
     if interrupted:
         return INTERRUPTED
     return 0 if result.ending is Ending.DONE else 1
@@ -67,22 +60,3 @@ def _warn_of_walls(console: Console, planned: ExplorationPlan) -> None:
     config, wall = planned.config, planned.wall
     if config.speed > wall.speed and (config.beyond or config.object in FROM_FILE):
         console.print(f"A wall or step in the way would have been {wall}", highlight=False, soft_wrap=True)
-
-
-def log_writer(planned: ExplorationPlan) -> LogWriter:
-    """Return the writer of a log from which the exploration can be replayed."""
-    path = new_log_path(planned.config.out, datetime.now())  # local time: people look for it by their clock
-    return LogWriter(path, {**planned.texts(), VERSIONS_TEXT: versions_text()})
-
-
-def _tell(console: Console, result: RunResult) -> None:
-    """Say what became of the log, and, if an exception ended the run, where it came from."""
-    if result.error is not None:
-        import traceback
-
-        trace = "".join(traceback.format_exception(result.error))
-        console.print(trace, markup=False, highlight=False, soft_wrap=True)
-    recording = result.recording
-    if recording is None or recording.path is None:
-        return
-    console.print(f"Log: {recording}", highlight=False, markup=False, soft_wrap=True)

@@ -1,13 +1,14 @@
 """Where the values of an exploration come from: default < robot file < experiment file < command line."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
 from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.typed_options import option, settled, unchecked
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ class ExploreOptions(ExploreConfig):
     @property
     def settled(self) -> ExploreConfig:
         """The values alone, wherever they came from."""
-        return ExploreConfig(**{field.name: getattr(self, field.name) for field in fields(ExploreConfig)})
+        return settled(ExploreConfig, self)
 
 
 def default_options(arguments: Sequence[str]) -> ExploreOptions:
@@ -47,24 +48,4 @@ def default_options(arguments: Sequence[str]) -> ExploreOptions:
 
         values |= values_of(load_named_robot(robot))
         overlay["robot"] = robot
-    return unchecked({**values, **overlay})
-
-
-def option(name: str, arguments: Sequence[str]) -> str | None:
-    """Return what is typed for an option, without judging the rest."""
-    found = None
-    for i, word in enumerate(arguments):
-        if word == f"--{name}" and i + 1 < len(arguments):
-            found = arguments[i + 1]
-        elif word.startswith(f"--{name}="):
-            found = word.removeprefix(f"--{name}=")
-    return found
-
-
-def unchecked(values: Mapping[str, object]) -> ExploreOptions:
-    """Return options with these values and defaults for the rest, before anybody has judged them together."""
-    options = object.__new__(ExploreOptions)
-    for field in fields(ExploreOptions):
-        assert field.default is not MISSING  # every option has one
-        object.__setattr__(options, field.name, values.get(field.name, field.default))
-    return options
+    return unchecked(ExploreOptions, {**values, **overlay})

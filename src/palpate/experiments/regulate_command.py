@@ -1,7 +1,5 @@
 """`palpate regulate`: a regulation of force with its progress, its files and its summary on the terminal."""
 
-from datetime import datetime
-
 from rich.console import Console
 
 from palpate.experiments.output_folder import make_folder
@@ -10,13 +8,9 @@ from palpate.experiments.regulate import Attempt, prepared, write_regulation
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_plan import plan
 from palpate.experiments.regulate_report import regulation_report
-from palpate.experiments.versions import VERSIONS_TEXT, versions_text
+from palpate.experiments.run_told import INTERRUPTED, log_writer, tell_of
 from palpate.reporting.regulation_report import regulation_table
 from palpate.runtime import Ending, result_until
-from palpate.runtime.log import LogWriter, new_log_path
-
-INTERRUPTED = 130
-"""128 + SIGINT, the shell's convention."""
 
 
 def run_regulate(config: RegulateConfig) -> int:
@@ -39,8 +33,7 @@ def run_regulate(config: RegulateConfig) -> int:
     ):
         planned, found = prepared(planned)
     attempt, interrupted = Attempt(planned, found), False
-    path = new_log_path(config.out, datetime.now())  # local time: people look for it by their clock
-    log = LogWriter(path, {**planned.texts(), VERSIONS_TEXT: versions_text()})
+    log = log_writer(planned)
     with run_progress(console, planned.expected_duration) as observer:
         try:
             result = attempt.run((observer,), (log,))
@@ -53,14 +46,7 @@ def run_regulate(config: RegulateConfig) -> int:
     with console.status("drawing the report"):
         files = write_regulation(regulation, config.out)
     console.print(regulation_table(regulation_report(regulation)))
-    if result.error is not None:
-        import traceback
-
-        trace = "".join(traceback.format_exception(result.error))
-        console.print(trace, markup=False, highlight=False, soft_wrap=True)
-    if result.recording is not None and result.recording.path is not None:
-        console.print(f"Log: {result.recording}", highlight=False, markup=False, soft_wrap=True)
-    console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
+    tell_of(console, result, files)
     if interrupted:
         return INTERRUPTED
     return 0 if result.ending is Ending.DONE else 1

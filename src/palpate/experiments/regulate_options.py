@@ -4,14 +4,14 @@ What a robot file says of fingertip, noise and period, the plan takes from there
 """
 
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from palpate.experiments.explore_options import option
 from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.typed_options import option, settled, unchecked
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class RegulateOptions(RegulateConfig):
     @property
     def settled(self) -> RegulateConfig:
         """The values alone, wherever they came from."""
-        return RegulateConfig(**{field.name: getattr(self, field.name) for field in fields(RegulateConfig)})
+        return settled(RegulateConfig, self)
 
 
 def default_options(arguments: Sequence[str]) -> RegulateOptions:
@@ -42,8 +42,4 @@ def default_options(arguments: Sequence[str]) -> RegulateOptions:
         from palpate.experiments.experiment_file import load_overlay
 
         values = {"config": Path(config), **load_overlay(Path(config), RegulateConfig)}
-    options = object.__new__(RegulateOptions)
-    for field in fields(RegulateOptions):
-        assert field.default is not MISSING  # every option has one
-        object.__setattr__(options, field.name, values.get(field.name, field.default))
-    return options
+    return unchecked(RegulateOptions, values)

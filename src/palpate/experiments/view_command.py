@@ -8,12 +8,12 @@ from rich.console import Console
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import Attempt
-from palpate.experiments.explore_command import log_writer
 from palpate.experiments.explore_plan import ExplorationPlan
 from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import outcome
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.plan_watch import PlanWatch
+from palpate.experiments.run_told import INTERRUPTED, log_writer
 from palpate.experiments.view_config import ViewConfig
 from palpate.experiments.view_growth import plans_of_log, surface_view
 from palpate.experiments.view_pictures import write_still, write_video
@@ -26,9 +26,6 @@ from palpate.viewing import LOOPBACK, LiveView, Player, ViewUnavailableError, fr
 
 FAILED = 1
 """Exit code where there is nothing to see: no renderer, no port, a run that did not finish."""
-
-INTERRUPTED = 130
-"""128 + SIGINT, the shell's convention: the run was cut short. A view that Ctrl-C closes ends as it should."""
 
 
 def run_view(config: ViewConfig) -> int:
