@@ -2,26 +2,20 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-import numpy.typing as npt
-
 from palpate.controllers.paths import Active, ActiveSettings, Goal, Measure, PathPlane, Point, Strategy
-from palpate.errors import FloatArray
-from palpate.experiments.explore_fit import Region
 from palpate.experiments.scans.effort import Effort
+from palpate.experiments.scans.rectangle import OverRectangle
 
 
 @dataclass(frozen=True, slots=True)
-class ActiveScan:
+class ActiveScan(OverRectangle):
     """Coarse rows, then closer ones where the map would err.
 
     Attributes:
-        region: The rectangle.
         goal: When it is enough.
         missed: Ends of rows at which the tip would meet nothing; None: there are none.
     """
 
-    region: Region
     goal: Goal
     missed: int | None = None
 
@@ -36,24 +30,10 @@ class ActiveScan:
         return self.region.corners[0]
 
     @property
-    def box(self) -> tuple[Point, Point]:
-        """As `Scan`."""
-        return self.region.corners
-
-    @property
-    def row(self) -> float:
-        """As `Scan`."""
-        return self.region.width
-
-    @property
     def line(self) -> str:
         """As `Scan`."""
         what = "RMS" if self.goal.measure is Measure.RMS else "at most"
         return f"{self.region.line}, until the map errs by {1e3 * self.goal.error:.3g} mm {what}"
-
-    def passes(self, places: FloatArray) -> npt.NDArray[np.bool_]:
-        """As `Scan`."""
-        return self.region.holds(places)
 
     def strategy(self, plane: PathPlane, effort: Effort) -> Strategy:
         """As `Scan`."""

@@ -4,28 +4,22 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-import numpy.typing as npt
-
 from palpate.controllers import Raster
 from palpate.controllers.paths import Follow, PathPlane, Point, Rows, Strategy
-from palpate.errors import FloatArray
-from palpate.experiments.explore_fit import Region
 from palpate.experiments.scans.beyond import Beyond, longest_hops
 from palpate.experiments.scans.effort import Effort
+from palpate.experiments.scans.rectangle import OverRectangle
 
 
 @dataclass(frozen=True, slots=True)
-class RasterScan:
+class RasterScan(OverRectangle):
     """Rows over a rectangle.
 
     Attributes:
-        region: The rectangle.
         spacing: Of rows [m].
         beyond: Where it leaves the object; None: it does not.
     """
 
-    region: Region
     spacing: float
     beyond: Beyond | None = None
 
@@ -40,23 +34,9 @@ class RasterScan:
         return self.raster.corners()[0] if self.beyond is None else self.beyond.begin
 
     @property
-    def box(self) -> tuple[Point, Point]:
-        """As `Scan`."""
-        return self.region.corners
-
-    @property
-    def row(self) -> float:
-        """As `Scan`."""
-        return self.region.width
-
-    @property
     def line(self) -> str:
         """As `Scan`."""
         return f"{self.region.line}, rows {1e3 * self.spacing:g} mm apart"
-
-    def passes(self, places: FloatArray) -> npt.NDArray[np.bool_]:
-        """As `Scan`."""
-        return self.region.holds(places)
 
     def strategy(self, plane: PathPlane, effort: Effort) -> Strategy:
         """As `Scan`."""

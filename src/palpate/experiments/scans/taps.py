@@ -2,29 +2,23 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
 from palpate.controllers.paths import PathPlane, Point, Strategy, Taps, tap_grid
-from palpate.errors import FloatArray
-from palpate.experiments.explore_fit import Region
 from palpate.experiments.scans.effort import Effort
+from palpate.experiments.scans.rectangle import OverRectangle
 
 RETREAT = 5e-3
 """How far a tap goes back [m]: more than a tip of 8 mm rises on a slope of 45 degrees to the next tap."""
 
 
 @dataclass(frozen=True, slots=True)
-class TapScan:
+class TapScan(OverRectangle):
     """Single touches on a grid.
 
     Attributes:
-        region: The rectangle.
         spacing: Of taps [m].
         missed: Taps at which the tip would meet nothing; None: there are none.
     """
 
-    region: Region
     spacing: float
     missed: int | None = None
 
@@ -39,11 +33,6 @@ class TapScan:
         return self.points[0]
 
     @property
-    def box(self) -> tuple[Point, Point]:
-        """As `Scan`."""
-        return self.region.corners
-
-    @property
     def row(self) -> float:
         """As `Scan`: every tap is new."""
         return self.spacing
@@ -52,10 +41,6 @@ class TapScan:
     def line(self) -> str:
         """As `Scan`."""
         return f"{len(self.points)} over {self.region.line}, {1e3 * self.spacing:g} mm apart"
-
-    def passes(self, places: FloatArray) -> npt.NDArray[np.bool_]:
-        """As `Scan`."""
-        return self.region.holds(places)
 
     def strategy(self, plane: PathPlane, effort: Effort) -> Strategy:
         """As `Scan`."""

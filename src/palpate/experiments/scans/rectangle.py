@@ -1,0 +1,35 @@
+"""What scans over a rectangle have in common."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.controllers.paths import Point
+from palpate.errors import FloatArray
+from palpate.experiments.explore_fit import Region
+
+
+@dataclass(frozen=True, slots=True)
+class OverRectangle:
+    """A scan over a rectangle.
+
+    Attributes:
+        region: The rectangle.
+    """
+
+    region: Region
+
+    @property
+    def box(self) -> tuple[Point, Point]:
+        """As `Scan`."""
+        return self.region.corners
+
+    @property
+    def row(self) -> float:
+        """As `Scan`."""
+        return self.region.width
+
+    def passes(self, places: FloatArray) -> npt.NDArray[np.bool_]:
+        """As `Scan`."""
+        return self.region.holds(places)
