@@ -97,9 +97,9 @@ def drifting(name: str, force: Vector, moment: Vector = ZERO, minutes: float = 1
     text = robot.texts[ROBOT_TEXT]
     whole = [minutes * each for each in (*force, *moment)]
     drift = f"drift: {{force_N: {whole[:3]}, moment_Nm: {whole[3:]}, time_constant_s: {60.0 * minutes:g}}}"
-    after = "      specimen: 0"
+    after = "      preset: nano17"
     assert after in text
-    return read_robot({**robot.texts, ROBOT_TEXT: text.replace(after, f"      {drift}\n{after}", 1)})
+    return read_robot({**robot.texts, ROBOT_TEXT: text.replace(after, f"{after}\n      {drift}", 1)})
 
 
 def most_force(found: Exploration) -> float:
