@@ -24,7 +24,7 @@ class Spiral:
     radius: float
     spacing: float
     center: Point = (0.0, 0.0)
-    step: float = 5e-4
+    step: float = 2e-4
 
     def __post_init__(self) -> None:
         positive("spiral radius", self.radius, "m")

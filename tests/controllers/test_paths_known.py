@@ -105,6 +105,17 @@ def test_a_curve_is_followed_at_constant_speed_without_stops():
     assert np.hypot(*(path[-1] - near[-1])) < 2e-4
 
 
+def test_along_a_curve_of_chords_the_heading_turns_evenly():
+    """A heading that jumped at every chord would shake what carries the tip."""
+    spiral = Spiral(8e-3, 2e-3, step=5e-4)
+    path, v = run(spiral.corners())
+    radius = np.hypot(*path.T)[: len(v)]
+    wide = (radius > 3e-3) & (np.arange(len(v)) < len(v) - 60)
+    heading = np.unwrap(np.arctan2(v[wide, 1], v[wide, 0]))
+    # a period's turn on the spiral itself is 0.02 m/s * 1 ms / radius; a jump would be 25 times as large
+    assert np.diff(heading).max() < 2.5 * 2e-5 / 3e-3
+
+
 @settings(max_examples=6, deadline=None, derandomize=True)
 @given(st.lists(st.tuples(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02)), min_size=2, max_size=6))
 def test_whatever_the_path_speed_and_acceleration_are_kept_and_every_corner_reached(corners):
