@@ -107,6 +107,9 @@ def identify(
     Raises:
         InvalidValueError: The ramps were too short.
     """
+    found = int(np.count_nonzero(record.steady))
+    if found < LEAST_SAMPLES:  # a velocity takes two at least
+        raise _too_short(found)
     behind = round(sensing_delay / record.period)
     span = slice(None, -behind) if behind else slice(None)
     velocity = np.gradient(record.depth, record.period)
@@ -114,9 +117,7 @@ def identify(
     force, depth = record.force[behind:][steady], record.depth[span][steady]
     behind_commands, velocity = (record.wanted - record.depth)[span][steady], velocity[span][steady]
     if len(force) < LEAST_SAMPLES:
-        raise InvalidValueError(
-            f"the ramps have {len(force)} steady samples: must have {LEAST_SAMPLES} at least; take a smaller rate"
-        )
+        raise _too_short(len(force))
     stiffness, curve, damping_time = _contact(force, depth, velocity)
     half = 0.5 * float(np.ptp(depth))
     change = 4.0 * abs(curve.value) * half  # of dF/dx = K + 2 q x, from end to end
@@ -148,6 +149,12 @@ def identify(
         gain=ForceGain(gain, series.value, delay),
         phase_margin_deg=response.phase_margin_deg(gain),
         admittance=measured_admittance(response, series.value, loop_gain),
+    )
+
+
+def _too_short(samples: int) -> InvalidValueError:
+    return InvalidValueError(
+        f"the ramps have {samples} steady samples: must have {LEAST_SAMPLES} at least; take a smaller rate"
     )
 
 

@@ -12,6 +12,7 @@ from enum import Enum
 
 import numpy as np
 
+from palpate.controllers.flight import LIFT_TIMES
 from palpate.controllers.identification import Identification, PressRecord, identify
 from palpate.controllers.tone import Tone
 from palpate.errors import InvalidValueError, not_negative, positive
@@ -42,6 +43,10 @@ turns has a mass, which would pass for stiffness."""
 SKIPPED, COUNTED = 2, 6
 """Cycles of a sine: until it is steady, and then."""
 
+LOST_AFTER = 0.02
+"""A tip that feels nothing for longer than this in the middle of a sine has lost the surface [s]: less than the
+six cycles of the fastest sine, of which nothing would be told."""
+
 LEAST_SKIPPED = 0.25
 """At least so long until a sine is counted [s]: twelve time constants of a servo with 100 rad/s and half of that
 again."""
@@ -62,7 +67,7 @@ class IdentifyParameters:
         approach_distance: How far down the surface is looked for [m].
         fastest: Largest speed of a ramp [m/s].
         press_distance: How far it may press [m].
-        settle_time: From the touch to the first ramp [s].
+        settle_time: From the touch to the first ramp, and so long at most without contact on later ones [s].
         lift_distance: [m].
         lift_speed: [m/s].
         slew: Bound on the change of commanded velocity [m/s^2].
@@ -148,6 +153,7 @@ class IdentifyController:
         self._skipped = [max(SKIPPED, math.ceil(LEAST_SKIPPED * tone.frequency)) for tone in self._tones]
         self._tone = 0
         self._swing = 0.0
+        self._touched = 0.0  # when it last did
 
     def start(self, first: Observation) -> None:
         """Begin the approach from where the tip is, from rest."""
@@ -169,7 +175,7 @@ class IdentifyController:
         Raises:
             InvalidValueError: It did not get so far.
         """
-        if self._tone < len(self._tones):
+        if self._tone < len(self._tones) or self._outcome is Phase.LOST:
             raise InvalidValueError(
                 f"nothing was identified: it ended in {self._phase.value!r}, doing {self._doing.value!r}; "
                 "let it land on a surface that stands still, and give it time"
@@ -200,13 +206,24 @@ class IdentifyController:
                 self._at_touch = (finger.contact.normal_force, 0.0)
                 self._enter(Phase.HOLD, now)
         elif phase is Phase.HOLD:
-            if gone > wanted.press_distance:
+            if finger.touching:
+                self._touched = now.time
+            if gone > wanted.press_distance or self._lost(now.time):
                 self._outcome = Phase.LOST
                 self._enter(Phase.LIFT, now)
             elif self._tone == len(self._tones):
                 self._enter(Phase.LIFT, now)
-        elif phase is Phase.LIFT and gone > wanted.lift_distance:
-            self._enter(self._outcome, now)
+        elif phase is Phase.LIFT:
+            late = now.time - self._since > LIFT_TIMES * wanted.lift_distance / wanted.lift_speed
+            if gone > wanted.lift_distance or late:
+                self._enter(self._outcome, now)
+
+    def _lost(self, time: float) -> bool:
+        """Whether nothing is left to press on; the first ramp may still be on its way back to a faint touch."""
+        if self._doing is _Doing.FIRST:
+            return False
+        longest = LOST_AFTER if self._doing is _Doing.SWING else self._parameters.settle_time
+        return time - self._touched > longest
 
     def _velocity(self, now: Observation) -> Vector:
         wanted, phase = self._parameters, self._phase

@@ -73,7 +73,8 @@ class LandingModel:
         Raises:
             InvalidValueError: The touch is noticed too late for any speed.
         """
-        left = positive("force", force, "N") + positive("excess", excess, "N") - touch_force
+        left = positive("force", force, "N") + positive("excess", excess, "N")
+        left -= not_negative("touch_force", touch_force, "N")
         if left <= 0.0:
             raise InvalidValueError(
                 f"touch_force = {touch_force:g} N: must be below force + excess = {force + excess:g} N; press more"

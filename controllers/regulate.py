@@ -15,6 +15,7 @@ import math
 from enum import Enum
 
 from palpate.controllers.coasting_surface import CoastingSurface
+from palpate.controllers.flight import LIFT_TIMES
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import DirectForce, ForceLaw
 from palpate.controllers.force_profile import ForceProfile
@@ -190,8 +191,10 @@ class RegulateController:
                 self._lose(now)
             elif self._held_since is not None and now.time - self._held_since > wanted.duration:
                 self._enter(Phase.LIFT, now)
-        elif phase is Phase.LIFT and gone > wanted.lift_distance:  # however a drifted sensor feels
-            self._enter(self._outcome, now)
+        elif phase is Phase.LIFT:  # however a drifted sensor feels
+            late = now.time - self._since > LIFT_TIMES * wanted.lift_distance / wanted.lift_speed
+            if gone > wanted.lift_distance or late:
+                self._enter(self._outcome, now)
 
     def _lose(self, now: Observation) -> None:
         self._along = ZERO

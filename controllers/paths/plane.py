@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from palpate.errors import InvalidValueError
+from palpate.errors import rotation_matrix, vector
 from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, add, add_scaled, dot, rotate, rotate_back, subtract
 
 Point = tuple[float, float]
@@ -27,13 +27,8 @@ class PathPlane:
     rotation_base_plane: Matrix = IDENTITY
 
     def __post_init__(self) -> None:
-        rows = self.rotation_base_plane
-        for i in range(3):
-            for j in range(3):
-                if abs(dot(rows[i], rows[j]) - (1.0 if i == j else 0.0)) > 1e-9:
-                    raise InvalidValueError(
-                        f"rotation_base_plane = {rows}: must be a rotation; give its rows in full precision"
-                    )
+        vector("origin", self.origin, 3, "m")
+        rotation_matrix("rotation_base_plane", self.rotation_base_plane)
 
     @property
     def axis(self) -> Vector:

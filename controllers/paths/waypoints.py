@@ -25,7 +25,7 @@ class Waypoints:
         if len(self.points) < 2:
             raise InvalidValueError(f"the path has {len(self.points)} points: it needs at least 2")
         for a, b in pairwise(self.points):
-            if not math.dist(a, b) > CLOSEST:
+            if not CLOSEST < math.dist(a, b) < math.inf:
                 raise InvalidValueError(
                     f"points {a} and {b} m: must be finite and more than {CLOSEST:g} m apart to give a direction"
                 )

@@ -191,7 +191,7 @@ class Attempt:
             result,
             record,
             set_force,
-            _as_long(self._recorded.truth(), len(record.time)),
+            self._recorded.truth(),
             cloud,
             self.controller.strategy.marks,
             mapped,
@@ -239,18 +239,6 @@ class Attempt:
         swept = np.flatnonzero(record.phase == Phase.SCAN.value)  # from the first sweep on
         begin = record.time[swept[0]] if len(swept) else np.inf
         return np.array([profile.at(since)[0] for since in np.maximum(record.time - begin, 0.0).tolist()])
-
-
-def _as_long(truth: TruthRecord, count: int) -> TruthRecord:
-    """Truth for so many periods: the one in which an exception ended the run was recorded, but not observed."""
-    missing = count - len(truth.touching)
-    if missing <= 0:
-        return truth
-    unknown = np.full((missing, 3), np.nan)
-    return TruthRecord(
-        np.append(truth.touching, np.zeros(missing, np.bool_)),
-        *(np.vstack([each, unknown]) for each in (truth.position, truth.force, truth.torque)),
-    )
 
 
 def _height_map(cloud: TouchCloud, spacing: float) -> HeightMap | None:

@@ -4,19 +4,8 @@ from palpate.controllers import IdentifyController, IdentifyParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_identified import IdentifiedForce
 from palpate.experiments.explore_plan import ExplorationPlan
+from palpate.experiments.pressing import pressing
 from palpate.runtime import Supervisor, Touch, run
-
-PRESSED_SHARE = 0.5
-"""It presses between (1 - this) and (1 + this) of the set force, if the robot's limit has room for that."""
-
-ROOM_BELOW_LIMIT = 0.9
-"""Of the force limit: ramps turn a few periods after they have passed their upper force."""
-
-ABOVE_TOUCH = 1.1
-"""The lower force is at least so many times what counts as a touch: lifted off, the tip tells nothing."""
-
-SWING_SHARE = 0.2
-"""Amplitude of the sines, of what lies between the lower and the upper force."""
 
 PRESSING = 60.0
 """[s] It takes about 30 once it has landed."""
@@ -37,9 +26,9 @@ def pressed(planned: ExplorationPlan) -> IdentifiedForce:
     Raises:
         InvalidValueError: It did not get so far.
     """
-    pressing = pressing_of(planned)
-    controller = IdentifyController(pressing, planned.config.period)
-    longest = pressing.approach_distance / pressing.landing_speed + PRESSING
+    wanted = pressing_of(planned)
+    controller = IdentifyController(wanted, planned.config.period)
+    longest = wanted.approach_distance / wanted.landing_speed + PRESSING
     result = run(
         planned.another_backend(),
         Touch(planned.finger),
@@ -55,13 +44,10 @@ def pressed(planned: ExplorationPlan) -> IdentifiedForce:
 
 def pressing_of(planned: ExplorationPlan) -> IdentifyParameters:
     """Return how it is pressed."""
-    force, limit = planned.config.force, planned.limits.force
-    high = min((1.0 + PRESSED_SHARE) * force, ROOM_BELOW_LIMIT * limit)
-    low = max((1.0 - PRESSED_SHARE) * force, ABOVE_TOUCH * planned.touch_force)
-    return IdentifyParameters(
-        low=low,
-        high=high,
-        swing=SWING_SHARE * (high - low),
+    return pressing(
+        planned.config.force,
+        limit=planned.limits.force,
+        touch_force=planned.touch_force,
         sensing_delay=planned.finger.pipeline().delay,
         approach_distance=planned.parameters.approach_distance,
     )

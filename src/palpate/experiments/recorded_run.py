@@ -90,8 +90,8 @@ class RecordedRun:
         return self._memory.record()
 
     def truth(self) -> TruthRecord:
-        """Return what really happened in them."""
-        return self._truth.record()
+        """Return what really happened in them; that in which an exception ended the run nobody has observed."""
+        return self._truth.record().continued(len(self.record()))
 
     @property
     def changes(self) -> tuple[Change, ...]:

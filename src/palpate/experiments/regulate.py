@@ -131,7 +131,7 @@ class Regulation:
     @property
     def peak(self) -> float:
         """Largest true force of the whole run, tangential part included [N]."""
-        return float(np.linalg.norm(self.truth.force, axis=1).max(initial=0.0))
+        return float(np.nanmax(np.linalg.norm(self.truth.force, axis=1), initial=0.0))
 
     @property
     def sensor_error(self) -> float:

@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 from palpate.controllers import ForceGain, SurfaceFilter, surface_filter, tracking_delay
 from palpate.controllers.damped_contact import DampedContact
 from palpate.controllers.force_profile import ForceProfile
-from palpate.controllers.identify import IdentifyController, IdentifyParameters
+from palpate.controllers.identify import IdentifyController
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
 from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import LEAST_FORCE
+from palpate.experiments.pressing import pressing
 from palpate.experiments.regulate_built import built
 from palpate.experiments.regulate_checks import check_limits, most_force
 from palpate.experiments.regulate_config import FROM_FILES, RegulateConfig
@@ -60,9 +61,6 @@ SHORTEST_SETTLING, LONGEST_SETTLING = 0.5, 2.0
 SETTLED_AFTER = 4.0
 """Time constants of force control, half of which the set force is led in: what is three times as stiff as it was
 taken for is pressed too hard by a third of the change on the way, at most."""
-
-PRESSED_SHARE = 0.5
-"""Identification presses between (1 - this) and (1 + this) of the set force."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,18 +116,14 @@ class RegulationPlan:
 
     def identifier(self) -> IdentifyController:
         """Return a fresh controller that finds out stiffness and delay."""
-        force = self.config.force
-        low, high = (1.0 - PRESSED_SHARE) * force, (1.0 + PRESSED_SHARE) * force
-        return IdentifyController(
-            IdentifyParameters(
-                low=low,
-                high=high,
-                swing=0.2 * (high - low),
-                sensing_delay=self.finger.pipeline().delay,
-                approach_distance=self.parameters.approach_distance,
-            ),
-            self.period,
+        wanted = pressing(
+            self.config.force,
+            limit=self.limits.force,
+            touch_force=self.ready.touch_force,
+            sensing_delay=self.finger.pipeline().delay,
+            approach_distance=self.parameters.approach_distance,
         )
+        return IdentifyController(wanted, self.period)
 
     def resting(self) -> MujocoBackend:
         """Return the same robot above the same object, which stands still: to identify it."""

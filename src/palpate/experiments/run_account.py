@@ -150,7 +150,9 @@ def _stiffness(record: Record, rows: slice) -> float:
     if not np.ptp(depth) > 0.0:
         return math.nan
     columns = np.column_stack([depth - depth.mean(), rate - rate.mean()])
-    columns, scale = columns / np.abs(columns).max(axis=0), np.abs(columns).max(axis=0)
+    scale = np.abs(columns).max(axis=0)
+    scale[scale == 0.0] = 1.0  # a robot that tells no velocity, or always the same
+    columns = columns / scale
     solved, *_ = np.linalg.lstsq(columns, force - force.mean(), rcond=None)
     left = force - force.mean() - columns @ solved
     inverse = np.linalg.pinv(columns.T @ columns)

@@ -2,6 +2,7 @@
 
 from array import array
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -25,6 +26,21 @@ class TruthRecord:
     position: FloatArray
     force: FloatArray
     torque: FloatArray
+
+    def __len__(self) -> int:
+        """Number of periods."""
+        return len(self.touching)
+
+    def continued(self, count: int) -> Self:
+        """Return it for `count` periods, with nothing known of those that are missing: NaN, not touching."""
+        missing = count - len(self)
+        if missing <= 0:
+            return self
+        unknown = np.full((missing, 3), np.nan)
+        return type(self)(
+            np.append(self.touching, np.zeros(missing, np.bool_)),
+            *(np.vstack([each, unknown]) for each in (self.position, self.force, self.torque)),
+        )
 
 
 class TruthRecorder:

@@ -135,6 +135,9 @@ def compare(
     within = positive("within", within, "m")
     if not len(touched.points):
         raise InvalidValueError("the map has no points: nothing to compare")
+    if not np.isfinite(touched.points).all():
+        at = int(np.flatnonzero(~np.isfinite(touched.points).all(axis=1))[0])
+        raise InvalidValueError(f"point {at} of the map is {touched.points[at].tolist()}: must be finite [m]")
     refuse_other_unit(touched.points, reference.vertices)
     alignment = align(touched.points, reference) if aligned else None
     points, normals, surface = touched.points, touched.normals, touched.surface

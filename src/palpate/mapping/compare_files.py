@@ -35,7 +35,7 @@ def read_map(path: str | os.PathLike[str], metres_per_unit: float = 1.0, samples
         raise InvalidValueError(f"{path}: a vertex is not finite; leave it out")
     faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
     if len(faces):
-        return TouchedMap.of_mesh(TriangleSurface(vertices, faces.reshape(-1, 3)), samples)
+        return TouchedMap.of_mesh(_outwards(TriangleSurface(vertices, faces.reshape(-1, 3))), samples)
     if not len(vertices):
         raise InvalidValueError(f"{path}: holds neither points nor triangles")
     return TouchedMap(vertices, _cloud_normals(loaded, len(vertices)))
@@ -52,7 +52,19 @@ def read_reference(path: str | os.PathLike[str], metres_per_unit: float = 1.0) -
     faces = np.asarray(getattr(loaded, "faces", ()), dtype=np.int64)
     if not len(faces):
         raise InvalidValueError(f"{path}: has no triangles; the reference must be a mesh (the map comes first)")
-    return TriangleSurface(np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit, faces)
+    return _outwards(TriangleSurface(np.asarray(loaded.vertices, dtype=np.float64) * metres_per_unit, faces))
+
+
+def _outwards(surface: TriangleSurface) -> TriangleSurface:
+    """The same surface, turned inside out if it is closed and its triangles face inwards, as some files have them.
+
+    Signs and normals would be the wrong way round. Of an open surface nobody knows.
+    """
+    if not surface.is_watertight:
+        return surface
+    corners = surface.vertices[surface.triangles] - surface.vertices.mean(axis=0)
+    volume = (corners[:, 0] * np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+    return surface if volume >= 0.0 else TriangleSurface(surface.vertices, surface.triangles[:, ::-1])
 
 
 def _loaded(path: Path) -> Any:

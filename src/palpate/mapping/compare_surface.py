@@ -123,6 +123,8 @@ class TriangleSurface:
         Always the same ones: strata of equal area, and within a triangle the R2 sequence (Roberts, "The
         unreasonable effectiveness of quasirandom sequences", 2018).
         """
+        if count < 1:
+            raise InvalidValueError(f"{count} samples: must be 1 or more, some thousand to be a measure")
         share = np.cumsum(self.areas) / self.area
         index = np.arange(count)
         triangle = np.searchsorted(share, (index + 0.5) / count, side="right").clip(0, len(share) - 1)

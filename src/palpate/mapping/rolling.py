@@ -138,11 +138,12 @@ def _fitted(
     solved = np.einsum("nij,nj->ni", gain, slope.transpose(0, 2, 1).reshape(len(points), -1))
     found = solved / scale
     half = 0.5 * (gain[:, 2] / scale[2] + gain[:, 4] / scale[4]).reshape(len(points), 2, -1)
-    noise = half * (model.tilt * stretches.tilt[index])[:, None]
+    tilt = model.tilt * stretches.tilt[index]
+    noise = half * tilt[:, None]
     correlation = _correlations(stretches.path[index], stretches.extent[index], model.tilt_length)
     variance = np.einsum("ntk,nkl,ntl->n", noise, correlation, noise)
     misfit = slope - np.einsum("ntki,ni->nkt", rows, solved)
-    expected = 2.0 * np.einsum("nk,nkk->n", weight, correlation) * model.tilt**2
+    expected = 2.0 * np.einsum("nk,nkk,nk->n", weight, correlation, tilt**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = np.maximum(1.0, np.einsum("nk,nkt->n", weight, misfit**2) / expected)
     return np.where(told[:, None], found[:, 2:], np.nan), np.where(told, variance * excess, np.nan)

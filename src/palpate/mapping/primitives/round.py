@@ -12,6 +12,10 @@ FLATTEST = 200.0
 """Largest radius over the root mean square distance of the points from their middle. They then rise by less than
 1/200 of their extent: with noise as of touch, a plane."""
 
+NEAREST = 1e-9
+"""Points are taken to be no nearer to a center or axis, over the same length: there the bend, 1 / distance, has no
+bounds, and its square must stay finite."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoundShape(PrimitiveShape):
@@ -48,7 +52,7 @@ class RoundShape(PrimitiveShape):
         """Return distance and normal, along the line from the center or across the axis."""
         side = -1.0 if self.hollow else 1.0
         across = points * self.ACROSS
-        reach = np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)
+        reach = np.maximum(np.linalg.norm(across, axis=1), NEAREST)
         normal = side * across / reach[:, np.newaxis]
         bent = np.diag(self.ACROSS) - normal[:, :, np.newaxis] * normal[:, np.newaxis, :]
         return LocalGeometry(
