@@ -14,6 +14,7 @@ from palpate import __version__
 from palpate.cli import COMMANDS, INTERRUPTED, MISTAKE, UNFINISHED, Command, Group, main
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.runtime.robot import shipped_robots
+from typed_mistakes import answer_to
 
 SMALL = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05"]
 
@@ -104,16 +105,22 @@ def test_help_does_not_load_the_simulator():
     ],
 )
 def test_wrong_values_are_named_with_what_would_be_right(arguments, words, capsys, tmp_path):
-    try:
-        code = main(["explore", *arguments, "--out", str(tmp_path / "run")])
-    except SystemExit as stop:  # found while the command line was read
-        code = stop.code
-    assert code == MISTAKE
-    said = " ".join(re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split())
+    said = answer_to(["explore", *arguments, "--out", str(tmp_path / "run")], capsys)
     for word in words:
         assert word in said
     assert "Traceback" not in said
     assert not (tmp_path / "run").exists(), "nothing half written"
+
+
+@pytest.mark.parametrize(
+    "typed",
+    ["explore --speed 20", "regulate --force=-1", "view run.mcap --port=-1", "robot show stage --sensor=-1"],
+)
+def test_what_cannot_be_is_said_of_the_command_and_of_no_class(typed, capsys):
+    command = typed.split(" -")[0].removesuffix(" run.mcap").removesuffix(" stage")
+    said = answer_to(typed.split(), capsys)
+    assert f"Error parsing palpate {command}: " in said
+    assert not re.search("Options|Config", said)
 
 
 def test_nothing_typed_shows_the_help(capsys):

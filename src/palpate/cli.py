@@ -22,6 +22,7 @@ from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_options import RegulateOptions
 from palpate.experiments.replay_config import ReplayConfig
 from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
+from palpate.experiments.typed_options import read_typed
 from palpate.experiments.view_config import ViewConfig
 
 DESCRIPTION = (
@@ -191,12 +192,10 @@ def _run(commands: Mapping[str, Command | Group], typed: str, about: str, argume
 
 
 def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> int:
-    options: dict[str, Any] = {"prog": typed, "args": arguments}
-    if command.about is not None:
-        options["description"] = inspect.getdoc(command.about)
+    options: dict[str, Any] = {"description": inspect.getdoc(command.about or command.config)}
     if command.defaults:
         options["default"] = _function(command.defaults)(arguments)
-    config = tyro.cli(command.config, **options)
+    config: Any = read_typed(command.config, typed, arguments, **options)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
     return int(_function(command.runner)(config.settled if command.defaults else config))
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import msgspec
 
-from palpate.errors import InvalidValueError
+from palpate.errors import InvalidValueError, shown
 from palpate.nearest_name import advice_on_key, nearest
-from palpate.strict_refusal import Refusal, not_among, parted, refusal, shown, shown_path
+from palpate.strict_refusal import Refusal, not_among, parted, refusal, shown_path
 from palpate.strict_types import item_type, known_keys, records, tags
 from palpate.strict_yaml import LONGEST, Key, place_of, read_yaml
 

@@ -3,12 +3,13 @@
 import re
 from collections.abc import Sequence
 
+from palpate.errors import shown
 from palpate.nearest_name import nearest
 from palpate.strict_types import choices
 from palpate.strict_yaml import Key, place_of
 
 LONGEST_SHOWN = 60
-"""Characters of a wrong value that a message repeats."""
+"""Characters of a wrong key that a message repeats."""
 
 
 class Refusal(Exception):  # noqa: N818  # becomes an InvalidValueError once the place is known
@@ -44,12 +45,6 @@ def not_among(given: object, known: Sequence[str]) -> str:
     near = nearest(given, known) if isinstance(given, str) else None
     meant = f"did you mean {near}? " if near else ""
     return f" = {shown(given)}: {meant}known: {', '.join(known)}"
-
-
-def shown(value: object) -> str:
-    """Return a value as a message repeats it."""
-    text = repr(value)
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
 
 
 _PLACE = re.compile(r" - at `\$([^`]*)`$")

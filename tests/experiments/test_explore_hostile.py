@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from hostile import explored, missed
+from hostile import MAP_RMS, explored, missed
 from hostile_scenes import SCENES, Truth, Wall, carried_out, most_force
 from unseen_meshes import CASES
 
@@ -140,8 +140,12 @@ def test_every_hostile_scene(scene, robot, way):
 @pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_every_unseen_mesh(case, robot, tmp_path):
-    wrong = list(missed(case, explored(case, tmp_path, robot, "raster")))
-    if wrong and "capsule" in case.name:
+    found = explored(case, tmp_path, robot, "raster")
+    wrong = list(missed(case, found))
+    if "capsule" in case.name and robot == "stage" and wrong and wrong[0].endswith("inside the band"):
         # a shortfall of maps: along a row the normals of a facet err alike, which their noise is not learned to do
+        assert len(wrong) == 1
+        assert found.map.covered > 0.75
+        assert found.map.rms < MAP_RMS
         pytest.xfail(wrong[0])
     assert not wrong

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate.cli import MISTAKE, main
 from palpate.controllers import SineForce
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore, write_exploration
@@ -16,7 +15,10 @@ from palpate.experiments.explore_plan import plan
 from palpate.experiments.explore_report import exploration_report, settings
 from palpate.experiments.explore_tables import layer_rows
 from palpate.experiments.robot_values import config_for
+from palpate.mapping.layers import VertexLayer
+from palpate.reporting.layer_picture import LOOKS
 from palpate.runtime import Ending
+from typed_mistakes import answer_to
 
 SMALL = ExploreConfig(width=0.012, depth=0.004, spacing=0.004)
 OBJECT = 2.0 * SMALL.stiffness
@@ -100,12 +102,7 @@ def test_a_force_that_swings_is_told():
     ],
 )
 def test_a_swing_that_cannot_be_is_refused_with_its_limit(typed, said, capsys, tmp_path):
-    try:
-        code = main(["explore", *typed.split(), "--out", str(tmp_path)])
-    except SystemExit as left:  # what the options alone tell is refused while they are read
-        code = left.code
-    assert code == MISTAKE
-    assert said in " ".join(word for word in capsys.readouterr().err.split() if word != "│")
+    assert said in answer_to(["explore", *typed.split(), "--out", str(tmp_path)], capsys)
 
 
 # --- curvature ---
@@ -137,7 +134,10 @@ def test_files_report_and_summary_have_the_layers(swung, tmp_path, monkeypatch):
         np.testing.assert_allclose(np.ravel(data[layer.name]), layer.mean, rtol=1e-5)
         np.testing.assert_allclose(np.ravel(data[f"{layer.name}_sd"]), layer.sd, rtol=1e-5)
     assert np.isfinite(np.ravel(data["curvature_direction_x"])).all()
-    rows = {row[0]: row for row in exploration_report(swung).map.rows}
+    report = exploration_report(swung).map
+    assert [layer.name for layer in report.layers] == ["friction", "stiffness", "curvature_mean"]
+    assert {layer.name for layer in swung.map.layers if isinstance(layer, VertexLayer)} == set(LOOKS)
+    rows = {row[0]: row for row in report.rows}
     assert rows["stiffness of the object"][2] == "kN/m"
     assert float(rows["stiffness of the object"][1]) == pytest.approx(40.0, rel=0.2)
     assert {"friction", "largest curvature", "smallest curvature", "mean curvature"} <= set(rows)

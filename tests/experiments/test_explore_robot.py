@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
 from palpate.experiments.explore import carry_out, explore
-from palpate.experiments.explore_config import FROM_FILE, OBJECT_SIZES, ExploreConfig
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_objects import FROM_FILE, OBJECT_SIZES
 from palpate.experiments.explore_options import default_options
 from palpate.experiments.explore_plan import plan, plan_from_texts
 from palpate.experiments.robot_in_scene import check

@@ -10,6 +10,7 @@ import pytest
 
 from palpate.cli import main
 from palpate.controllers.regulate import Loss
+from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.regulate import carry_out, regulate
 from palpate.experiments.regulate_config import RegulateConfig
@@ -21,7 +22,7 @@ from palpate.experiments.regulate_file import (
     read_regulation,
     regulation_text,
 )
-from palpate.experiments.regulate_motion import motion_text, read_table
+from palpate.experiments.regulate_motion import motion_text, read_motion
 from palpate.experiments.regulate_plan import RegulationPlan, plan, plan_from_texts
 from palpate.experiments.regulate_replay import FIXED, REGULATION
 from palpate.experiments.regulate_report import regulation_report
@@ -314,8 +315,10 @@ def test_texts_read_back_the_same():
     assert read_regulation(regulation_text(config)) == config
     found = Identified(1.0 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 0.1, 1e-3, 61.0)
     assert read_identified(identified_text(found)) == found
-    motion = read_table("0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
-    assert read_table(motion_text(motion), "b") == motion
+    for kind in (PathTable, VelocityTable):
+        motion = read_motion(kind, "0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
+        assert type(motion) is kind
+        assert read_motion(kind, motion_text(motion), "b") == motion
 
 
 def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):

@@ -1,5 +1,7 @@
 """Replays of explorations: bit for bit as recorded, however they ended; and what is said when they are not."""
 
+import ast
+import inspect
 import os
 import re
 import signal
@@ -7,6 +9,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,9 +19,11 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore import Attempt
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import plan
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_replay import REGULATION
 from palpate.experiments.replay import replay_log
-from palpate.experiments.replay_report import version_differences
-from palpate.experiments.replay_settings import CHANGEABLE, FIXED
+from palpate.experiments.replay_report import UNITS, version_differences
+from palpate.experiments.replay_settings import CHANGEABLE, EXPLORATION, FIXED
 from palpate.experiments.robot_values import config_for
 from palpate.experiments.run_told import log_writer
 from palpate.runtime import Command, Ending, Phase, result_until
@@ -495,3 +500,18 @@ def test_a_replay_that_is_interrupted_speaks_of_no_robot(nano, capsys, monkeypat
 
 def test_every_setting_of_an_exploration_is_either_changeable_or_has_a_reason():
     assert {*CHANGEABLE, *FIXED} == set(ExploreConfig.__dataclass_fields__)
+
+
+def units_said(kind):
+    """The units in the text under each field of a class: [m/s], but no [0, 1]."""
+    (body,) = (node.body for node in ast.parse(inspect.getsource(kind)).body if isinstance(node, ast.ClassDef))
+    fields = ((a.target, b) for a, b in pairwise(body) if isinstance(a, ast.AnnAssign))
+    return {ast.unparse(a): set(re.findall(r"\[([NHms][A-Za-z/]*)\]", ast.unparse(b))) for a, b in fields}
+
+
+@pytest.mark.parametrize(("kind", "may"), [(ExploreConfig, EXPLORATION), (RegulateConfig, REGULATION)])
+def test_a_setting_is_reported_in_the_unit_in_which_it_is_explained(kind, may):
+    said = units_said(kind)
+    assert said["force"] == {"N"}
+    for name in may.names:
+        assert said[name] == ({UNITS[name]} if name in UNITS else set()), name

@@ -1,6 +1,7 @@
 """What pictures show: no noise blown up, no line hidden, no phase without a colour."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -10,8 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 
 from mapping.raster import cloud_of, raster, sphere_cap
+from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
+from palpate.mapping.layers import VertexLayer
 from palpate.reporting import TimeSeries
 from palpate.reporting.force_picture import force_overview, force_zoom
+from palpate.reporting.layer_picture import layer_picture
 from palpate.reporting.spin_picture import LEAST_SPIN, spin_picture
 from palpate.reporting.style import MEASURED, PHASE_COLOURS, TRUE
 from palpate.reporting.surface_picture import LEAST_RELIEF, View, touched_surface
@@ -106,3 +110,58 @@ def test_the_colour_bar_shows_whole_heights():
 def test_every_phase_has_a_colour_of_its_own():
     assert set(PHASE_COLOURS) == set(Phase)
     assert len(set(PHASE_COLOURS.values())) == len(Phase)
+
+
+# --- layers ---
+
+MESH = surface_mesh(SurfaceMap.learned(CAP, MapSettings.for_rows(2e-3, bias=1e-6)), 1e-3)
+
+
+def drawn(name, mean, sd=0.1):
+    """The picture of a layer and its colours."""
+    count = len(MESH.vertices)
+    picture = layer_picture(MESH, VertexLayer(name, np.broadcast_to(mean, count), np.full(count, sd)))
+    surface, bar = picture.full.axes[0].collections[0], picture.full.axes[1]
+    return picture, surface, bar.get_xlabel()
+
+
+@pytest.mark.parametrize(
+    ("name", "mean", "sd", "told", "label"),
+    [
+        ("friction", 0.3, 0.01, "median 0.3 scattering between neighbours by 0.01. ", "Friction"),
+        ("stiffness", 4e4, 2e3, "median 40 ± 2 kN/m. ", "Stiffness of the object [kN/m]"),
+        ("curvature_mean", 25.0, 0.5, "median 25 ± 0.5 1/m. ", "Mean curvature [1/m]"),
+        ("warmth", 300.0, 2.0, "Warmth: median 300 ± 2. ", "Warmth"),
+    ],
+)
+def test_a_layer_is_told_in_its_own_words_and_unit(name, mean, sd, told, label):
+    picture, surface, shown = drawn(name, mean, sd)
+    assert told in picture.caption
+    assert shown == label
+    assert ("while sliding" in picture.caption) == (name == "friction")
+    low, high = surface.get_clim()
+    assert low <= surface.get_array().min() <= surface.get_array().max() <= high
+    assert float(re.search(r"median ([\d.]+)", told)[1]) == pytest.approx(surface.get_array())
+
+
+@given(bent=st.floats(-100.0, 100.0))
+@settings(max_examples=10)
+def test_colours_of_curvature_tell_hollow_from_bulge(bent):
+    _, surface, _ = drawn("curvature_mean", bent)
+    low, high = surface.get_clim()
+    assert low == -high
+    assert high >= max(abs(bent), 5.0)
+
+
+def test_what_differs_by_less_than_its_deviation_looks_alike():
+    mean = 4e4 + 100.0 * np.sin(np.arange(len(MESH.vertices)))
+    _, surface, _ = drawn("stiffness", mean, 2e3)
+    low, high = surface.get_clim()
+    assert high - low == pytest.approx(4.0)
+
+
+def test_a_layer_of_which_nothing_is_known_has_no_picture_and_a_part_is_told():
+    nothing = np.full(len(MESH.vertices), np.nan)
+    assert layer_picture(MESH, VertexLayer("stiffness", nothing, nothing)) is None
+    half = np.where(np.arange(len(MESH.vertices)) < len(MESH.vertices) // 2, 0.3, np.nan)
+    assert "Known on 50 % of the map" in drawn("friction", half)[0].caption

@@ -3,7 +3,8 @@
 from rich.console import Console
 
 from palpate.experiments.explore import Attempt, write_exploration
-from palpate.experiments.explore_config import FROM_FILE, ExploreConfig
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_objects import FROM_FILE
 from palpate.experiments.explore_plan import ExplorationPlan, plan
 from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import exploration_report

@@ -3,9 +3,16 @@
 import math
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.explore_objects import (
+    ObjectName,
+    article_of,
+    check_file,
+    check_length,
+    checked_size,
+    spaced,
+)
 from palpate.experiments.explore_strategies import (
     ACCURACY,
     SPACING,
@@ -16,23 +23,6 @@ from palpate.experiments.explore_strategies import (
     check_options,
     option_names,
 )
-
-ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field"]
-
-OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
-    "sphere": ("radius", (0.04,)),
-    "ellipsoid": ("three semi-axes", (0.05, 0.04, 0.03)),
-    "box": ("length, width and height", (0.08, 0.08, 0.04)),
-    "cylinder": ("radius and length (it lies along x)", (0.03, 0.12)),
-    "torus": ("radius of the ring and of its tube (it lies about z)", (0.06, 0.025)),
-    "bumps": ("amplitude, wavelength and side of the square that they cover", (0.003, 0.06, 0.18)),
-    "mesh": ("nothing, the file says it", ()),
-    "height-field": ("width and depth, unless the file says them", ()),
-}
-"""What sizes each object takes, and its defaults [m]."""
-
-FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field")
-"""Objects that a file describes."""
 
 TOUCH_FORCE = 0.2
 """A force above this counts as a touch [N], unless noise asks for more."""
@@ -61,9 +51,6 @@ LARGEST_SEED = 2**63 - 1
 
 SLOWEST = 1e-3
 """Slowest [m/s] that a running exploration may be told to be: slower, it seems to stand still."""
-
-LARGEST_LENGTH = 2.0
-"""Of object, fingertip and raster [m]: robots reach 1 m either way; a larger number is in another unit."""
 
 SIDE = 0.04
 """Of the rectangle that is explored, if no other is asked for [m]."""
@@ -181,16 +168,16 @@ class ExploreConfig:
     """Folder for the report, the points and the map."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "size", self._checked_size())
-        self._check_file()
+        object.__setattr__(self, "size", checked_size(self.object, self.size))
+        check_file(self.object, self.file, self.scale)
         if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
-            raise InvalidValueError(f"center = {_spaced(self.center)}: give two numbers, x and y [m]")
+            raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
         if len(self.tip) not in (1, 3):
             raise InvalidValueError(
-                f"tip = {_spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
+                f"tip = {spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
             )
         for length in self.tip:
-            _length("tip", length)
+            check_length("tip", length)
         if not 0 <= self.seed <= LARGEST_SEED:
             raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
         not_negative("force_noise", self.force_noise, "N")
@@ -221,7 +208,7 @@ class ExploreConfig:
     @property
     def article(self) -> str:
         """The article before the object's name."""
-        return "some" if self.object == "bumps" else "an" if self.object[0] in "aeiou" else "a"
+        return article_of(self.object)
 
     @property
     def middle(self) -> tuple[float, float]:
@@ -295,7 +282,7 @@ class ExploreConfig:
         check_options(self.strategy, given)
         for name in ("width", "depth", "spacing", "radius", "below", "accuracy"):
             if name in given:
-                _length(name, getattr(self, name))
+                check_length(name, getattr(self, name))
         if self.below is not None and self.curve != "level":
             raise InvalidValueError(f"below = {self.below:g} m: is for --curve level; an edge has its own height")
         if self.time is not None:
@@ -303,44 +290,3 @@ class ExploreConfig:
         if not 0.0 <= self.area <= 1.0:
             hint = f"; for {self.area:g} % give {self.area / 100.0:g}" if 1.0 < self.area <= 100.0 else ""
             raise InvalidValueError(f"area = {self.area:g}: must lie between 0 and 1, all of the rectangle{hint}")
-
-    def _checked_size(self) -> tuple[float, ...]:
-        if self.object not in OBJECT_SIZES:
-            raise InvalidValueError(f"object = {self.object!r}: must be one of {', '.join(OBJECT_SIZES)}")
-        meaning, default = OBJECT_SIZES[self.object]
-        size = self.size or default
-        if self.object in FROM_FILE:
-            if len(size) not in ((0,) if self.object == "mesh" else (0, 2)):
-                raise InvalidValueError(f"size = {_spaced(size)}: {self.article} {self.object} takes {meaning}")
-        elif len(size) != len(default):
-            raise InvalidValueError(
-                f"size = {_spaced(size)}: {self.article} {self.object} takes {len(default)} number"
-                f"{'s' if len(default) > 1 else ''}, its {meaning} [m]; for example {_spaced(default)}"
-            )
-        for length in size:
-            _length("size", length)
-        return size
-
-    def _check_file(self) -> None:
-        positive("scale", self.scale, "m per unit of the file")
-        if self.object in FROM_FILE:
-            if self.file is None:
-                raise InvalidValueError(f"object = {self.object}: a file must describe it (--file)")
-        elif self.file is not None:
-            raise InvalidValueError(
-                f"file = {self.file}: {self.article} {self.object} is described by --size; for a file say "
-                f"--object {' or --object '.join(FROM_FILE)}"
-            )
-        elif self.scale != 1.0:
-            raise InvalidValueError(f"scale = {self.scale:g}: is for files; {self.object} takes --size, in metres")
-
-
-def _length(name: str, length: float) -> None:
-    """Refuse a length that is none, or that is in another unit."""
-    if positive(name, length, "m") > LARGEST_LENGTH:
-        hint = f"; for {length:g} mm give {length / 1e3:g}" if length <= 1e3 * LARGEST_LENGTH else ""
-        raise InvalidValueError(f"{name} = {length:g} m: must be at most {LARGEST_LENGTH:g} m{hint}")
-
-
-def _spaced(numbers: tuple[float, ...]) -> str:
-    return " ".join(f"{number:g}" for number in numbers)

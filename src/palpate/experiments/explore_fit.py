@@ -9,7 +9,8 @@ from scipy.ndimage import minimum_filter
 
 from palpate.controllers.paths import Point
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore_config import FROM_FILE, ExploreConfig
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_objects import FROM_FILE
 from palpate.sim import SceneObject
 
 TRIED = 41

@@ -14,7 +14,6 @@ from palpate.controllers import (
     Room,
     SineForce,
     force_gain,
-    live_parameters,
     series_stiffness,
     tracking_delay,
 )
@@ -23,6 +22,13 @@ from palpate.controllers.landing import moved_mass
 from palpate.controllers.paths import PathPlane, Strategy
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
+from palpate.experiments.explore_checks import (
+    check_changes,
+    check_compression,
+    check_least_force,
+    check_push,
+    check_sliding,
+)
 from palpate.experiments.explore_config import FASTEST, LEAST_FORCE, MOST_FORCE, SLOWEST, ExploreConfig
 from palpate.experiments.explore_identified import (
     IDENTIFIED_TEXT,
@@ -40,7 +46,7 @@ from palpate.experiments.wall_bound import WallBound
 from palpate.runtime import FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
-from palpate.sim import MujocoBackend, PairParameters, SceneObject
+from palpate.sim import MujocoBackend, SceneObject
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 
@@ -129,7 +135,7 @@ class ExplorationPlan:
             InvalidValueError: A change that was asked for is out of its bounds.
         """
         parameters = replace(self.parameters, gain=found.gain)
-        _check_changes(self.config, parameters)
+        check_changes(self.config, parameters)
         return replace(
             self, parameters=parameters, effort=replace(self.effort, parameters=parameters), identified=found
         )
@@ -189,7 +195,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     target = target or scene_object(config)
     scan = scan_on(target, config)
     half_compliance = 0.5 / config.stiffness
-    _check_compression(config, config.force * half_compliance)
+    check_compression(config, config.force * half_compliance)
     law = replace(
         EXPLORE.law,
         stiffness=config.stiffness,
@@ -216,16 +222,11 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     limits, room = _limits(robot.file.limits.limits(), scan, plane, top, descent, _stopping(config, scan))
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
-    _check_push(config, ready.stiffness, robot.file.backend.leash)
+    check_push(config, ready.stiffness, robot.file.backend.leash)
     check_speed("speed", config.speed, limits)
-    _check_sliding(config, ready.backend.scene.pair)
+    check_sliding(config, ready.backend.scene.pair)
     least = LEAST_FORCE * ready.touch_force
-    if config.least_force < least * (1.0 - 1e-12):
-        swings = f" and force_swing = {config.force_swing:g} N: the force" if config.force_swing else ":"
-        raise InvalidValueError(
-            f"force = {config.force:g} N{swings} must be at least {least:g} N, {LEAST_FORCE:g} times what the "
-            "robot's sensor file takes for a touch (touch_force_N)"
-        )
+    check_least_force(config, least)
     sensing_delay = ready.finger.pipeline().delay
     delay = tracking_delay(config.period, ready.response, sensing_delay)
     series, mass = series_stiffness(config.stiffness, ready.stiffness), moved_mass(ready.stiffness, ready.response)
@@ -243,7 +244,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
         speed_range=(SLOWEST, min(FASTEST, limits.speed)),
         room=room,
     )
-    _check_changes(config, parameters)
+    check_changes(config, parameters)
     below = float(target.height(np.array(first_x), np.array(first_y)))
     below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
     gap = max(top - below - config.tip[-1], CLEARANCE)
@@ -307,46 +308,8 @@ def _limits(
     return limits, Room(*around(0.5 * ROOM + stopping))
 
 
-def _check_compression(config: ExploreConfig, compression: float) -> None:
-    if min(config.tip) <= compression:
-        raise InvalidValueError(
-            f"tip = {min(config.tip):g} m: must be larger than its compression at {config.force:g} N and "
-            f"{config.stiffness:g} N/m, {compression:.2g} m"
-        )
-
-
 def _force_range(config: ExploreConfig, least: float, limits: Limits) -> tuple[float, float]:
     """What may be asked for while it runs [N]; a profile goes its own way."""
     if config.force_swing:
         return config.force, config.force
     return least, min(MOST_FORCE, LANDING_SHARE * limits.force)
-
-
-def _check_changes(config: ExploreConfig, parameters: ExploreParameters) -> None:
-    live = live_parameters(parameters)
-    for time, name, value in config.change:
-        try:
-            live.check(name, value)
-        except InvalidValueError as error:
-            raise InvalidValueError(f"change after {time:g} s: {error}") from None
-
-
-def _check_push(config: ExploreConfig, stiffness: float, leash: float) -> None:
-    """Refuse a force that the servos never reach: their reference runs no farther ahead than the leash."""
-    push = stiffness * leash
-    if config.greatest_force > push:
-        raise InvalidValueError(
-            f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' {stiffness:.3g} "
-            f"N/m over a leash of {leash:g} m (leash_m, bandwidth_rad_per_s in the robot file); press with less, "
-            "or let the leash be longer or the bandwidth higher"
-        )
-
-
-def _check_sliding(config: ExploreConfig, pair: PairParameters) -> None:
-    """Refuse speeds at which the simulated friction is not Coulomb's, or the tip lifts off."""
-    creep = pair.creep_speed * config.greatest_force / config.touch_force  # grows with the force
-    if not creep < config.speed < pair.lift_speed / 2.0:
-        raise InvalidValueError(
-            f"speed = {config.speed:g} m/s: must lie between {creep:.2g} m/s, below which the simulated friction "
-            f"creeps, and {pair.lift_speed / 2.0:.2g} m/s, from which it may lift the tip"
-        )

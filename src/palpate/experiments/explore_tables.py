@@ -15,6 +15,9 @@ MILLI = 1e3
 
 STIFFNESS_NOTE = "the object alone: of the compression, half is taken for the tip's"
 
+DRAWN = ("friction", "stiffness", "curvature_mean")
+"""Layers that the report has a picture of; of curvature one tells enough, and map.ply has them all."""
+
 Row = tuple[str, str, str, str]
 """Name, value, unit, note."""
 
@@ -22,7 +25,8 @@ Row = tuple[str, str, str, str]
 def map_report(found: ExploredMap) -> MapReport:
     """Return what a report says of a map."""
     rows = (*map_rows(found), *layer_rows(found))
-    return MapReport(found.mesh, rows, found.error, found.missed, (found.friction,))
+    drawn = [layer for layer in found.layers if layer.name in DRAWN and isinstance(layer, VertexLayer)]
+    return MapReport(found.mesh, rows, found.error, found.missed, tuple(drawn))
 
 
 def map_rows(found: ExploredMap) -> tuple[Row, ...]:

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore_config import ExploreConfig, ObjectName
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_objects import ObjectName
 from palpate.experiments.heights_file import heights_text, load_heights, read_heights_text
 from palpate.sim import (
     Box,

@@ -2,6 +2,7 @@
 
 import csv
 import math
+from typing import TypeVar
 
 from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
@@ -10,37 +11,28 @@ from palpate.spatial import Vector
 COLUMNS = 4
 """Time, and three coordinates."""
 
+Table = TypeVar("Table", PathTable, VelocityTable)
+"""What a file can describe."""
 
-def read_path(text: str, name: str) -> PathTable:
-    """Return the motion along recorded positions.
+_VECTOR = {PathTable: "position x, y, z [m]", VelocityTable: "velocity along x, y, z [m/s]"}
+"""What follows the time in each line of it, for messages."""
+
+
+def read_motion(kind: type[Table], text: str, name: str) -> Table:
+    """Return the motion that a file describes.
 
     Args:
-        text: CSV with time [s] and position x, y and z [m]; a first line with names, or none.
+        kind: Of motion: recorded positions, or velocities.
+        text: CSV with time [s] and position [m], or velocity [m/s], along x, y and z; a first line with names, or
+            none.
         name: Of the file, for messages.
 
     Raises:
         InvalidValueError: It is no such file.
     """
-    times, rows = _read(text, name, "position x, y, z [m]")
+    times, rows = _read(text, name, _VECTOR[kind])
     try:
-        return PathTable(tuple(times), tuple(rows))
-    except InvalidValueError as error:
-        raise InvalidValueError(f"{name}: {error}") from None
-
-
-def read_table(text: str, name: str) -> VelocityTable:
-    """Return the motion that a table of velocities describes.
-
-    Args:
-        text: CSV with time [s] and velocity [m/s] along x, y and z; a first line with names, or none.
-        name: Of the file, for messages.
-
-    Raises:
-        InvalidValueError: It is no such table.
-    """
-    times, rows = _read(text, name, "velocity along x, y, z [m/s]")
-    try:
-        return VelocityTable(tuple(times), tuple(rows))
+        return kind(tuple(times), tuple(rows))
     except InvalidValueError as error:
         raise InvalidValueError(f"{name}: {error}") from None
 

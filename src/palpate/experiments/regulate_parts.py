@@ -7,11 +7,18 @@ from pathlib import Path
 from palpate.controllers.damped_contact import DampedContact, Mounting
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce
 from palpate.controllers.force_program import StepForce, Tones
-from palpate.controllers.tangent_motion import CircleMotion, SineMotion, Still, TangentMotion
+from palpate.controllers.tangent_motion import (
+    CircleMotion,
+    PathTable,
+    SineMotion,
+    Still,
+    TangentMotion,
+    VelocityTable,
+)
 from palpate.errors import InvalidValueError
 from palpate.experiments.finger_sensor import model_of_finger, noise_of
 from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_motion import read_path, read_table
+from palpate.experiments.regulate_motion import read_motion
 from palpate.experiments.simulated_stage import RobotInScene
 from palpate.runtime.robot import Robot
 from palpate.sim import (
@@ -92,7 +99,9 @@ def motion_in(config: RegulateConfig, text: str, name: str) -> TangentMotion:
     Raises:
         InvalidValueError: It is no such file.
     """
-    return read_path(text, name) if config.motion == "path" else read_table(text, name)
+    if config.motion == "path":
+        return read_motion(PathTable, text, name)
+    return read_motion(VelocityTable, text, name)
 
 
 def _text(path: Path) -> str:

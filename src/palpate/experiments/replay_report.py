@@ -18,9 +18,12 @@ _MILLI = 1e3
 UNITS = {
     "tip": "m",
     "force": "N",
+    "force_swing": "N",
+    "force_period": "s",
     "speed": "m/s",
     "width": "m",
     "depth": "m",
+    "center": "m",
     "spacing": "m",
     "stiffness": "N/m",
     "size": "m",

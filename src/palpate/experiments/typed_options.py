@@ -4,8 +4,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
 from typing import Any, TypeVar
 
+import tyro
+
 Options = TypeVar("Options", bound=Any)
-"""A frozen dataclass of which every field has a default."""
+"""A frozen dataclass."""
+
+
+def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **told: Any) -> Options:
+    """Return what is typed for a command; a mistake, or --help, is answered and ends the program.
+
+    Args:
+        kind: Of the options; its fields need not have defaults.
+        command: As it is typed, with the program's name: what a mistake is said to be in.
+        arguments: What follows it.
+        told: More for `tyro.cli`, as description and default.
+    """
+    # where values cannot be together, tyro names the class that refuses them: people know the command, not ours
+    named: Any = type(command, (kind,), {"__slots__": ()})
+    made: Options = settled(kind, tyro.cli(named, prog=command, args=arguments, **told))
+    return made
 
 
 def option(name: str, arguments: Sequence[str]) -> str | None:
@@ -20,15 +37,18 @@ def option(name: str, arguments: Sequence[str]) -> str | None:
 
 
 def unchecked(kind: type[Options], values: Mapping[str, object]) -> Options:
-    """Return options with these values and defaults for the rest, before anybody has judged them together."""
+    """Return options with these values and defaults for the rest, before anybody has judged them together.
+
+    Every field must have a default.
+    """
     options = object.__new__(kind)
     for field in fields(kind):
-        assert field.default is not MISSING  # every option has one
+        assert field.default is not MISSING
         object.__setattr__(options, field.name, values.get(field.name, field.default))
     return options
 
 
 def settled(kind: type[Options], options: Options) -> Options:
-    """Return the values of a configuration alone, checked, from options that add to it."""
+    """Return the values of a configuration alone, checked, from an object that has them among others."""
     made: Options = kind(**{field.name: getattr(options, field.name) for field in fields(kind)})
     return made

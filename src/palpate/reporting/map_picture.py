@@ -1,4 +1,4 @@
-"""The map seen from above: its errors, how sure it is, and what else was felt."""
+"""The map seen from above: its errors, and how sure it is."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +8,6 @@ from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
 from palpate.mapping import SurfaceMesh
-from palpate.mapping.layers import VertexLayer
 from palpate.reporting.error_picture import GROUND
 from palpate.reporting.map_data import MapReport
 from palpate.reporting.style import (
@@ -28,9 +27,6 @@ from palpate.reporting.style import (
 
 SHOWN_PERCENT = 99.0
 """Colours span this share of the values, so that a few outliers do not hide the rest."""
-
-LEAST_FRICTION = 0.02
-"""Colours of friction span at least this: less is the same."""
 
 MISSED_DRAWN = 4000
 """Marks drawn of what was not observed: more cover each other."""
@@ -62,39 +58,15 @@ def map_picture(told: MapReport) -> Picture:
     )
 
 
-def layer_picture(mesh: SurfaceMesh, layer: VertexLayer) -> Picture | None:
-    """Return a layer seen from above; None if nothing is known of it."""
-    known = np.isfinite(layer.mean)
-    if not known.any():
-        return None
-    figure = new_figure(Width.HALF, 4.7)
-    axes = figure.subplots()
-    low, high = np.percentile(layer.mean[known], [100.0 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
-    room = max(0.5 * (LEAST_FRICTION - (high - low)), 0.0)
-    _surface(figure, axes, mesh, layer.mean, HEIGHT_COLOURS, (low - room, high + room), layer.name)
-    spread = layer.sd[np.isfinite(layer.sd)]
-    middle = float(np.median(layer.mean[known]))
-    scatter = f", scattering by {float(np.median(spread)):.2g} between neighbours" if len(spread) else ""
-    return Picture(
-        title=layer.name.capitalize(),
-        caption=(
-            f"Tangential over normal force while sliding: median {middle:.3g}{scatter}; "
-            f"the colours span {2.0 * SHOWN_PERCENT - 100.0:.0f} % of the map."
-        ),
-        full=figure,
-        dense=True,
-    )
-
-
 def _draw(told: MapReport, figure: Figure, axes: list[Axes]) -> None:
     if told.error is not None:
         error = MICRO * told.error
         limit = max(float(np.percentile(np.abs(error), SHOWN_PERCENT)), 1e-3)
         label = "error of the map [µm], + is outside the surface"
-        _surface(figure, axes[0], told.mesh, error, ERROR_COLOURS, (-limit, limit), label)
+        from_above(figure, axes[0], told.mesh, error, ERROR_COLOURS, (-limit, limit), label)
     sd = MICRO * told.mesh.sd
     largest = max(float(np.percentile(sd, SHOWN_PERCENT)), 1e-3)
-    _surface(figure, axes[-1], told.mesh, sd, HEIGHT_COLOURS, (0.0, largest), "standard deviation [µm]")
+    from_above(figure, axes[-1], told.mesh, sd, HEIGHT_COLOURS, (0.0, largest), "standard deviation [µm]")
     if len(told.missed):
         missed = MILLI * told.missed[:: -(-len(told.missed) // MISSED_DRAWN)]
         for each in axes:
@@ -103,7 +75,7 @@ def _draw(told: MapReport, figure: Figure, axes: list[Axes]) -> None:
         legend_above(figure, axes, 1)
 
 
-def _surface(
+def from_above(
     figure: Figure,
     axes: Axes,
     mesh: SurfaceMesh,
@@ -112,7 +84,7 @@ def _surface(
     limits: tuple[float, float],
     label: str,
 ) -> None:
-    """Draw a value at vertices; upper triangles last, so that they hide those below."""
+    """Draw a value at vertices where it is finite; upper triangles last, so that they hide those below."""
     corners = mesh.triangles[np.isfinite(value[mesh.triangles]).all(axis=1)]
     order = np.argsort(mesh.vertices[corners, 2].mean(axis=1), kind="stable")
     drawn = axes.tripcolor(

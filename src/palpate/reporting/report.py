@@ -69,7 +69,8 @@ def report_html(report: ExplorationReport) -> str:
 
 def _map_parts(told: MapReport | None) -> list[str]:
     """What a map is like, as HTML."""
-    from palpate.reporting.map_picture import layer_picture, map_picture
+    from palpate.reporting.layer_picture import layer_picture
+    from palpate.reporting.map_picture import map_picture
     from palpate.reporting.page import picture_cards, table
 
     if told is None:

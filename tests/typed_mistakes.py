@@ -1,0 +1,15 @@
+"""Mistakes that people type, and what the command line says to them."""
+
+import re
+
+from palpate.cli import MISTAKE, main
+
+
+def answer_to(typed, capsys):
+    """What is said to a command that must be refused, in one line without the box around it."""
+    try:
+        code = main(typed)
+    except SystemExit as left:  # what the options alone tell is refused while they are read
+        code = left.code
+    assert code == MISTAKE
+    return " ".join(re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split())
