@@ -3,12 +3,11 @@
 A contact with normal force f_n bears a tangential force f_t and a torque tau about the normal up to the limit
 surface
 
-    |(f_t / mu f_n, tau / mu e f_n)|_p = 1,    e = c f_n^gamma.
+    |(f_t / mu f_n, tau / mu e f_n)|_p = 1,    e = c f_n^gamma
 
-p = 2 is the ellipsoid (Howe & Cutkosky 1996); real rubber lies between 1 and 2. gamma runs from 0 to the 1/3 of a
-linear elastic sphere (Xydas & Kao 1999). Slip follows from maximum dissipation: the slip twist is normal to the
-limit surface. The slip speed v = |(v_t, e omega)|_q, 1/p + 1/q = 1, is the dissipated power over mu f_n, and for
-p = 2 just sqrt(v_t^2 + e^2 omega^2). With it (Armstrong-Helouvry, Dupont, Canudas de Wit 1994)
+(`palpate.friction.LimitSurface`), and slips along its normal. The slip speed v = |(v_t, e omega)|_q,
+1/p + 1/q = 1, is the dissipated power over mu f_n, and for p = 2 just sqrt(v_t^2 + e^2 omega^2). With it
+(Armstrong-Helouvry, Dupont, Canudas de Wit 1994)
 
     mu(v) = mu_k + (mu_s - mu_k) exp(-(v/v_s)^2) + viscous v.
 """
@@ -17,9 +16,8 @@ import math
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, not_negative, positive
-
-LARGEST_LOAD_EXPONENT = 1.0 / 3.0
-"""Of a linear elastic sphere, a ~ f_n^(1/3) (Hertz); soft materials lie below (Xydas & Kao 1999)."""
+from palpate.friction import LimitSurface
+from palpate.friction.p_norm import dual_point
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +53,6 @@ class FrictionLaw:
         positive("kinetic_friction", self.kinetic_friction, "")
         positive("stribeck_speed", self.stribeck_speed, "m/s")
         not_negative("viscous_friction", self.viscous_friction, "s/m")
-        positive("spin_length", self.spin_length, "m")
-        not_negative("load_exponent", self.load_exponent, "")
         positive("stiffness", self.stiffness, "N/m")
         positive("damping_ratio", self.damping_ratio, "")
         if self.kinetic_friction > self.static_friction:
@@ -64,15 +60,11 @@ class FrictionLaw:
                 f"kinetic_friction = {self.kinetic_friction:g}: must be at most the static_friction = "
                 f"{self.static_friction:g}; for friction that grows with speed give viscous_friction"
             )
-        if self.load_exponent > LARGEST_LOAD_EXPONENT:
-            raise InvalidValueError(
-                f"load_exponent = {self.load_exponent:g}: must be at most {LARGEST_LOAD_EXPONENT:.4g}, that of an "
-                f"elastic sphere"
-            )
-        if not 1.0 <= self.norm_exponent <= 2.0:
-            raise InvalidValueError(
-                f"norm_exponent = {self.norm_exponent:g}: must lie between 1 (diamond) and 2 (ellipsoid)"
-            )
+        self.limit_surface(self.static_friction)  # refuses the other three
+
+    def limit_surface(self, friction: float) -> LimitSurface:
+        """Return what is borne at a friction mu, such as `static_friction` or `friction_at(speed)`."""
+        return LimitSurface(friction, self.spin_length, self.load_exponent, self.norm_exponent)
 
     def friction_at(self, slip_speed: float) -> float:
         """Return mu at a slip speed [m/s]."""
@@ -82,7 +74,7 @@ class FrictionLaw:
 
     def spin_length_at(self, normal_force: float) -> float:
         """Return e [m] at a normal force [N]."""
-        return float(self.spin_length * normal_force**self.load_exponent)
+        return self.limit_surface(self.static_friction).spin_length_at(normal_force)
 
     def load_ratio(
         self, normal_force: float, tangential_force: float, spin_torque: float, friction: float
@@ -95,15 +87,12 @@ class FrictionLaw:
             spin_torque: [N m].
             friction: The coefficient mu to take.
         """
-        most = friction * normal_force
-        x, y = abs(tangential_force) / most, abs(spin_torque) / (most * self.spin_length_at(normal_force))
-        p = self.norm_exponent
-        return float((x**p + y**p) ** (1.0 / p))
+        return self.limit_surface(friction).load_ratio(normal_force, tangential_force, spin_torque)
 
     def slip_speed(self, normal_force: float, speed: float, spin: float) -> float:
         """Return v [m/s]: dissipated power over mu f_n of a slip at `speed` [m/s] and `spin` [rad/s]."""
         a, b = abs(speed), self.spin_length_at(normal_force) * abs(spin)
-        x, y = self._direction(a, b)
+        x, y = dual_point(a, b, self.norm_exponent)
         return a * x + b * y
 
     def slipping_load(self, normal_force: float, speed: float, spin: float) -> tuple[float, float]:
@@ -118,19 +107,6 @@ class FrictionLaw:
             Tangential force along the slip [N], spin torque along the spin [N m].
         """
         e = self.spin_length_at(normal_force)
-        x, y = self._direction(abs(speed), e * abs(spin))
+        x, y = dual_point(abs(speed), e * abs(spin), self.norm_exponent)
         most = self.friction_at(self.slip_speed(normal_force, speed, spin)) * normal_force
         return most * x, math.copysign(most * e * y, spin)
-
-    def _direction(self, a: float, b: float) -> tuple[float, float]:
-        """The point x, y of the unit p-norm, in the first quadrant, where the normal points along (a, b)."""
-        largest = max(a, b)
-        if largest == 0.0:
-            return 0.0, 0.0
-        p = self.norm_exponent
-        if p == 1.0:  # a corner of the diamond, or anywhere on its edge: then its middle
-            return (1.0, 0.0) if a > b else (0.0, 1.0) if a < b else (0.5, 0.5)
-        # the normal is (x, y)^(p-1)
-        x, y = (a / largest) ** (1.0 / (p - 1.0)), (b / largest) ** (1.0 / (p - 1.0))
-        length = (x**p + y**p) ** (1.0 / p)
-        return x / length, y / length

@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from palpate.friction import LimitSurface
     from palpate.sensing import Contact, Contacts, ContactStatus, contact_from_wrench, contacts_from_wrenches
     from palpate.surfaces import (
         Capsule,
@@ -35,6 +36,7 @@ __all__ = [
     "Ellipsoid",
     "Hyperboloid",
     "ImplicitSurface",
+    "LimitSurface",
     "MeshSurface",
     "Paraboloid",
     "Patch",
@@ -63,6 +65,7 @@ _SURFACES = (
     "Superellipsoid",
 )
 _HOME = {name: "palpate.surfaces" if name in _SURFACES else "palpate.sensing" for name in __all__}
+_HOME["LimitSurface"] = "palpate.friction"
 
 
 def __getattr__(name: str) -> object:

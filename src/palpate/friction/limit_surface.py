@@ -1,0 +1,197 @@
+"""The loads that a soft contact can bear: a limit surface in normal force, tangential force and spin torque.
+
+    |(f_t / mu f_n, tau / mu e f_n)|_p = 1,    e = c f_n^gamma.
+
+p = 2 is the ellipsoid (Howe & Cutkosky 1996), p = 1 a double cone; real rubber lies between. gamma runs from 0, a
+contact whose size does not change, to the 1/3 of a linear elastic sphere (Xydas & Kao 1999). What slips does so by
+maximum dissipation (Goyal, Ruina & Papadopoulos 1991): at the given normal force the slip (v, omega) is normal to
+the surface, and the load is the one that takes the most power.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.friction.contact_load import ContactLoad, Slip
+from palpate.friction.p_norm import dual_point, p_norm
+from palpate.friction.slip_distance import distance_to_surface
+from palpate.spatial import ZERO, scale
+
+LARGEST_LOAD_EXPONENT = 1.0 / 3.0
+"""Of a linear elastic sphere, a ~ f_n^(1/3) (Hertz); soft materials lie below (Xydas & Kao 1999)."""
+
+_NEWTON_STEPS = 30
+"""Never reached: from within a factor of 2 Newton's method takes at most 6."""
+
+
+@dataclass(frozen=True, slots=True)
+class LimitSurface:
+    """What a contact bears before it slips.
+
+    Attributes:
+        friction: mu: tangential force over normal force, without torque.
+        spin_length: c [m], which is e at a normal force of 1 N: torque over mu f_n, without tangential force.
+        load_exponent: gamma, 0 to 1/3: how e grows with the normal force.
+        norm_exponent: p, 1 (diamond) to 2 (ellipse): how force and torque share.
+    """
+
+    friction: float
+    spin_length: float
+    load_exponent: float = 0.0
+    norm_exponent: float = 2.0
+
+    def __post_init__(self) -> None:
+        positive("friction", self.friction, "")
+        positive("spin_length", self.spin_length, "m")
+        not_negative("load_exponent", self.load_exponent, "")
+        if self.load_exponent > LARGEST_LOAD_EXPONENT:
+            raise InvalidValueError(
+                f"load_exponent = {self.load_exponent:g}: must be at most {LARGEST_LOAD_EXPONENT:.4g}, that of an "
+                f"elastic sphere"
+            )
+        if not 1.0 <= self.norm_exponent <= 2.0:
+            raise InvalidValueError(
+                f"norm_exponent = {self.norm_exponent:g}: must lie between 1 (diamond) and 2 (ellipsoid)"
+            )
+
+    def spin_length_at(self, normal_force: float) -> float:
+        """Return e [m] at a normal force [N]; below 0 it is that at 0."""
+        if self.load_exponent == 0.0:
+            return self.spin_length
+        return self.spin_length * float(max(normal_force, 0.0) ** self.load_exponent)
+
+    def load_ratio(self, normal_force: float, tangential_force: float, spin_torque: float) -> float:
+        """Return the norm of a load that is below 1 inside the surface, 1 on it and above 1 outside.
+
+        Args:
+            normal_force: [N].
+            tangential_force: Its length [N].
+            spin_torque: [N m].
+
+        Returns:
+            0 without load; infinity for a load without normal force.
+        """
+        size = self._size(normal_force, tangential_force, spin_torque)
+        if size == 0.0:
+            return 0.0
+        most = self.friction * normal_force
+        return math.inf if most <= 0.0 else size / most
+
+    def margin(self, normal_force: float, tangential_force: float, spin_torque: float) -> float:
+        """Return mu f_n - |(f_t, tau / e)|_p [N]: how much more friction there is than is needed.
+
+        Args:
+            normal_force: [N].
+            tangential_force: Its length [N].
+            spin_torque: [N m].
+
+        Returns:
+            Above 0 inside the surface, 0 on it, below 0 outside; -infinity if there is torque and e is 0.
+        """
+        return self.friction * normal_force - self._size(normal_force, tangential_force, spin_torque)
+
+    def least_normal_force(self, tangential_force: float, spin_torque: float) -> float:
+        """Return the smallest normal force [N] that bears a load.
+
+        With gamma > 0 it solves (f_t / mu f)^p + (tau / mu c f^(1 + gamma))^p = 1. The logarithm of the left side
+        is a convex, falling function of log f: Newton's method from below rises to the root and never passes it.
+
+        Args:
+            tangential_force: Its length [N].
+            spin_torque: [N m].
+        """
+        by_force = abs(tangential_force) / self.friction
+        by_torque = abs(spin_torque) / (self.friction * self.spin_length)
+        gamma, p = self.load_exponent, self.norm_exponent
+        if gamma == 0.0:
+            return p_norm(by_force, by_torque, p)
+        alone = float(by_torque ** (1.0 / (1.0 + gamma)))
+        start = max(by_force, alone)
+        if by_force == 0.0 or alone == 0.0:
+            return start
+        # in units of `start` one of the two terms is 1, the other below
+        a, b = p * math.log(by_force / start), p * (1.0 + gamma) * math.log(alone / start)
+        u = 0.0
+        for _ in range(_NEWTON_STEPS):
+            first, second = math.exp(a - p * u), math.exp(b - p * (1.0 + gamma) * u)
+            both = first + second
+            step = math.log(both) * both / (p * (first + (1.0 + gamma) * second))
+            u += step
+            if step <= 1e-16:
+                break
+        return start * math.exp(u)
+
+    def distance_to_slip(self, load: ContactLoad, direction: ContactLoad) -> float:
+        """Return the smallest factor k >= 0 that brings load + k direction onto the surface.
+
+        With a change of the load per second as the direction, that is the time until slip [s]. For gamma > 0 the
+        loads that are borne are no convex set; it is the first exit all the same.
+
+        Args:
+            load: The load now.
+            direction: How it changes, in units of the load.
+
+        Returns:
+            0 on the surface and outside, infinity if the load stays inside for ever, NaN of what is not a number.
+        """
+        return distance_to_surface(
+            self.friction, self.spin_length, self.load_exponent, self.norm_exponent, load, direction
+        )
+
+    def slip_direction(self, load: ContactLoad) -> Slip:
+        """Return how the object slips over the finger under a load on the surface (elsewhere: on it, scaled).
+
+        Normality: v ~ f_t^(p-1), e omega ~ (tau / e)^(p-1). At a corner of the diamond (p = 1), where there is a
+        cone of normals, it is the axis of that cone, which only slides or only spins; on its edges v = e omega.
+
+        Returns:
+            Slip of speed |(v, e omega)|_q = 1 m/s, 1/p + 1/q = 1, which dissipates mu f_n times 1 m/s; none
+            without load. A torque where e is 0 only spins, infinitely fast.
+        """
+        force, e, p = load.tangential_length, self.spin_length_at(load.normal_force), self.norm_exponent
+        torque = abs(load.spin_torque)
+        if torque == 0.0:
+            return Slip(scale(1.0 / force, load.tangential_force), 0.0) if force > 0.0 else Slip(ZERO, 0.0)
+        if e == 0.0:
+            return Slip(ZERO, math.copysign(math.inf, load.spin_torque))
+        size = p_norm(force, torque / e, p)
+        spin = math.copysign((torque / (e * size)) ** (p - 1.0) / e, load.spin_torque)
+        if force == 0.0:
+            return Slip(ZERO, spin)
+        return Slip(scale((force / size) ** (p - 1.0) / force, load.tangential_force), spin)
+
+    def load_for_slip(self, normal_force: float, slip: Slip) -> ContactLoad:
+        """Return what a contact in full slip bears: of all loads on the surface the one that takes most power.
+
+        Where many do (p = 1) it is the middle of them. Without slip, or without normal force, there is none.
+
+        Args:
+            normal_force: [N].
+            slip: Of the object over the finger; of any speed.
+        """
+        e, speed = self.spin_length_at(normal_force), math.hypot(*slip.velocity)
+        x, y = dual_point(speed, e * abs(slip.spin), self.norm_exponent)
+        most = self.friction * max(normal_force, 0.0)
+        along = scale(most * x / speed, slip.velocity) if speed > 0.0 else ZERO
+        return ContactLoad(normal_force, along, math.copysign(most * e * y, slip.spin))
+
+    def reduced(self, safety: float) -> LimitSurface:
+        """Return the same surface with friction / safety.
+
+        Raises:
+            InvalidValueError: A safety below 1.
+        """
+        if not (safety >= 1.0 and math.isfinite(safety)):
+            raise InvalidValueError(
+                f"safety = {safety!r}: must be a finite number, at least 1; friction is divided by it"
+            )
+        return replace(self, friction=self.friction / safety)
+
+    def _size(self, normal_force: float, tangential_force: float, spin_torque: float) -> float:
+        """|(f_t, tau / e)|_p [N]."""
+        if spin_torque == 0.0:
+            return abs(tangential_force)
+        e = self.spin_length_at(normal_force)
+        return p_norm(abs(tangential_force), abs(spin_torque) / e, self.norm_exponent) if e != 0.0 else math.inf

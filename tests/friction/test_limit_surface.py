@@ -1,0 +1,302 @@
+"""Limit surfaces: what is borne, what slips and how, how far away slip is."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from palpate import LimitSurface, Sphere, contact_from_wrench
+from palpate.errors import InvalidValueError
+from palpate.friction import ContactLoad, Slip
+from palpate.spatial import add_scaled, rotate, scale
+
+EXPONENTS = st.sampled_from([1.0, 1.1, 1.5, 2.0]) | st.floats(1.0, 2.0)
+GROWTHS = st.sampled_from([0.0, 0.2, 1.0 / 3.0]) | st.floats(1e-3, 1.0 / 3.0)
+SIGNED = st.floats(-1.0, 1.0)
+SCALES = st.floats(-6.0, 6.0).map(lambda power: 10.0**power)
+ROTATIONS = st.floats(-math.pi, math.pi).map(
+    lambda angle: (
+        (math.cos(angle), -math.sin(angle), 0.0),
+        (math.sin(angle), math.cos(angle), 0.0),
+        (0.0, 0.0, 1.0),
+    )
+)
+
+
+@st.composite
+def surfaces(draw, exponents=EXPONENTS, growths=GROWTHS):
+    return LimitSurface(draw(st.floats(0.05, 1.5)), draw(st.floats(1e-4, 1e-2)), draw(growths), draw(exponents))
+
+
+@st.composite
+def loads(draw, surface, size):
+    """A load of about `size` [N] whose three parts matter about equally."""
+    most = surface.friction * size
+    x, y, spin = draw(SIGNED), draw(SIGNED), draw(SIGNED)
+    return ContactLoad(size, (most * x, most * y, 0.0), most * surface.spin_length_at(size) * spin)
+
+
+def of(surface, load, function="load_ratio"):
+    return getattr(surface, function)(load.normal_force, load.tangential_length, load.spin_torque)
+
+
+def moved(load, k, direction):
+    return ContactLoad(
+        load.normal_force + k * direction.normal_force,
+        add_scaled(load.tangential_force, k, direction.tangential_force),
+        load.spin_torque + k * direction.spin_torque,
+    )
+
+
+@settings(deadline=None)
+@given(st.data(), surfaces(), SCALES)
+def test_ratio_margin_and_least_normal_force_agree(data, surface, size):
+    load = data.draw(loads(surface, size))
+    ratio, margin = of(surface, load), of(surface, load, "margin")
+    assert margin == pytest.approx(surface.friction * size * (1.0 - ratio), abs=1e-12 * surface.friction * size)
+    least = surface.least_normal_force(load.tangential_length, load.spin_torque)
+    if least > 0.0:
+        assert of(surface, ContactLoad(least, load.tangential_force, load.spin_torque)) == pytest.approx(1.0)
+        assert (ratio < 1.0) == (least < size) or abs(ratio - 1.0) < 1e-12
+
+
+@settings(deadline=None)
+@given(surfaces(growths=st.floats(1e-3, 1.0 / 3.0)), SCALES, SCALES)
+@example(LimitSurface(0.5, 0.004, 1.0 / 3.0, 1.0), 1.0, 0.004)
+def test_the_least_normal_force_is_the_root_in_forty_digits(surface, force, arm):
+    torque = force * arm * surface.spin_length
+    found = surface.least_normal_force(force, torque)
+    with mpmath.workdps(40):
+        mu, c, g, p = map(
+            mpmath.mpf,
+            (surface.friction, surface.spin_length, surface.load_exponent, surface.norm_exponent),
+        )
+
+        def excess(f):
+            return (force / (mu * f)) ** p + (torque / (mu * c * f ** (1 + g))) ** p - 1
+
+        # the root to first order from here: relative error
+        f = mpmath.mpf(found)
+        assert abs(excess(f) / (mpmath.diff(excess, f) * f)) < 5e-15
+
+
+@settings(deadline=None)
+@given(st.data(), surfaces(growths=st.just(0.0)), SCALES)
+def test_a_contact_of_constant_size_bears_k_times_as_much_at_k_times_the_normal_force(data, surface, k):
+    load = data.draw(loads(surface, 1.0))
+    more = ContactLoad(k, scale(k, load.tangential_force), k * load.spin_torque)
+    assert of(surface, more) == pytest.approx(of(surface, load), rel=1e-12)
+    assert of(surface, more, "margin") == pytest.approx(k * of(surface, load, "margin"), rel=1e-9, abs=1e-12 * k)
+
+
+@settings(deadline=None)
+@given(st.data(), surfaces(), st.floats(0.01, 100.0))
+def test_slip_takes_more_power_from_its_load_than_from_any_other(data, surface, normal_force):
+    """Maximum dissipation, there and back: slip -> load and load -> slip."""
+    load = data.draw(loads(surface, normal_force))
+    ratio = of(surface, load)
+    assume(ratio > 1e-3)
+    on = ContactLoad(normal_force, scale(1 / ratio, load.tangential_force), load.spin_torque / ratio)
+    most = surface.friction * normal_force
+
+    def power(load, slip):
+        return float(np.dot(load.tangential_force, slip.velocity) + load.spin_torque * slip.spin)
+
+    slip = surface.slip_direction(on)
+    assert power(on, slip) == pytest.approx(most, rel=1e-9)  # a slip speed of 1 m/s
+    dual = surface.load_for_slip(normal_force, slip)
+    assert power(dual, slip) == pytest.approx(most, rel=1e-9)
+    other = data.draw(loads(surface, normal_force))
+    assume(of(surface, other) > 1e-3)
+    share = 1.0 / of(surface, other)
+    on_too = ContactLoad(normal_force, scale(share, other.tangential_force), share * other.spin_torque)
+    assert power(on_too, slip) <= most * (1.0 + 1e-9)
+
+
+@settings(deadline=None)
+@given(surfaces(exponents=st.floats(1.05, 2.0)), st.floats(0.01, 100.0), SIGNED, SIGNED, SIGNED)
+def test_the_load_for_a_slip_is_on_the_surface_and_slips_that_way(surface, normal_force, x, y, spin):
+    e = surface.spin_length_at(normal_force)
+    slip = Slip((x, y, 0.0), spin / e)
+    assume(math.hypot(x, y, spin) > 1e-2)
+    load = surface.load_for_slip(normal_force, slip)
+    assert of(surface, load) == pytest.approx(1.0, rel=1e-9)
+    back = surface.slip_direction(load)
+    length = math.hypot(x, y, spin) / math.hypot(*back.velocity, e * back.spin)
+    assert np.allclose(scale(length, back.velocity), slip.velocity, rtol=0, atol=1e-9)
+    assert length * back.spin * e == pytest.approx(spin, abs=1e-9)
+
+
+@settings(deadline=None)
+@given(st.data(), surfaces(), ROTATIONS)
+def test_turning_the_tangent_plane_turns_the_slip_and_nothing_else(data, surface, rotation):
+    load, direction = data.draw(loads(surface, 2.0)), data.draw(loads(surface, 1.0))
+    turned = ContactLoad(2.0, rotate(rotation, load.tangential_force), load.spin_torque)
+    also = ContactLoad(1.0, rotate(rotation, direction.tangential_force), direction.spin_torque)
+    assert of(surface, turned) == pytest.approx(of(surface, load), rel=1e-12)
+    there, here = surface.distance_to_slip(turned, also), surface.distance_to_slip(load, direction)
+    if of(surface, load) < 0.999 and here < 1e6:
+        assert there == pytest.approx(here, rel=1e-6)
+    slip, expected = surface.slip_direction(turned), surface.slip_direction(load)
+    assert np.allclose(slip.velocity, rotate(rotation, expected.velocity), rtol=0, atol=1e-9)
+    assert slip.spin == pytest.approx(expected.spin, rel=1e-9)
+
+
+@st.composite
+def journeys(draw):
+    """A surface, a load inside, a direction; sizes from 1e-6 to 1e6, parts of them exactly 0 at times."""
+    surface = draw(surfaces())
+    size, pace = draw(SCALES), draw(SCALES)
+    load = draw(loads(surface, size))
+    rate = draw(loads(surface, size))
+    normal, sideways, turning = draw(st.tuples(*[st.sampled_from([0.0, 1.0])] * 3))
+    change = ContactLoad(
+        pace * size * normal * draw(st.floats(-2.0, 2.0)),
+        scale(pace * sideways, rate.tangential_force),
+        pace * turning * rate.spin_torque,
+    )
+    return surface, load, change
+
+
+SHARES = [*np.linspace(0.0, 1.0, 61).tolist(), *(1.0 - np.logspace(-9, -3, 7)).tolist()]
+
+
+@settings(deadline=None, max_examples=200)
+@given(journeys())
+def test_the_distance_to_slip_is_the_first_exit(journey):
+    surface, load, direction = journey
+    found = surface.distance_to_slip(load, direction)
+    if of(surface, load) >= 1.0:
+        assert found == 0.0
+        return
+    unit = surface.friction * load.normal_force
+    rate = max(abs(direction.normal_force), direction.tangential_length, abs(direction.spin_torque) / 1e-2)
+    far = 1e3 * load.normal_force / rate if rate > 0.0 else 1.0
+    end = min(found, far)
+    for share in SHARES:
+        there = moved(load, share * end, direction)
+        assert of(surface, there, "margin") >= -1e-9 * (unit + surface.friction * there.normal_force)
+    if found < math.inf:
+        there = moved(load, found * (1.0 + 1e-9), direction)
+        assert of(surface, there, "margin") <= 1e-8 * (unit + abs(surface.friction * there.normal_force))
+
+
+def test_where_the_set_is_not_convex_the_first_of_three_crossings_counts():
+    """tau = mu c f^(4/3) is convex: a chord of it from 0.3 N to 8 N is outside, and what it joins is inside."""
+    surface = LimitSurface(0.5, 0.004, load_exponent=1.0 / 3.0)
+    light, heavy = (0.5 * 0.004 * f ** (4.0 / 3.0) for f in (0.3, 8.0))
+    slope = (heavy - light) / 7.7
+    there = ContactLoad(1.0, (0.0, 0.0, 0.0), slope)
+    back = ContactLoad(-1.0, (0.0, 0.0, 0.0), -slope)
+    at_light, at_heavy = (ContactLoad(f, (0.0, 0.0, 0.0), light + (f - 0.3) * slope) for f in (0.2, 9.0))
+    assert surface.distance_to_slip(at_light, there) == pytest.approx(0.1, rel=1e-12)
+    assert surface.distance_to_slip(at_heavy, back) == pytest.approx(1.0, rel=1e-12)
+    assert surface.distance_to_slip(at_heavy, there) == math.inf
+
+
+@given(surfaces(), st.floats(0.1, 10.0))
+def test_letting_go_of_an_unloaded_contact_ends_at_no_force(surface, normal_force):
+    load = ContactLoad(normal_force, (0.0, 0.0, 0.0), 0.0)
+    assert surface.distance_to_slip(load, ContactLoad(-2.0, (0.0, 0.0, 0.0), 0.0)) == pytest.approx(
+        normal_force / 2.0, rel=1e-12
+    )
+    assert surface.distance_to_slip(load, ContactLoad(2.0, (0.0, 0.0, 0.0), 0.0)) == math.inf
+    assert surface.distance_to_slip(load, ContactLoad(0.0, (0.0, 0.0, 0.0), 0.0)) == math.inf
+
+
+@settings(deadline=None)
+@given(surfaces(), st.floats(0.1, 10.0), st.floats(0.05, 0.95))
+def test_a_steady_pull_slips_where_force_and_torque_alone_say(surface, normal_force, share):
+    most = surface.friction * normal_force
+    load = ContactLoad(normal_force, (share * most, 0.0, 0.0), 0.0)
+    pull = ContactLoad(0.0, (most, 0.0, 0.0), 0.0)
+    assert surface.distance_to_slip(load, pull) == pytest.approx(1.0 - share, rel=1e-9)
+    assert surface.distance_to_slip(load, ContactLoad(0.0, (-most, 0.0, 0.0), 0.0)) == pytest.approx(1.0 + share)
+    twist = ContactLoad(0.0, (0.0, 0.0, 0.0), -surface.spin_length_at(normal_force) * most)
+    p = surface.norm_exponent
+    assert surface.distance_to_slip(load, twist) == pytest.approx((1.0 - share**p) ** (1.0 / p), rel=1e-9)
+    ease = ContactLoad(-normal_force, (0.0, 0.0, 0.0), 0.0)
+    assert surface.distance_to_slip(load, ease) == pytest.approx(1.0 - share, rel=1e-9)
+
+
+def test_a_diamond_slips_along_the_axes_of_its_corners_and_the_normal_of_its_edges():
+    surface = LimitSurface(0.5, 0.004, norm_exponent=1.0)
+    slide = surface.slip_direction(ContactLoad(2.0, (0.0, -1.0, 0.0), 0.0))
+    assert slide == Slip((0.0, -1.0, 0.0), 0.0)
+    spin = surface.slip_direction(ContactLoad(2.0, (0.0, 0.0, 0.0), -0.004))
+    assert spin == Slip((0.0, 0.0, 0.0), -1.0 / 0.004)
+    both = surface.slip_direction(ContactLoad(2.0, (0.1, 0.0, 0.0), 0.9 * 0.004))
+    assert both.velocity[0] == pytest.approx(0.004 * both.spin)
+    assert surface.load_for_slip(2.0, Slip((1.0, 0.0, 0.0), 200.0)) == ContactLoad(2.0, (1.0, 0.0, 0.0), 0.0)
+    assert of(surface, surface.load_for_slip(2.0, Slip((1.0, 0.0, 0.0), 250.0))) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("growth", [0.0, 0.25])
+def test_without_normal_force_nothing_is_borne(growth):
+    surface = LimitSurface(0.5, 0.004, growth)
+    assert surface.load_ratio(0.0, 0.0, 0.0) == 0.0
+    for normal_force in (0.0, -1.0):
+        assert surface.load_ratio(normal_force, 0.1, 0.0) == math.inf
+        assert surface.load_ratio(normal_force, 0.0, 1e-9) == math.inf
+        assert surface.margin(normal_force, 0.1, 1e-3) < 0.0
+        pulled = ContactLoad(normal_force, (0.1, 0.0, 0.0), 1e-3)
+        assert surface.distance_to_slip(pulled, pulled) == 0.0
+        slipping = surface.load_for_slip(normal_force, Slip((1.0, 0.0, 0.0), 1.0))
+        assert slipping.tangential_force == (0.0, 0.0, 0.0)
+        assert slipping.spin_torque == 0.0
+    assert surface.least_normal_force(0.0, 0.0) == 0.0
+    still = Slip((0.0, 0.0, 0.0), 0.0)
+    assert surface.slip_direction(ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)) == still
+    assert surface.load_for_slip(1.0, still) == ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)
+
+
+def test_what_is_not_a_number_stays_so():
+    nan = math.nan
+    lost = ContactLoad(nan, (nan, nan, nan), nan)
+    for arguments in [(0.5, 0.004), (0.5, 0.004, 0.2, 1.4), (0.5, 0.004, 0.0, 1.0)]:
+        surface = LimitSurface(*arguments)
+        assert math.isnan(of(surface, lost))
+        assert math.isnan(of(surface, lost, "margin"))
+        assert math.isnan(surface.distance_to_slip(lost, ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)))
+        assert math.isnan(surface.distance_to_slip(ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0), lost))
+
+
+@given(surfaces(), st.floats(1.0, 5.0))
+def test_safety_takes_friction_and_leaves_the_shape(surface, safety):
+    reduced = surface.reduced(safety)
+    assert reduced.load_ratio(2.0, 0.3, 1e-3) == pytest.approx(safety * surface.load_ratio(2.0, 0.3, 1e-3))
+    with pytest.raises(InvalidValueError, match="safety"):
+        surface.reduced(0.99)
+
+
+def test_the_load_of_a_contact_has_its_signs():
+    """Pressed from above, dragged along +x and twisted about the normal, which points down into the object."""
+    surface, wrench = Sphere(0.01), np.array([0.3, 0.0, 2.0, 0.0, -3e-3, 0.0])
+    contact = contact_from_wrench(surface, wrench)
+    load = ContactLoad.of(contact)
+    assert load.normal_force == pytest.approx(-contact.force @ contact.normal)
+    assert load.normal_force > 0.0
+    force = np.array(load.tangential_force) - load.normal_force * contact.normal
+    assert np.allclose(force, wrench[:3], rtol=0, atol=1e-12)
+    moment = np.cross(contact.centroid, force) + load.spin_torque * contact.normal
+    assert np.allclose(moment, wrench[3:], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("friction", 0.0),
+        ("friction", math.inf),
+        ("spin_length", -0.004),
+        ("load_exponent", -0.1),
+        ("load_exponent", 0.4),
+        ("norm_exponent", 0.9),
+        ("norm_exponent", math.nan),
+    ],
+)
+def test_a_surface_that_cannot_be_is_refused_by_name(name, value):
+    with pytest.raises(InvalidValueError, match=name):
+        LimitSurface(**{"friction": 0.5, "spin_length": 0.004, name: value})
