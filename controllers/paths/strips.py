@@ -22,7 +22,8 @@ STANDS_OUT = 3.0
 """Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
 
 HIDDEN = 0.02
-"""Error expected of a detail of which only the foot was felt, per gap. From `benchmarks/active.py --tune`."""
+"""Error expected of a detail of which only the foot was felt, per gap. Chosen with `benchmarks/active.py --tune`:
+over `--seeds 15` the median way to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77 without."""
 
 FOOT = 3.3e-3
 """Strips wider than this may hide a detail of which a row felt the foot only [m]: a raised cosine 2 mm wide ends
