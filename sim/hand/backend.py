@@ -10,14 +10,16 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
-from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
+from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.grip import Grip, GripState
-from palpate.sim.hand.scene import SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
+from palpate.sim.hand.load import NO_LOAD, Load, LoadDrive
+from palpate.sim.hand.scene import OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
+from palpate.spatial import Wrench
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,6 +33,7 @@ class HandState:
     grip: GripState
     sensors: tuple[SensorState, ...]
     friction: FrictionState | None
+    load: Wrench
 
 
 class HandBackend:
@@ -48,6 +51,7 @@ class HandBackend:
         period: float = 1e-3,
         sensor: SeededSensor | None = None,
         pacer: Pacer | None = None,
+        load: Load | None = None,
     ) -> None:
         """Take a scene.
 
@@ -56,6 +60,7 @@ class HandBackend:
             period: Control period [s], a whole number of time steps.
             sensor: Behind each fingertip, each with the next seed; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
+            load: What pulls at the object, besides its weight; nothing if not given.
 
         Raises:
             InvalidValueError: Period or bus period is not a whole number of time steps.
@@ -75,6 +80,7 @@ class HandBackend:
         self._drive = scene.carrier.drive(model, data, period)
         self._plant = FrictionPlant(model, data, scene.rubbing) if scene.rubbing else None
         self._friction: FrictionStep = self._plant or MujocoFriction(model, data)
+        self._load = None if load is None else LoadDrive(load, model, data, OBJECT)
         self._readings = data.sensordata  # a view that lives as long as the data
         self._values: list[float] = []
         self._time = 0.0
@@ -97,10 +103,10 @@ class HandBackend:
         for i, sensor in enumerate(self._sensors):
             sensor.restart(self._seed + i)
         self._friction.reset()
+        if self._load is not None:
+            self._load.start()
         # every sample belongs to the state before the last time step, the first one too: time goes on from here
-        self._grip.advance()
-        self._drive.advance()
-        self._friction.advance()
+        self._advance()
         return self._sample(0.0)
 
     def step(self, command: Command) -> Sample:
@@ -110,15 +116,13 @@ class HandBackend:
             InvalidValueError: A motion that the carrier cannot do, or of absurd numbers; or see `Grip.command`.
             SimulationDivergedError: The simulation diverged.
         """
-        data, drive, grip, friction = self._data, self._drive, self._grip, self._friction
+        data, drive, grip = self._data, self._drive, self._grip
         check_motion(command.velocity_base_tip, command.angular_velocity_base_tip)
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         if command.grip_force is not None:
             grip.command(command.grip_force)
         for _ in range(self._steps):
-            drive.advance()
-            grip.advance()
-            friction.advance()
+            self._advance()
         sample = self._sample(data.time - self.scene.fidelity.time_step)
         check_converged(self._values, data.time)
         self._pacer.wait()
@@ -153,6 +157,16 @@ class HandBackend:
                 fingers.append(truth_of_contacts(its, current, q))
         return HandTruth(self._time, tuple(fingers), (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
 
+    @property
+    def pull(self) -> Wrench:
+        """What pulled at the object at the time of the last sample, as `Load.wrench` tells it."""
+        return NO_LOAD if self._load is None else self._load.last
+
+    @property
+    def rubbing(self) -> tuple[FrictionContact, ...]:
+        """How fingertips and object stick and slip at that time, for checks; only a friction plant tells."""
+        return () if self._plant is None else self._plant.contacts
+
     def snapshot(self) -> HandState:
         """Return a copy of all that decides about what comes."""
         physics = state_of(self.scene.model, self._data)
@@ -164,6 +178,7 @@ class HandBackend:
             self._grip.state(),
             tuple(sensor.state() for sensor in self._sensors),
             None if self._plant is None else self._plant.snapshot(),
+            self.pull,
         )
 
     def restore(self, state: HandState) -> None:
@@ -187,8 +202,18 @@ class HandBackend:
         self._grip.set_state(state.grip)
         if self._plant is not None and state.friction is not None:
             self._plant.restore(state.friction)
+        if self._load is not None:
+            self._load.last = state.load
         for sensor, its in zip(self._sensors, state.sensors, strict=True):
             sensor.set_state(its)
+
+    def _advance(self) -> None:
+        """Simulate one time step."""
+        self._drive.advance()
+        self._grip.advance()
+        if self._load is not None:
+            self._load.advance()
+        self._friction.advance()
 
     def _sample(self, time: float) -> Sample:
         self._time = time

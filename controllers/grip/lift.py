@@ -1,0 +1,106 @@
+"""Closes the fingers on an object, lifts it and holds it, with a slip-safe grip from the first touch on."""
+
+from dataclasses import dataclass
+
+from palpate.controllers.grip.slip_safe import SlipSafeGrip
+from palpate.errors import not_negative, positive
+from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.live import LiveParameters
+from palpate.spatial import ZERO
+
+
+@dataclass(frozen=True, slots=True)
+class LiftParameters:
+    """How an object is lifted.
+
+    Attributes:
+        first_grip: With which the fingers close and lift [N]; given up for the least when the lift is over.
+        settle_time: From the last finger's touch to the lift, and from there to holding [s].
+        height: How far it is lifted [m]; 0: it is held where it stands.
+        speed: With which it is lifted [m/s].
+        acceleration: With which it gets there [m/s^2].
+        hold_time: How long it is held [s].
+    """
+
+    first_grip: float = 3.0
+    settle_time: float = 0.3
+    height: float = 0.01
+    speed: float = 0.02
+    acceleration: float = 0.2
+    hold_time: float = 5.0
+
+    def __post_init__(self) -> None:
+        positive("first_grip", self.first_grip, "N")
+        positive("settle_time", self.settle_time, "s")
+        not_negative("height", self.height, "m")
+        positive("speed", self.speed, "m/s")
+        positive("acceleration", self.acceleration, "m/s^2")
+        positive("hold_time", self.hold_time, "s")
+
+
+class LiftController:
+    """Closes, lifts, holds; ends with the object held.
+
+    Attributes:
+        live: What may be changed while it runs: that of the grip.
+        grip: How it presses.
+        phase: What it is doing.
+    """
+
+    def __init__(self, grip: SlipSafeGrip, period: float, parameters: LiftParameters | None = None) -> None:
+        """Take the grip, the period of control [s], and how to lift."""
+        self.grip, self._period, self._parameters = (
+            grip,
+            positive("period", period, "s"),
+            parameters or LiftParameters(),
+        )
+        self.phase = Phase.APPROACH
+        self._since = self._lifted = self._speed = 0.0
+
+    @property
+    def live(self) -> LiveParameters:
+        """See `palpate.runtime.live.Tunable`."""
+        return self.grip.live
+
+    def start(self, first: Observation) -> None:
+        """Take the first observation."""
+        self.grip.start(self._parameters.first_grip)
+        self._reset(first.time)
+
+    def start_later(self, now: Observation) -> None:
+        """Begin to lift now, with all that the grip's belief has learned since `start`."""
+        self._reset(now.time)
+
+    def step(self, now: Observation) -> Command:
+        """Return what hand and arm are to do during the next period."""
+        p = self._parameters
+        if self.phase is Phase.APPROACH:
+            if not all(finger.touching for finger in now.fingers):
+                self._since = now.time
+            elif now.time - self._since >= p.settle_time:
+                self._go_on(Phase.LIFT if p.height > 0.0 else Phase.HOLD, now.time)
+            return Command(ZERO, self.phase, (p.first_grip,) * len(now.fingers))
+        forces = self.grip.step(now, p.first_grip if self.phase is not Phase.HOLD else 0.0)
+        if self.phase is Phase.LIFT:
+            # as fast as lets it stop at the height
+            reach = max(p.height - self._lifted, 0.0)
+            fastest = min(
+                p.speed, (2.0 * p.acceleration * reach) ** 0.5, self._speed + p.acceleration * self._period
+            )
+            self._speed = fastest
+            self._lifted += fastest * self._period
+            if reach <= fastest * self._period:
+                self._speed = 0.0
+                self._go_on(Phase.SETTLE, now.time)
+        elif self.phase is Phase.SETTLE and now.time - self._since >= p.settle_time:
+            self._go_on(Phase.HOLD, now.time)
+        elif self.phase is Phase.HOLD and now.time - self._since >= p.hold_time:
+            self._go_on(Phase.DONE, now.time)
+        return Command((0.0, 0.0, self._speed), self.phase, forces)
+
+    def _reset(self, time: float) -> None:
+        self.phase = Phase.APPROACH
+        self._since, self._lifted, self._speed = time, 0.0, 0.0
+
+    def _go_on(self, phase: Phase, time: float) -> None:
+        self.phase, self._since = phase, time

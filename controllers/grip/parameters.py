@@ -1,0 +1,79 @@
+"""How a grip is to be kept safe, and what of it may be changed while it runs."""
+
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.runtime.live import LiveParameter, LiveParameters
+
+MOST_MARGIN = 3.0
+"""Largest live margin: four times the force that is needed."""
+
+
+@dataclass(frozen=True, slots=True)
+class GripParameters:
+    """How a grip is to be kept safe.
+
+    Attributes:
+        margin: Share of grip beyond what the limit surface needs: for what mu, e and the sensors are wrong by.
+        reserve: Grip beyond that [N]: for noise.
+        lead: How far ahead the load is looked [s]: the lag between a command and the grip.
+        smoothing: Time constant with which the load is tracked [s].
+        grip_rate: How fast the grip may be raised [N/s].
+        release_time: Time constant with which it is let down [s],
+        release_rate: and how fast at most [N/s].
+        least_grip: [N] Below that it is never let down.
+        largest_grip: [N] Above that it is never raised.
+        correction_time: Time constant with which the command is corrected by what the fingers feel [s].
+        correction_share: Bound on that correction, as a share of the grip.
+        regrip: Share by which the grip is raised when a slip begins.
+        regrip_time: For how long it then stays there [s].
+        fault_raise: Share by which the grip is raised while a finger feels nothing, or nothing to be believed.
+    """
+
+    margin: float = 0.12
+    reserve: float = 0.05
+    lead: float = 0.015
+    smoothing: float = 0.004
+    grip_rate: float = 300.0
+    release_time: float = 0.1
+    release_rate: float = 10.0
+    least_grip: float = 0.5
+    largest_grip: float = 20.0
+    correction_time: float = 0.1
+    correction_share: float = 0.3
+    regrip: float = 0.3
+    regrip_time: float = 0.5
+    fault_raise: float = 0.3
+
+    def __post_init__(self) -> None:
+        for name in ("margin", "correction_share", "regrip", "fault_raise"):
+            not_negative(name, getattr(self, name), "")
+        for name, unit in (("reserve", "N"), ("lead", "s"), ("regrip_time", "s")):
+            not_negative(name, getattr(self, name), unit)
+        for name, unit in (
+            ("smoothing", "s"),
+            ("grip_rate", "N/s"),
+            ("release_time", "s"),
+            ("release_rate", "N/s"),
+            ("least_grip", "N"),
+            ("largest_grip", "N"),
+            ("correction_time", "s"),
+        ):
+            positive(name, getattr(self, name), unit)
+        if not self.least_grip < self.largest_grip:
+            raise InvalidValueError(
+                f"least_grip = {self.least_grip:g} N: must be below largest_grip = {self.largest_grip:g} N"
+            )
+        if self.margin > MOST_MARGIN:
+            raise InvalidValueError(f"margin = {self.margin:g}: must be at most {MOST_MARGIN:g}")
+
+
+def live_grip(parameters: GripParameters) -> LiveParameters:
+    """Return what may be changed while a grip is kept: `margin` and `least_grip`."""
+    p = parameters
+    return LiveParameters(
+        LiveParameter("margin", p.margin, 0.0, MOST_MARGIN, 1.0, "", "share of grip beyond what is needed"),
+        LiveParameter(
+            "least_grip", p.least_grip, min(0.1, p.least_grip), p.largest_grip, 5.0, "N", "grip is never below it"
+        ),
+    )

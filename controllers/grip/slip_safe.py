@@ -1,0 +1,159 @@
+"""The least grip that keeps every contact within its limit surface, with a margin.
+
+Each finger tells by its own sensor which share of the load it bears: its tangential force and spin torque, and
+where they will be when a command given now has become a force. From those the limit surface says the least normal
+force. The largest of the fingers' needs is the grip of all: fingers opposite each other balance with one.
+
+The grip rises as fast as the actuator may, and is let down slowly. What the fingers feel of it corrects the
+command, slowly too: gears rub. Where a finger feels nothing, or nothing to be believed, the grip is raised once by
+a bounded share, and not let down before all fingers feel again. It never opens.
+"""
+
+import math
+from collections.abc import Sequence
+
+from palpate.controllers.grip.belief import NobodyWatches, SlipWatch, SurfaceBelief
+from palpate.controllers.grip.load_ahead import LoadAhead
+from palpate.controllers.grip.need import GripNeed, NeedWithSpin
+from palpate.controllers.grip.parameters import GripParameters, live_grip
+from palpate.errors import InvalidValueError
+from palpate.friction.contact_load import ContactLoad
+from palpate.runtime.data import FingerObservation, Observation
+from palpate.sensing.contact import ContactStatus
+
+_TOO_FEW = 2
+"""Fingers that a grip takes, at least."""
+
+ANSWER_TIME = 0.05
+"""[s] After which a slip that goes on is answered once more: about what it takes until a raised grip is felt (bus,
+servo, and the swing of its rotor on the contact: 2 + 15 + 30 ms for the simulated hand)."""
+
+
+class SlipSafeGrip:
+    """From what the fingers feel to the force with which they press. Part of a controller; a pure step function.
+
+    Attributes:
+        live: What may be changed while it runs: `margin` and `least_grip`; the loop moves them on.
+        target: Grip that is wanted [N].
+        needed: Least grip of the present load by the limit surface believed in, without margin [N].
+        faulty: Whether a finger feels nothing, or nothing to be believed.
+        regrips: How often a slip was answered.
+    """
+
+    def __init__(
+        self,
+        fingers: int,
+        belief: SurfaceBelief,
+        period: float,
+        parameters: GripParameters | None = None,
+        watch: SlipWatch | None = None,
+        need: GripNeed | None = None,
+    ) -> None:
+        """Take the pieces.
+
+        Args:
+            fingers: How many there are, 2 or more.
+            belief: What the contacts bear.
+            period: Of control [s].
+            parameters: How; safe defaults if not given.
+            watch: Tells when a contact begins to slip; nobody if not given.
+            need: From load to least grip; with spin if not given.
+        """
+        if fingers < _TOO_FEW:
+            raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
+        self.parameters = parameters = parameters or GripParameters()
+        self.live = live_grip(parameters)
+        self._belief, self._watch, self._need = belief, watch or NobodyWatches(), need or NeedWithSpin()
+        self._ahead = tuple(LoadAhead(parameters.smoothing, period) for _ in range(fingers))
+        self._period = period
+        self.start(parameters.least_grip)
+
+    def start(self, grip: float) -> None:
+        """Begin with a grip that has been commanded so far [N]."""
+        self.live.restart()
+        self._belief.start()
+        self._watch.start()
+        for ahead in self._ahead:
+            ahead.restart()
+        self.target, self.needed, self.faulty, self.regrips = grip, 0.0, False, 0
+        self._correction = 0.0
+        self._safe = grip
+        self._floor, self._floor_until, self._answered = 0.0, -math.inf, -math.inf
+
+    def step(self, now: Observation, at_least: float = 0.0) -> tuple[float, ...]:
+        """Return with which force each finger is to press during the next period [N].
+
+        Args:
+            now: What is known.
+            at_least: Grip that is wanted whatever the load [N].
+
+        Raises:
+            InvalidValueError: Another number of fingers than the grip has.
+        """
+        if len(now.fingers) != len(self._ahead):
+            raise InvalidValueError(
+                f"the observation has {len(now.fingers)} fingers: the grip has {len(self._ahead)}"
+            )
+        p = self.parameters
+        loads = tuple(_load_of(finger) for finger in now.fingers)
+        onsets = self._watch.step(now.time, loads)
+        self._belief.watch(now.time, loads, onsets)
+        wanted = self._wanted(loads)
+        self.faulty = None in loads
+        if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
+            self._hold(now.time, now.time, max(self.target, self._safe * (1.0 + p.fault_raise)))
+        if any(onsets) and now.time >= self._answered + ANSWER_TIME:
+            self._answered, self.regrips = now.time, self.regrips + 1
+            self._hold(now.time, now.time + p.regrip_time, max(self.target, self.needed) * (1.0 + p.regrip))
+        wanted = max(wanted, at_least, self.live.value("least_grip"))
+        if not self.faulty:
+            self._safe = self._towards(wanted, self._safe)
+        self.target = self._towards(
+            max(wanted, self._floor) if now.time <= self._floor_until else wanted, self.target
+        )
+        self._correct(loads)
+        command = max(self.target + self._correction, 0.5 * p.least_grip)
+        return (min(command, p.largest_grip),) * len(loads)
+
+    def _towards(self, wanted: float, before: float) -> float:
+        """The grip of the next period on its way to the wanted one [N]: as fast as may be up, slowly down."""
+        p, wanted = self.parameters, min(wanted, self.parameters.largest_grip)
+        if wanted >= before:
+            return min(wanted, before + p.grip_rate * self._period)
+        return before - min(p.release_rate, (before - wanted) / p.release_time) * self._period
+
+    def _hold(self, time: float, until: float, grip: float) -> None:
+        """Keep at least this grip until then, and what was to be kept before."""
+        kept = self._floor if time <= self._floor_until else 0.0
+        self._floor, self._floor_until = max(kept, grip), max(until, self._floor_until)
+
+    def _wanted(self, loads: Sequence[ContactLoad | None]) -> float:
+        """The grip that the present load and that of a little later want, with margin [N]."""
+        p, most, now_most = self.parameters, 0.0, 0.0
+        for i, load in enumerate(loads):
+            ahead = self._ahead[i]
+            if load is not None:
+                ahead.step(load)
+            surface = self._belief.surface(i)
+            need = self._need.least(surface, *ahead.ahead(0.0))
+            now_most = max(now_most, need)
+            most = max(most, need, self._need.least(surface, *ahead.ahead(p.lead)))
+        self.needed = now_most
+        return most * (1.0 + self.live.value("margin")) + p.reserve
+
+    def _correct(self, loads: Sequence[ContactLoad | None]) -> None:
+        """Move the command by what the fingers feel too little or too much."""
+        p, felt = self.parameters, [load.normal_force for load in loads if load is not None]
+        if len(felt) < len(loads):
+            return
+        share = self._period / p.correction_time
+        most = p.correction_share * self.target
+        correction = self._correction + share * (self.target - min(felt))
+        self._correction = min(max(correction, -most), most)
+
+
+def _load_of(finger: FingerObservation) -> ContactLoad | None:
+    """What a finger bears, if it can be believed."""
+    if not (finger.touching and finger.health.ok and finger.contact.status is ContactStatus.OK):
+        return None
+    return ContactLoad.of(finger.contact)
