@@ -1,0 +1,232 @@
+"""mu of one load from strokes there and back.
+
+In full slip the force on the finger lies on the friction cone, at atan(mu) from the normal, and by reversal on
+the opposite side of it. So the two forces enclose twice that angle and the normal bisects it, whatever the normal
+forces were: neither the sensor's origin, nor its tilt, nor the fingertip's shape comes in.
+
+On a curved surface means are taken over the stretch that both strokes rubbed, as normals differ elsewhere. Strokes
+there should be shorter than 0.3 mu times its radius: the turning normal looks like something that gives way, and
+longer ones end as a mere bound.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.friction.estimate import Estimate, SensorErrors
+from palpate.friction.slip_test import Resistance, SlipEvidence, slip_evidence
+from palpate.friction.stroke import LEAST_SAMPLES, Stroke, TwoWay, batch_means, steady_part
+
+SETTLING = 0.1
+"""How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
+
+STICK_SLIP_NOISE = 2.0
+"""How many times more than the sensor's noise the ratio must vary to be called stick-slip."""
+
+STRETCHES = 10
+"""Of a stroke, over which loads are averaged to see what was borne: noise is down by 5 at 500 Hz, and 10 % of the
+travel is lost."""
+
+STATIC_QUANTILE = 0.98
+"""Of the ratio in stick-slip, which is the static coefficient: a prototype found 1.00 to 1.01 times it over many
+cycles; over some ten, 1.10 was seen."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionMeasured:
+    """What strokes there and back told of one surface at one load and speed.
+
+    Attributes:
+        friction: mu in slip; the kinetic one where it sticks and slips.
+        static_friction: mu at which slip begins, seen in stick-slip; None otherwise.
+        normal: Out of the finger into the object, base coordinates, shape (3,).
+        normal_force: Mean [N].
+        speed: Of the slip, mean [m/s].
+        evidence: That it slipped.
+    """
+
+    friction: Estimate
+    static_friction: float | None
+    normal: FloatArray
+    normal_force: float
+    speed: float
+    evidence: SlipEvidence
+
+    @property
+    def stick_slip(self) -> bool:
+        """Whether it stuck and slipped by turns."""
+        return self.static_friction is not None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionBound:
+    """All that strokes can say which never slipped.
+
+    Attributes:
+        least_friction: mu is at least this.
+        normal: As well as such strokes tell it, base coordinates, shape (3,).
+        normal_force: Mean [N].
+        evidence: Why this counts as no slip.
+    """
+
+    least_friction: float
+    normal: FloatArray
+    normal_force: float
+    evidence: SlipEvidence
+
+
+def measure_friction(
+    strokes: Sequence[TwoWay], errors: SensorErrors | None = None, settling: float = SETTLING
+) -> FrictionMeasured | FrictionBound:
+    """Return mu, or a lower bound if the finger never slipped.
+
+    One stroke there and back of 10 mm in half a second each is enough; more, taken by turns, average noise and
+    cancel a steady drift if every second pair starts back. One speed does not show creep: see
+    `palpate.friction.speed_curve`.
+
+    Args:
+        strokes: Without turning, all at one load and one speed.
+        errors: Of the sensor; those of the Nano17 class if not given.
+        settling: How long transients last, the sensor's filter and delay included [s].
+
+    Raises:
+        InvalidValueError: There are none, or one is too short or does not reverse the other.
+    """
+    if not strokes:
+        raise InvalidValueError("0 strokes: must be at least one there and one back")
+    errors = errors or SensorErrors()
+    pairs = [_rubbed(pair, settling) for pair in strokes]
+    normal = _unit(np.sum([pair.normal for pair in pairs], axis=0))
+    resistances = [_resistance(rub, normal) for pair in pairs for rub in (pair.there, pair.back)]
+    evidence = slip_evidence(resistances)
+    normal_force = float(np.mean([pair.normal_force for pair in pairs]))
+    if not evidence.slipped:
+        least = least_friction([stroke.force for pair in strokes for stroke in pair.both], errors.force_noise)
+        return FrictionBound(least, normal, normal_force, evidence)
+
+    mu = float(np.mean([pair.friction for pair in pairs]))
+    # half the sum of two independent means, over the pairs
+    variances = [batch_means(each.ratio).var(axis=0, ddof=1) / 8.0 for each in resistances]
+    noise = 0.5 * math.sqrt(float(np.sum(variances))) / len(pairs)
+    # there, back, back, there cancels a steady drift: then these have both signs
+    wait = float(np.mean([math.copysign(pair.wait, pair.way @ pairs[0].way) for pair in pairs]))
+    model = math.hypot(
+        errors.calibration * mu,
+        mu * errors.force_zero / normal_force,
+        0.5 * errors.force_drift * wait / normal_force,
+    )
+    ratio = np.concatenate([each.ratio for each in resistances])
+    sensor = errors.force_noise * math.hypot(1.0, mu) / normal_force
+    spread = math.sqrt(float(np.mean([each.ratio.var() for each in resistances])))
+    static = float(np.quantile(ratio, STATIC_QUANTILE)) if spread > STICK_SLIP_NOISE * sensor else None
+    return FrictionMeasured(
+        Estimate(mu, noise, model, 7.0 * len(resistances)),
+        static,
+        normal,
+        normal_force,
+        float(np.mean([pair.speed for pair in pairs])),
+        evidence,
+    )
+
+
+def least_friction(forces: Sequence[FloatArray], force_noise: float) -> float:
+    """Return the least mu of a cone that holds all these forces, whatever its axis.
+
+    tan of half the largest angle between any two of them, means of short stretches; three standard deviations of
+    those are taken off.
+
+    Args:
+        forces: One array for each stroke, shape (n, 3) [N].
+        force_noise: Standard deviation of one sample of a component [N].
+    """
+    means = np.concatenate([batch_means(each, STRETCHES) for each in forces])
+    lengths = np.linalg.norm(means, axis=1)
+    directions = means / lengths[:, None]
+    shortest = min(len(each) for each in forces) // STRETCHES
+    noise = force_noise * math.sqrt(2.0 / shortest) / float(lengths.min())  # of the angle between two
+    angle = math.acos(max(-1.0, min(1.0, float((directions @ directions.T).min()))))
+    return math.tan(0.5 * max(0.0, angle - 3.0 * noise))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rub:
+    """The steady part of a stroke, as far as both directions rubbed there."""
+
+    force: FloatArray
+    travel: FloatArray
+    direction: FloatArray
+    speed: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pair:
+    there: _Rub
+    back: _Rub
+    way: FloatArray
+    friction: float
+    normal: FloatArray
+    normal_force: float
+    speed: float
+    wait: float
+
+
+def _rubbed(pair: TwoWay, settling: float) -> _Pair:
+    way = _direction(pair.there)
+    if float(way @ _direction(pair.back)) > -0.9:
+        raise InvalidValueError("the second stroke does not reverse the first: must go the same way back")
+    places = [stroke.position @ way for stroke in pair.both]
+    parts = [
+        steady_part(stroke.time, sign * (stroke.contact_velocity @ way), settling)
+        for stroke, sign in zip(pair.both, (1.0, -1.0), strict=True)
+    ]
+    low = max(float(place[part].min()) for place, part in zip(places, parts, strict=True))
+    high = min(float(place[part].max()) for place, part in zip(places, parts, strict=True))
+    there, back = (
+        _kept(stroke, place, part, low, high, sign * way)
+        for stroke, place, part, sign in zip(pair.both, places, parts, (1.0, -1.0), strict=True)
+    )
+    a, b = there.force.mean(axis=0), back.force.mean(axis=0)
+    u, v = _unit(a), _unit(b)
+    # of the two halves of a rhombus: exact for small and for large angles
+    half = math.atan2(float(np.linalg.norm(u - v)), float(np.linalg.norm(u + v)))
+    normal = -_unit(u + v)
+    wait = float(pair.back.time.mean() - pair.there.time.mean())
+    pushing = -0.5 * float((a + b) @ normal)
+    return _Pair(there, back, way, math.tan(half), normal, pushing, 0.5 * (there.speed + back.speed), wait)
+
+
+def _kept(stroke: Stroke, place: FloatArray, part: slice, low: float, high: float, way: FloatArray) -> _Rub:
+    start = place[0]
+    inside = (place[part] >= low) & (place[part] <= high)
+    if np.count_nonzero(inside) < LEAST_SAMPLES:
+        raise InvalidValueError(
+            f"there and back have {np.count_nonzero(inside)} steady samples in common: must be at least "
+            f"{LEAST_SAMPLES}; go back over the same place, for longer"
+        )
+    velocity = stroke.contact_velocity[part][inside]
+    return _Rub(
+        stroke.force[part][inside],
+        np.abs(place[part][inside] - start),
+        way,
+        float((velocity @ way).mean()),
+    )
+
+
+def _resistance(rub: _Rub, normal: FloatArray) -> Resistance:
+    along = _unit(rub.direction - float(rub.direction @ normal) * normal)
+    return Resistance(rub.travel, (rub.force @ along) / (rub.force @ normal))
+
+
+def _direction(stroke: Stroke) -> FloatArray:
+    velocity = stroke.contact_velocity
+    mean = velocity.mean(axis=0)
+    if not np.any(mean):
+        raise InvalidValueError("the finger does not move in this stroke: must be a motion in one direction")
+    return _unit(mean)
+
+
+def _unit(vector: FloatArray) -> FloatArray:
+    return np.asarray(vector / np.linalg.norm(vector))

@@ -1,0 +1,66 @@
+"""From a motion there and back, sliding and spinning at once, to load and slip for a fit of the limit surface."""
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.friction.rubbing import SETTLING
+from palpate.friction.slip_test import Resistance, slip_evidence
+from palpate.friction.stroke import Stroke, TwoWay, steady_part
+from palpate.friction.surface_fit import SlipLoad
+
+
+def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: float = SETTLING) -> SlipLoad | None:
+    """Return the load in full slip, or None if the contact never slipped.
+
+    Half the difference of there and back, in which the sensor's zero cancels.
+
+    Args:
+        pair: The second motion reverses speed and spin of the first.
+        normal: Out of the finger into the object, base coordinates, shape (3,), as `measure_friction` tells it.
+        spin_length: e, roughly [m]: speed or e spin, whichever is larger, tells when the motion is steady.
+        settling: How long transients last, the sensor's filter and delay included [s].
+
+    Raises:
+        InvalidValueError: One is too short, or they do not reverse each other.
+    """
+    there, back = (_Slip(stroke, normal, spin_length, settling) for stroke in pair.both)
+    if float(there.slip @ back.slip) > -0.8 * float(np.linalg.norm(there.slip) * np.linalg.norm(back.slip)):
+        raise InvalidValueError("the second motion does not reverse the first: must go and turn the same way back")
+    if not slip_evidence([there.resistance, back.resistance]).slipped:
+        return None
+    slip = 0.5 * (there.slip - back.slip)
+    load = 0.5 * (there.load - back.load)
+    normal_force = 0.5 * (there.normal_force + back.normal_force)
+    return SlipLoad(
+        normal_force,
+        float(np.linalg.norm(load[:3])) * normal_force,
+        abs(float(load[3])) * normal_force,
+        float(np.linalg.norm(slip[:3])),
+        abs(float(slip[3])) / spin_length,
+    )
+
+
+class _Slip:
+    """The steady part of one motion: slip (velocity, e spin) and load over normal force, shape (4,) each."""
+
+    def __init__(self, stroke: Stroke, normal: FloatArray, spin_length: float, settling: float) -> None:
+        velocity = stroke.contact_velocity
+        velocity = velocity - np.outer(velocity @ normal, normal)
+        spin = stroke.angular_velocity @ normal
+        slips = np.column_stack([velocity, spin_length * spin])
+        mean = slips.mean(axis=0)
+        if not mean.any():
+            raise InvalidValueError("the finger does not move in this stroke: must be a motion in one direction")
+        way = mean / np.linalg.norm(mean)
+        part = steady_part(stroke.time, slips @ way, settling)
+        travel = np.concatenate([[0.0], np.cumsum((slips @ way)[:-1] * np.diff(stroke.time))])
+        force = stroke.force[part]
+        pushing = -(force @ normal)
+        torque = stroke.spin_torque(normal)[part]
+        loads = np.column_stack([force + np.outer(pushing, normal), torque]) / pushing[:, None]
+        self.slip = slips[part].mean(axis=0)
+        self.load = loads.mean(axis=0)
+        self.normal_force = float(pushing.mean())
+        # against the motion, both on the scale of a force
+        scale = np.array([1.0, 1.0, 1.0, 1.0 / spin_length])
+        self.resistance = Resistance(travel[part], -(loads * scale) @ way)

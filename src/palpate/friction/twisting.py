@@ -1,0 +1,229 @@
+"""e of one load from twists there and back, once mu and the normal are known from strokes.
+
+The torque about the normal is m.f / f.n (see `palpate.friction.stroke`): the sensor's origin does not come in, and
+the normal only by its share along the tangential force. What the finger slides while it turns, by a servo's error
+or by turning beside the contact, lowers the torque: on the limit surface it is sqrt(1 - (f_t / mu f_n)^2) of that
+of a pure twist, generally by the p-norm; f_t is measured in the same samples, and taken into account.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError, not_negative
+from palpate.friction.estimate import Estimate, SensorErrors
+from palpate.friction.rubbing import SETTLING, STATIC_QUANTILE, STICK_SLIP_NOISE, STRETCHES, FrictionMeasured
+from palpate.friction.slip_test import Resistance, SlipEvidence, slip_evidence
+from palpate.friction.stroke import Stroke, TwoWay, batch_means, steady_part
+
+LARGEST_SLIDE = 0.9
+"""Of mu f_n, how much tangential force a twist may have: above, sqrt(1 - x^2) < 0.44 makes 1 % in mu 4 % in e."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpinMeasured:
+    """What twists there and back told of one surface at one load.
+
+    Attributes:
+        spin_length: e [m], the largest torque of a pure twist over mu f_n.
+        torque_ratio: mu e [m], the same over f_n.
+        static_torque_ratio: At which spinning begins [m], seen in stick-slip; None otherwise.
+        normal_force: Mean [N].
+        spin: Angular speed about the normal, mean [rad/s]; e spin is the speed that mu belongs to.
+        slide: Tangential force that was left, over mu f_n: the torque was corrected for it.
+        evidence: That it slipped.
+    """
+
+    spin_length: Estimate
+    torque_ratio: Estimate
+    static_torque_ratio: float | None
+    normal_force: float
+    spin: float
+    slide: float
+    evidence: SlipEvidence
+
+    @property
+    def stick_slip(self) -> bool:
+        """Whether it stuck and slipped by turns."""
+        return self.static_torque_ratio is not None
+
+
+class SpinDoubt(Enum):
+    """Why twists gave no more than a bound."""
+
+    NEVER_SLIPPED = "never slipped"
+    """The torque still rose with the angle."""
+    SLID = "slid"
+    """The finger slid along the surface more than it spun: the twist was too far beside the contact."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpinBound:
+    """All that twists can say which never slipped.
+
+    Attributes:
+        least_torque_ratio: mu e is at least this [m].
+        normal_force: Mean [N].
+        doubt: Why it is no more than a bound.
+        evidence: What the torque did.
+    """
+
+    least_torque_ratio: float
+    normal_force: float
+    doubt: SpinDoubt
+    evidence: SlipEvidence
+
+
+def measure_spin(
+    twists: Sequence[TwoWay],
+    friction: FrictionMeasured,
+    errors: SensorErrors | None = None,
+    settling: float = SETTLING,
+    norm_exponent: float = 2.0,
+    norm_exponent_error: float = 0.0,
+    normal_error: float = 0.003,
+) -> SpinMeasured | SpinBound:
+    """Return e, or a lower bound of mu e if the finger never spun on the surface.
+
+    Args:
+        twists: About the normal as nearly as it was known, where the strokes rubbed, at their load.
+        friction: What the strokes told, at about the slip speed of these twists.
+        errors: Of the sensor; those of the Nano17 class if not given.
+        settling: How long transients last, the sensor's filter and delay included [s].
+        norm_exponent: p of the limit surface, for the correction.
+        norm_exponent_error: By how much that may be too large.
+        normal_error: Standard deviation of the normal's angle between strokes and twists [rad]: 0.12 mm on a
+            surface of 40 mm radius.
+
+    Raises:
+        InvalidValueError: There are none, or one is too short or does not reverse the other.
+    """
+    if not twists:
+        raise InvalidValueError("0 twists: must be at least one there and one back")
+    not_negative("norm_exponent_error", norm_exponent_error, "")
+    errors, mu = errors or SensorErrors(), friction.friction.value
+    turns = [_turned(pair, friction.normal, settling) for pair in twists]
+    each = [turn for pair in turns for turn in pair]
+    evidence = slip_evidence([turn.resistance for turn in each])
+    normal_force = float(np.mean([turn.normal_force for turn in each]))
+    if not evidence.slipped:
+        least = _least_torque_ratio(twists, friction.normal, errors)
+        return SpinBound(least, normal_force, SpinDoubt.NEVER_SLIPPED, evidence)
+    measured = float(np.mean([turn.torque / turn.normal_force for turn in each]))
+    x = math.sqrt(float(np.mean([(turn.slide_force / turn.normal_force) ** 2 for turn in each]))) / mu
+    if x > LARGEST_SLIDE:
+        return SpinBound(measured, normal_force, SpinDoubt.SLID, evidence)
+    share = torque_share(x, norm_exponent)
+    ratio = measured / share
+
+    variances = [batch_means(turn.resistance.ratio).var(ddof=1) / 8.0 for turn in each]
+    noise = math.sqrt(float(np.sum(variances))) / len(each) / measured
+    # d ln share / dx: what a wrong x does
+    steepness = x ** (norm_exponent - 1.0) / (1.0 - x**norm_exponent)
+    sway = math.hypot(normal_error, errors.force_zero / normal_force) / mu
+    waits = [
+        math.copysign(pair.back.time.mean() - pair.there.time.mean(), turn[0].sense * turns[0][0].sense)
+        for pair, turn in zip(twists, turns, strict=True)
+    ]
+    drift = 0.5 * errors.moment_drift * abs(float(np.mean(waits))) / (measured * normal_force)
+    least = torque_share(x, max(1.0, norm_exponent - norm_exponent_error))
+    model = math.hypot(
+        errors.calibration,
+        errors.force_zero / normal_force,
+        drift,
+        steepness * sway,
+        math.log(share / least),
+    )
+    # f_t / mu f_n is wrong as mu is: that goes against mu's own part in e
+    by_mu = 1.0 - x * steepness
+    freedom = 7.0 * len(each)
+    of_mu = friction.friction
+    e = ratio / mu
+    static = None
+    spread = math.sqrt(float(np.mean([turn.resistance.ratio.var() for turn in each])))
+    lever = float(np.mean([turn.lever for turn in each]))
+    sensor = math.hypot(errors.moment_noise, lever * errors.force_noise) / normal_force
+    if spread > STICK_SLIP_NOISE * sensor:
+        static = (
+            float(np.quantile(np.concatenate([turn.resistance.ratio for turn in each]), STATIC_QUANTILE)) / share
+        )
+    return SpinMeasured(
+        Estimate(
+            e,
+            e * math.hypot(noise, by_mu * of_mu.noise / mu),
+            e * math.hypot(model, by_mu * of_mu.model / mu),
+            freedom,
+        ),
+        Estimate(ratio, ratio * math.hypot(noise, x * steepness * of_mu.noise / mu), ratio * model, freedom),
+        static,
+        normal_force,
+        float(np.mean([turn.spin for turn in each])),
+        x,
+        evidence,
+    )
+
+
+def torque_share(slide: float, norm_exponent: float) -> float:
+    """Return the torque that a contact bears beside a tangential force of `slide` mu f_n, over that without."""
+    return float((1.0 - slide**norm_exponent) ** (1.0 / norm_exponent))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turn:
+    """The steady part of a twist."""
+
+    resistance: Resistance
+    torque: float
+    normal_force: float
+    slide_force: float
+    spin: float
+    sense: float
+    lever: float
+
+
+def _turned(pair: TwoWay, normal: FloatArray, settling: float) -> tuple[_Turn, _Turn]:
+    senses = [float(np.sign((stroke.angular_velocity @ normal).mean())) for stroke in pair.both]
+    if senses[0] * senses[1] != -1.0:
+        raise InvalidValueError("the second twist does not reverse the first: must turn the same way back")
+    there, back = (_turn(stroke, normal, sense, settling) for stroke, sense in zip(pair.both, senses, strict=True))
+    return there, back
+
+
+def _turn(stroke: Stroke, normal: FloatArray, sense: float, settling: float) -> _Turn:
+    spin = sense * (stroke.angular_velocity @ normal)
+    part = steady_part(stroke.time, spin, settling)
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (spin[1:] + spin[:-1]) * np.diff(stroke.time))])
+    force = stroke.force[part]
+    pushing = -(force @ normal)
+    torque = -sense * stroke.spin_torque(normal)[part]
+    tangential = batch_means(force + pushing[:, None] * normal)
+    return _Turn(
+        Resistance(angle[part], torque / pushing),
+        float(torque.mean()),
+        float(pushing.mean()),
+        math.sqrt(float((tangential**2).sum(axis=1).mean())),
+        float(spin[part].mean()),
+        sense,
+        _lever(stroke.wrench[part], pushing),
+    )
+
+
+def _least_torque_ratio(twists: Sequence[TwoWay], normal: FloatArray, errors: SensorErrors) -> float:
+    """Half of how far the torque went from one end to the other, less three standard deviations of noise."""
+    means, noise = [], 0.0
+    for pair in twists:
+        for stroke in pair.both:
+            pushing = -(stroke.force @ normal)
+            means.append(batch_means(stroke.spin_torque(normal) / pushing, STRETCHES))
+            sample = math.hypot(errors.moment_noise, _lever(stroke.wrench, pushing) * errors.force_noise)
+            noise = max(noise, sample / math.sqrt(len(stroke) // STRETCHES) / float(pushing.mean()))
+    ratios = np.concatenate(means)
+    return max(0.0, 0.5 * (float(ratios.max() - ratios.min()) - 3.0 * math.sqrt(2.0) * noise))
+
+
+def _lever(wrench: FloatArray, pushing: FloatArray) -> float:
+    """By how much noise of the force comes into the torque [m]."""
+    return float(np.linalg.norm(wrench[:, 3:], axis=1).mean() / pushing.mean())
