@@ -1,0 +1,34 @@
+"""What slips: the object slides over the finger, or it turns on it."""
+
+import math
+from enum import StrEnum
+
+from palpate.friction.contact_load import ContactLoad
+from palpate.friction.limit_surface import LimitSurface
+
+
+class SlipKind(StrEnum):
+    """Which part of a slip is the faster."""
+
+    SLIDE = "slide"
+    """Along the surface."""
+    SPIN = "spin"
+    """About the contact normal."""
+
+
+def kind_of_slip(surface: LimitSurface, load: ContactLoad) -> SlipKind:
+    """Return how the object slips, or would, under a load: by normality, v against e omega.
+
+    Where both are alike (p = 1: on every edge) the torque's share of the limit surface decides.
+    """
+    e, force, torque = surface.spin_length_at(load.normal_force), load.tangential_length, abs(load.spin_torque)
+    # v : e omega = f_t^(p-1) : (tau / e)^(p-1), so that for every p > 1 it is f_t : tau / e that decides
+    return SlipKind.SPIN if torque > e * force else SlipKind.SLIDE
+
+
+def share_of_spin(surface: LimitSurface, load: ContactLoad) -> float:
+    """Return e omega / |(v, e omega)| of the slip that a load goes with: 0 only slides, 1 only spins."""
+    slip, e = surface.slip_direction(load), surface.spin_length_at(load.normal_force)
+    turning, speed = e * abs(slip.spin), math.hypot(*slip.velocity)
+    length = math.hypot(turning, speed)
+    return turning / length if length > 0.0 else 0.0

@@ -1,0 +1,67 @@
+"""How well a load is known from one sample."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from palpate.errors import positive
+from palpate.friction.limit_surface import LimitSurface
+
+
+@dataclass(frozen=True, slots=True)
+class LoadNoise:
+    """Standard deviations of one sample's white noise, alike along every axis.
+
+    Of the load, not of the sensor: see `of_touch`.
+
+    Attributes:
+        force: Of the tangential force [N]; of the normal force it is no more.
+        torque: Of the spin torque [N m].
+    """
+
+    force: float = 0.010
+    """10 mN: what an ATI Nano17 leaves at 500 Hz of bandwidth."""
+    torque: float = 0.1e-3
+    """0.1 mN m: likewise."""
+
+    def __post_init__(self) -> None:
+        positive("force", self.force, "N")
+        positive("torque", self.torque, "N m")
+
+    @classmethod
+    def of_touch(cls, force: float, moment: float, radius: float) -> LoadNoise:
+        """Return what a sensor's noise makes of a load whose normal touch takes from the contact centroid.
+
+        Noise of the moment shifts the centroid by moment / f and so turns the normal by moment / (f R): that much
+        of f appears as tangential force, whatever f is.
+
+        Args:
+            force: Of the sensor [N].
+            moment: Likewise [N m].
+            radius: Of the fingertip [m].
+        """
+        return cls(math.hypot(force, moment / positive("radius", radius, "m")), moment)
+
+    def of_ratio(
+        self, surface: LimitSurface, normal_force: float, tangential_force: float, spin_torque: float
+    ) -> float:
+        """Return the standard deviation of `LimitSurface.load_ratio`, to first order.
+
+        Args:
+            surface: Whose ratio it is.
+            normal_force: [N], above 0.
+            tangential_force: Its length [N].
+            spin_torque: [N m].
+        """
+        most, e, p = surface.friction * normal_force, surface.spin_length_at(normal_force), surface.norm_exponent
+        x, y = abs(tangential_force), abs(spin_torque) / e
+        largest = max(x, y)
+        if largest == 0.0:  # the length of what is only noise: no direction is better than another
+            return max(self.force, self.torque / e) / most
+        size = largest * ((x / largest) ** p + (y / largest) ** p) ** (1.0 / p)
+        by_force, by_torque = (x / size) ** (p - 1.0), (y / size) ** (p - 1.0)
+        by_normal = surface.friction * size / most
+        return (
+            math.sqrt((by_force**2 + by_normal**2) * self.force**2 + (by_torque / e) ** 2 * self.torque**2) / most
+        )

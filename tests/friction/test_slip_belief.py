@@ -1,0 +1,163 @@
+"""What holding and slipping teach about friction."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.friction.contact_load import ContactLoad
+from palpate.friction.limit_surface import LimitSurface
+from palpate.friction.slip.belief import FrictionBelief
+
+TRUE = LimitSurface(0.5, 0.004)
+shares = st.floats(0.0, 0.5 * math.pi)
+across = st.floats(0.0, 2.0 * math.pi)
+
+
+def at(surface, normal_force, share, ratio, turned=0.0):
+    e, p = surface.spin_length_at(normal_force), surface.norm_exponent
+    x, y = math.cos(share), math.sin(share)
+    most = ratio * surface.friction * normal_force / (x**p + y**p) ** (1.0 / p)
+    return ContactLoad(normal_force, (most * x * math.cos(turned), most * x * math.sin(turned), 0.0), most * e * y)
+
+
+def wide(friction=0.5, spin_length=0.004, **kw):
+    return FrictionBelief(friction, spin_length, friction_deviation=0.3, spin_length_deviation=0.4, **kw)
+
+
+def touched(**kw):
+    return FrictionBelief(0.5, 0.004, friction_deviation=0.03, spin_length_deviation=0.05, **kw)
+
+
+def surfaces(belief):
+    return [belief.quantile(p) for p in (0.02, 0.2, 0.5, 0.8)]
+
+
+def test_the_prior_comes_back_as_it_was_given():
+    belief = touched()
+    middle = belief.quantile(0.5)
+    assert middle.friction == pytest.approx(0.5, rel=2e-3)
+    assert middle.spin_length == pytest.approx(0.004, rel=4e-3)
+    assert belief.friction_deviation == pytest.approx(0.03, rel=0.05)
+    assert belief.spin_length_deviation == pytest.approx(0.05, rel=0.05)
+    assert belief.quantile(0.023).friction == pytest.approx(0.5 * math.exp(-0.06), rel=5e-3)
+
+
+@given(shares, st.floats(0.5, 1.5), across)
+@settings(max_examples=25, deadline=None)
+def test_what_is_held_only_ever_raises_friction(share, ratio, turned):
+    belief = wide()
+    before = surfaces(belief)
+    belief.held(at(TRUE, 3.0, share, ratio, turned))
+    for old, new in zip(before, surfaces(belief), strict=True):
+        assert new.friction >= old.friction * (1.0 - 1e-9)
+        assert new.friction * new.spin_length >= old.friction * old.spin_length * (1.0 - 1e-9)
+
+
+def test_what_holds_more_than_was_thought_is_thought_to_hold_more():
+    belief = wide()
+    belief.held(at(TRUE, 3.0, 0.0, 1.2))
+    assert belief.quantile(0.02).friction > 1.1 * TRUE.friction
+
+
+@given(shares, st.floats(0.5, 1.2), st.integers(2, 50))
+@settings(max_examples=15, deadline=None)
+def test_holding_the_same_for_long_is_no_new_evidence(share, ratio, times):
+    once, often = wide(), wide()
+    load = at(TRUE, 3.0, share, ratio)
+    once.held(load)
+    for _ in range(times):
+        often.held(load)
+    assert surfaces(often) == surfaces(once)
+
+
+@given(shares, across)
+@settings(max_examples=20, deadline=None)
+def test_the_side_a_load_points_to_teaches_the_same(share, turned):
+    one, other = wide(), wide()
+    one.slipped(at(TRUE, 3.0, share, 1.0))
+    load = at(TRUE, 3.0, share, 1.0, turned)
+    other.slipped(ContactLoad(load.normal_force, load.tangential_force, -load.spin_torque))
+    for a, b in zip(surfaces(one), surfaces(other), strict=True):
+        assert a.friction == pytest.approx(b.friction, rel=1e-3)
+        assert a.spin_length == pytest.approx(b.spin_length, rel=1e-3)
+
+
+def test_slips_in_two_directions_tell_both_mu_and_e():
+    belief = wide(0.65, 0.003)
+    for share in (0.1, 1.45):
+        belief.slipped(at(TRUE, 3.0, share, 1.0))
+    middle = belief.quantile(0.5)
+    assert middle.friction == pytest.approx(0.5, rel=0.04)
+    assert middle.spin_length == pytest.approx(0.004, rel=0.06)
+
+
+def test_a_slip_that_only_slides_says_nothing_of_the_torque_per_force():
+    belief = wide()
+    before = belief.spin_length_deviation
+    belief.slipped(at(TRUE, 3.0, 0.0, 1.0))
+    assert belief.quantile(0.5).friction / belief.quantile(0.1).friction < 1.08
+    assert belief.spin_length_deviation == pytest.approx(before, rel=0.05)
+
+
+@pytest.mark.parametrize("make", [wide, touched])
+@pytest.mark.parametrize("wet", [0.8, 0.6, 0.4])
+def test_a_surface_that_gets_wet_is_no_longer_believed_in(make, wet):
+    belief = make()
+    for share in (0.0, 0.8, 1.5):
+        belief.held(at(TRUE, 3.0, share, 0.95))
+    now = LimitSurface(0.5 * wet, 0.004)
+    for share in (0.0, 0.8):
+        belief.slipped(at(now, 3.0, share, 1.0))
+    assert belief.quantile(0.5).friction < 1.06 * now.friction
+    assert belief.quantile(0.02).friction < now.friction
+
+
+def test_the_cautious_quantile_is_below_the_truth_as_often_as_it_says():
+    """Prior, slips and what is held drawn from the model itself."""
+    rng, runs, above_mu, above_torque = np.random.default_rng(2), 300, 0, 0
+    for _ in range(runs):
+        true = LimitSurface(
+            0.5 * math.exp(0.2 * rng.standard_normal()), 0.004 * math.exp(0.3 * rng.standard_normal())
+        )
+        belief = FrictionBelief(0.5, 0.004, friction_deviation=0.2, spin_length_deviation=0.3)
+        belief.held(at(true, 3.0, rng.uniform(0.0, 1.5), rng.uniform(0.5, 0.9)))
+        belief.slipped(at(true, 3.0, rng.uniform(0.0, 1.5), math.exp(0.03 * rng.standard_normal())))
+        cautious = belief.quantile(0.1)
+        above_mu += cautious.friction > true.friction
+        above_torque += cautious.friction * cautious.spin_length > true.friction * true.spin_length
+    # 30 are expected of each, with a deviation of 5.2
+    assert above_mu <= 46
+    assert above_torque <= 46
+
+
+def test_held_is_cheap_where_it_says_nothing_new():
+    belief = wide()
+    belief.held(at(TRUE, 3.0, 0.3, 0.9))
+    before = belief._weights
+    belief.quantile(0.1)
+    kept = belief._weights
+    belief.held(at(TRUE, 3.0, 0.3, 0.7))
+    assert before is None
+    assert belief._weights is kept
+
+
+def test_what_is_no_load_teaches_nothing():
+    belief, before = wide(), surfaces(wide())
+    for load in (
+        ContactLoad(math.nan, (0.0, 0.0, 0.0), 0.0),
+        ContactLoad(0.0, (1.0, 0.0, 0.0), 0.0),
+        ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0),
+    ):
+        belief.held(load)
+        belief.slipped(load)
+    assert surfaces(belief) == before
+
+
+@pytest.mark.parametrize("p", [0.0, 1.0, math.nan])
+def test_a_quantile_lies_between(p):
+    with pytest.raises(InvalidValueError, match="between 0 and 1"):
+        wide().quantile(p)

@@ -1,0 +1,231 @@
+"""Slip told from the signals: what each detector must and must not see, whatever frame and side."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.friction.contact_load import ContactLoad
+from palpate.friction.limit_surface import LimitSurface
+from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
+from palpate.friction.slip.grip_dither import GripDither
+from palpate.friction.slip.kinds import SlipKind, kind_of_slip, share_of_spin
+from palpate.friction.slip.load_noise import LoadNoise
+from palpate.friction.slip.margin_crossing import MarginCrossing, MarginParameters
+from palpate.friction.slip.page_test import PageTest
+
+PERIOD = 1e-3
+SURFACE = LimitSurface(0.5, 0.004, 0.2, 1.7)
+NOISE = LoadNoise()
+DITHER = GripDither()
+directions = st.floats(0.0, 2.0 * math.pi)
+
+
+def on_surface(surface, normal_force, share, across, ratio=1.0):
+    """A load of that ratio; share 0 only pulls, pi/2 only twists, beyond pi/2 the other way round."""
+    e, p = surface.spin_length_at(normal_force), surface.norm_exponent
+    x, y = math.cos(share), math.sin(share)
+    most = ratio * surface.friction * normal_force / (abs(x) ** p + abs(y) ** p) ** (1.0 / p)
+    return ContactLoad(normal_force, (most * x * math.cos(across), most * x * math.sin(across), 0.0), most * e * y)
+
+
+def noisy(load, rng, noise=NOISE):
+    f, (x, y, z), q = load.normal_force, load.tangential_force, load.spin_torque
+    a, b, c, d = rng.standard_normal(4)
+    return ContactLoad(f + noise.force * a, (x + noise.force * b, y + noise.force * c, z), q + noise.torque * d)
+
+
+def times_told(detector, loads):
+    return [k for k, load in enumerate(loads) if detector.step(load) is not None]
+
+
+# --- Page's test ---
+
+
+@given(st.lists(st.floats(-5.0, 5.0), max_size=60))
+def test_the_sum_of_pages_test_is_that_since_its_lowest_point(steps):
+    test = PageTest(1e9, math.inf)
+    total, lowest = 0.0, 0.0
+    for step in steps:
+        test.add(step)
+        total += step
+        lowest = min(lowest, total)
+        assert test.sum == pytest.approx(total - lowest, abs=1e-9)
+
+
+def test_false_alarms_of_pages_test_are_as_rare_as_lorden_says():
+    rng = np.random.default_rng(1)
+    threshold, shift, count, n = 6.0, 1.0, 0, 200_000
+    test = PageTest(threshold, math.inf)
+    for x in rng.standard_normal(n).tolist():
+        if test.add(shift * x - 0.5 * shift**2):
+            count += 1
+            test.restart()
+    assert count <= n / math.exp(threshold)
+
+
+def test_an_alarm_is_over_when_as_much_speaks_against_it():
+    test = PageTest(10.0, 4.0)
+    assert [test.add(9.0) for _ in range(3)] == [False, False, True]
+    assert [test.add(math.nan) for _ in range(3)] == [True] * 3
+    assert [test.add(-9.0) for _ in range(3)] == [True, True, False]
+
+
+# --- slide or spin ---
+
+
+@given(st.floats(0.01, 1.56), directions, st.floats(1.05, 2.0))
+def test_the_kind_of_slip_is_the_larger_part_of_the_slip_twist(share, across, p):
+    surface = LimitSurface(0.5, 0.004, 0.2, p)
+    load = on_surface(surface, 3.0, share, across)
+    slip, e = surface.slip_direction(load), surface.spin_length_at(3.0)
+    turning, speed = e * abs(slip.spin), math.hypot(*slip.velocity)
+    if abs(turning - speed) > 1e-9:
+        assert (kind_of_slip(surface, load) is SlipKind.SPIN) == (turning > speed)
+        assert (share_of_spin(surface, load) > math.sqrt(0.5)) == (turning > speed)
+
+
+def test_a_load_without_direction_slips_nowhere():
+    assert share_of_spin(SURFACE, ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)) == 0.0
+
+
+@given(st.floats(0.0, 1.57), directions, st.floats(0.3, 1.0), st.floats(1.05, 2.0))
+@settings(max_examples=20, deadline=None)
+def test_noise_of_the_load_ratio_is_that_of_many_draws(share, across, ratio, p):
+    surface = LimitSurface(0.5, 0.004, 0.0, p)
+    load = on_surface(surface, 4.0, share, across, ratio)
+    small = LoadNoise(1e-5, 1e-8)
+    rng = np.random.default_rng(7)
+    drawn = [
+        surface.load_ratio(n.normal_force, n.tangential_length, n.spin_torque)
+        for n in (noisy(load, rng, small) for _ in range(3000))
+    ]
+    told = small.of_ratio(surface, 4.0, load.tangential_length, load.spin_torque)
+    # near the axes of p < 2 the surface bends within the noise
+    assert np.std(drawn) == pytest.approx(told, rel=0.1)
+
+
+# --- margin crossing ---
+
+
+@pytest.mark.parametrize("share", [0.0, 0.7, 1.57, 2.5])
+def test_a_load_held_at_four_fifths_is_never_slip_and_one_on_the_surface_is_within_milliseconds(share):
+    rng = np.random.default_rng(3)
+    crossing = MarginCrossing(SURFACE, PERIOD)
+    held = on_surface(SURFACE, 3.0, share, 1.0, 0.8)
+    slipping = on_surface(SURFACE, 3.0, share, 1.0)
+    assert times_told(crossing, [noisy(held, rng) for _ in range(20_000)]) == []
+    told = times_told(crossing, [noisy(slipping, rng) for _ in range(50)])
+    assert told[0] <= 4
+    kind = crossing.step(slipping)
+    assert kind is kind_of_slip(SURFACE, slipping)
+
+
+@given(directions, st.floats(0.2, 5.0))
+@settings(max_examples=25, deadline=None)
+def test_what_a_margin_says_depends_on_neither_frame_nor_scale(across, scale):
+    rng = np.random.default_rng(11)
+    flat = LimitSurface(0.5, 0.004)
+    ratios = np.clip(np.cumsum(rng.normal(0.008, 0.02, 200)), 0.0, 2.0).tolist()
+    fine = MarginCrossing(flat, PERIOD, LoadNoise())
+    other = MarginCrossing(flat, PERIOD, LoadNoise(0.010 * scale, 0.1e-3 * scale))
+    told = times_told(fine, [on_surface(flat, 3.0, 0.6, 0.0, r) for r in ratios])
+    assert told
+    assert times_told(other, [on_surface(flat, 3.0 * scale, 0.6, across, r) for r in ratios]) == told
+
+
+def test_one_odd_sample_is_no_slip():
+    crossing = MarginCrossing(SURFACE, PERIOD)
+    held, odd = on_surface(SURFACE, 3.0, 0.0, 0.0, 0.5), on_surface(SURFACE, 3.0, 0.0, 0.0, 5.0)
+    # the rate that it seems to have fades at once
+    assert times_told(crossing, [held] * 100 + [odd] + [held] * 100) == []
+
+
+def test_a_rising_load_is_told_ahead_by_what_was_asked():
+    rate, first = 2.0, []
+    for ahead in (0.0, 10e-3):
+        crossing = MarginCrossing(SURFACE, PERIOD, None, MarginParameters(ahead=ahead))
+        loads = [on_surface(SURFACE, 20.0, 0.3, 0.0, 0.3 + rate * k * PERIOD) for k in range(500)]
+        first.append(times_told(crossing, loads)[0] * PERIOD)
+    assert first[0] - first[1] == pytest.approx(10e-3, abs=1.5e-3)
+
+
+def test_nothing_held_tangentially_without_pressing():
+    crossing = MarginCrossing(SURFACE, PERIOD)
+    pulled = ContactLoad(0.0, (0.1, 0.0, 0.0), 0.0)
+    assert times_told(crossing, [pulled] * 3) == [1, 2]
+    free = MarginCrossing(SURFACE, PERIOD)
+    assert times_told(free, [ContactLoad(0.0, (0.0, 0.0, 0.0), 0.0)] * 10) == []
+    missing = ContactLoad(math.nan, (math.nan,) * 3, math.nan)
+    assert times_told(free, [missing] * 10) == []
+
+
+# --- excited ---
+
+
+def rippling(k, grip=4.0, phase=0.4):
+    t = k * PERIOD
+    return grip + DITHER.amplitude_at(grip) * math.sin(2.0 * math.pi * DITHER.frequency * t + phase)
+
+
+@given(st.floats(0.0, 3.1), directions, st.floats(0.0, 6.3))
+@settings(max_examples=15, deadline=None)
+def test_a_load_that_follows_the_ripple_slips_and_one_that_does_not_sticks(share, across, phase):
+    rng = np.random.default_rng(5)
+    weak = LimitSurface(0.35, 0.003, 0.0, 1.7)
+    true = LimitSurface(0.5, 0.004, 0.0, 1.7)
+    stuck = on_surface(true, 4.0, share, across, 0.9)
+    sticking, slipping = ExcitedSlip(weak, DITHER, PERIOD), ExcitedSlip(weak, DITHER, PERIOD)
+    held = []
+    for k in range(1000):
+        load = ContactLoad(rippling(k, phase=phase), stuck.tangential_force, stuck.spin_torque)
+        held.append(noisy(load, rng))
+    moving = [noisy(on_surface(true, rippling(k, phase=phase), share, across), rng) for k in range(100)]
+    assert times_told(sticking, held) == []
+    told = times_told(slipping, moving)
+    assert told
+    assert told[0] <= 15
+
+
+def test_within_the_weakest_surface_nothing_slips_however_it_ripples():
+    weak = LimitSurface(0.6, 0.004)
+    detector = ExcitedSlip(weak, DITHER, PERIOD)
+    loads = [on_surface(weak, rippling(k), 0.3, 0.0, 0.9) for k in range(500)]
+    assert times_told(detector, loads) == []
+
+
+def test_a_steady_grip_says_nothing_about_slip():
+    rng = np.random.default_rng(6)
+    weak = LimitSurface(0.35, 0.003)
+    detector = ExcitedSlip(weak, DITHER, PERIOD)
+    assert times_told(detector, [noisy(on_surface(weak, 4.0, 0.3, 0.0, 1.5), rng) for _ in range(3000)]) == []
+
+
+def test_a_gap_begins_the_row_of_samples_anew():
+    weak = LimitSurface(0.35, 0.003)
+    detector = ExcitedSlip(weak, DITHER, PERIOD)
+    for k in range(50):
+        detector.step(on_surface(weak, rippling(k), 0.3, 0.0, 1.2))
+    assert detector.evidence == 1.0
+    assert detector.step(ContactLoad(math.nan, (math.nan,) * 3, math.nan)) is None
+    assert detector.evidence == 0.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: PageTest(0.0, 1.0),
+        lambda: MarginParameters(safe=0.9, slipping=0.9),
+        lambda: MarginCrossing(SURFACE, 0.0),
+        lambda: GripDither(most_share=1.0),
+        lambda: GripDither(frequency=300.0).half_cycle(1e-3),
+        lambda: ExcitedParameters(blow=1.0),
+        lambda: LoadNoise(0.0),
+    ],
+)
+def test_what_cannot_be_is_refused(wrong):
+    with pytest.raises(InvalidValueError, match="must"):
+        wrong()

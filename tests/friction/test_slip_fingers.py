@@ -1,0 +1,92 @@
+"""A hand's slip and what it learns of friction from it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from palpate.errors import InvalidValueError
+from palpate.friction.contact_load import ContactLoad
+from palpate.friction.limit_surface import LimitSurface
+from palpate.friction.slip.belief import FrictionBelief
+from palpate.friction.slip.fingers import FingerSlips, LearntSurface
+from palpate.friction.slip.kinds import SlipKind
+from palpate.friction.slip.margin_crossing import MarginCrossing
+
+PERIOD = 1e-3
+TRUE = LimitSurface(0.5, 0.004)
+
+
+def pulled(ratio, normal_force=3.0):
+    return ContactLoad(normal_force, (0.0, ratio * TRUE.friction * normal_force, 0.0), 0.0)
+
+
+def wide():
+    return FrictionBelief(0.6, 0.004, friction_deviation=0.3, spin_length_deviation=0.4)
+
+
+def feed(learnt, ratios, onsets=()):
+    rng = np.random.default_rng(3)
+    for k, ratio in enumerate(ratios):
+        load = pulled(ratio + 0.02 * rng.standard_normal())
+        learnt.watch(k * PERIOD, (load, load), (k in onsets, False))
+
+
+def test_each_finger_tells_for_itself_and_only_when_slip_begins():
+    slips = FingerSlips(lambda: MarginCrossing(TRUE, PERIOD))
+    told = [slips.step(k * PERIOD, (pulled(1.1 if 20 <= k < 60 else 0.3), pulled(0.3))) for k in range(100)]
+    assert [k for k, (first, _) in enumerate(told) if first] == [21]
+    assert not any(second for _, second in told)
+    assert slips.kinds == (None, None)
+
+
+def test_a_missing_finger_says_nothing():
+    slips = FingerSlips(lambda: MarginCrossing(TRUE, PERIOD))
+    assert slips.step(0.0, (None, pulled(0.3))) == (False, False)
+    for k in range(5):
+        slips.step(k * PERIOD, (None, pulled(1.1)))
+    assert slips.kinds == (None, SlipKind.SLIDE)
+    slips.start()
+    assert slips.kinds == ()
+
+
+def test_holding_more_and_more_makes_the_cautious_surface_grow_but_never_beyond_what_was_held():
+    learnt = LearntSurface(wide)
+    before = learnt.surface(0).friction
+    feed(learnt, np.linspace(0.0, 0.9, 1000))
+    after = learnt.surface(1).friction
+    assert before < after
+    assert after < 0.95 * TRUE.friction
+
+
+def test_the_loads_until_a_slip_is_told_are_no_evidence_of_holding():
+    """They climb to 1.3 times what the contact bears, as static friction may be larger, and then it slips."""
+    warned, unaware = LearntSurface(wide), LearntSurface(wide)
+    ratios = np.concatenate([np.full(100, 0.5), np.linspace(1.0, 1.3, 35), np.full(5, 1.0)])
+    feed(warned, np.concatenate([ratios, np.full(100, 0.3)]), onsets=(139,))
+    feed(unaware, np.concatenate([ratios, np.full(60, 1.3)]))
+    assert warned.surface(0).friction < TRUE.friction < unaware.surface(0).friction
+    assert warned.belief.quantile(0.5).friction == pytest.approx(TRUE.friction, rel=0.06)
+
+
+def test_no_contact_no_lesson():
+    learnt, before = LearntSurface(wide), LearntSurface(wide).surface(0)
+    for k in range(200):
+        learnt.watch(k * PERIOD, (None, pulled(0.9)), (False, False))
+        learnt.watch(k * PERIOD, (None, pulled(0.9)), (True, False))
+    assert learnt.surface(0) == before
+
+
+def test_a_new_grip_begins_with_the_prior():
+    learnt = LearntSurface(wide)
+    before = learnt.surface(0)
+    feed(learnt, np.full(100, 0.9), onsets=(50,))
+    assert learnt.surface(0) != before
+    learnt.start()
+    assert learnt.surface(0) == before
+
+
+@pytest.mark.parametrize("caution", [0.0, 0.6, math.nan])
+def test_caution_is_a_small_probability(caution):
+    with pytest.raises(InvalidValueError, match="must be above 0"):
+        LearntSurface(wide, caution)
