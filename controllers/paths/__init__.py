@@ -5,7 +5,7 @@ from palpate.controllers.paths.contour import Contour
 from palpate.controllers.paths.features import FeatureLimits, FeatureWatch
 from palpate.controllers.paths.felt import Felt
 from palpate.controllers.paths.follow import Follow, Path
-from palpate.controllers.paths.goal import Goal, Measure
+from palpate.controllers.paths.goal import Enough, Goal, Measure
 from palpate.controllers.paths.legs import Circuit, Ended, Hop, Leg, LegEnd, Stroke, Touch
 from palpate.controllers.paths.marks import Event, Mark
 from palpate.controllers.paths.missed import TouchNoise
@@ -26,6 +26,7 @@ __all__ = [
     "Contour",
     "EdgeSteering",
     "Ended",
+    "Enough",
     "Event",
     "FeatureLimits",
     "FeatureWatch",

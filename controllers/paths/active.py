@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from palpate.controllers.paths.coarse import CoarseGap
 from palpate.controllers.paths.diary import Diary
 from palpate.controllers.paths.felt import Felt
-from palpate.controllers.paths.goal import Goal, Measure
+from palpate.controllers.paths.goal import Enough, Goal, Measure
 from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.missed import TouchNoise
@@ -122,8 +122,14 @@ class Active:
         """What was felt so far."""
         return tuple(self._rows)
 
+    @property
+    def enough(self) -> Enough | None:
+        """Why it planned no further leg; None while it still does, or after a loss."""
+        return self._enough
+
     def start(self) -> None:
         """As `Strategy`."""
+        self._enough: Enough | None = None
         own = self._settings
         self._diary = Diary()
         self._recorder = RowRecorder(own.stretch)
@@ -205,6 +211,7 @@ class Active:
 
     def _plan(self) -> tuple[Point, Point] | None:
         if self.way >= self._goal.way:
+            self._enough = Enough.SPENT
             return None
         return (self._coarse_stroke() if self._coarse else None) or self._fine_stroke()
 
@@ -235,6 +242,7 @@ class Active:
             return None
         self._columns.take(self._rows)
         if self._reached():
+            self._enough = Enough.REACHED
             return None
         open_strips = (
             ([] if self._known() else self._loud(1.0, tails=False))
@@ -243,6 +251,7 @@ class Active:
             or self._whole(2.0 * own.finest)
         )
         if not open_strips:
+            self._enough = Enough.EXHAUSTED
             return None
         best = max(open_strips, key=self._worth_per_way)
         self._tried.add(best.place)  # what could not be felt the first time is not asked for again

@@ -16,6 +16,14 @@ class Measure(Enum):
     """The largest anywhere: large errors count far more than small ones."""
 
 
+class Enough(Enum):
+    """Why an active exploration planned no further leg."""
+
+    REACHED = "the map should be as accurate as asked for"
+    SPENT = "the time was over"
+    EXHAUSTED = "nothing was left to refine"
+
+
 @dataclass(frozen=True, slots=True)
 class Goal:
     """When an active exploration is done: whichever comes first.

@@ -140,11 +140,11 @@ def test_files_report_and_summary_have_the_layers(swung, tmp_path, monkeypatch):
     rows = {row[0]: row for row in report.rows}
     assert rows["stiffness of the object"][2] == "kN/m"
     assert float(rows["stiffness of the object"][1]) == pytest.approx(40.0, rel=0.2)
-    assert {"friction", "largest curvature", "smallest curvature", "mean curvature"} <= set(rows)
+    assert {"friction", "largest curvature", "smallest curvature", "mean curvature of the map"} <= set(rows)
     figures = {figure.name: figure for figure in exploration_report(swung).summary}
     assert figures["stiffness of the object"].value == pytest.approx(40.0, rel=0.2)
     assert re.search(r"± [\d.]+, on \d+ %", figures["stiffness of the object"].note)
-    assert figures["mean curvature"].value == pytest.approx(25.0, rel=0.1)
+    assert figures["mean curvature of the map"].value == pytest.approx(25.0, rel=0.1)
     assert figures["true normal force, RMS error"].note == "set 2 N ± 0.5 N"
     assert dict(settings(swung))["normal force"] == "2 N, ± 0.5 N as a sine of 1 s"
 

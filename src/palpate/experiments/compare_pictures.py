@@ -22,6 +22,7 @@ from palpate.reporting.style import (
     dress,
     new_figure,
 )
+from palpate.reporting.surface_picture import few_ticks
 
 SHOWN = 6000
 """Points drawn: more cover each other."""
@@ -107,6 +108,7 @@ def _in_space(points: FloatArray, values: FloatArray, norm: Normalize, colours: 
         axis.set_pane_color((0.9, 0.91, 0.92, 1.0))
         axis.set_tick_params(labelsize=FONT_SIZE - 1.5, colors=QUIET)
         axis.get_major_formatter().set_useOffset(False)
+    axes.zaxis.set_major_locator(few_ticks(float(size[2] / size.max())))  # a flat part has no room for more
     mappable = ScalarMappable(norm, colours)
     bar = figure.colorbar(mappable, ax=axes, location="bottom", shrink=0.75, aspect=28, pad=0.04)
     bar.set_label(label, fontsize=FONT_SIZE, color=INK)

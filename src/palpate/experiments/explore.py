@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from palpate.controllers import ForceGain
-from palpate.controllers.paths import Mark
+from palpate.controllers.paths import Active, Enough, Mark
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.change_account import ChangeAccount
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_identified import IdentifiedForce
 from palpate.experiments.explore_plan import ExplorationPlan, plan
@@ -70,6 +71,8 @@ class Exploration:
         account: What the run showed of its own assumptions.
         wall: What a wall in the way of the sweep would have done.
         growth: How the map grew; None if there is none.
+        changes: What became of the changes of live parameters that were asked for beforehand.
+        enough: Why an active exploration ended; None of others, and if it did not get so far.
     """
 
     config: ExploreConfig
@@ -91,6 +94,8 @@ class Exploration:
     account: RunAccount
     wall: WallBound
     growth: GrowthReport | None = None
+    changes: tuple[ChangeAccount, ...] = ()
+    enough: Enough | None = None
 
     @property
     def scanning(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -169,7 +174,7 @@ class Attempt:
 
     def found(self, result: RunResult, tell: Tell = lambda step: None) -> Exploration:
         """Return what was found in a run that went like `result`; `tell` is told what is being worked out."""
-        planned, record = self._planned, self._recorded.record()
+        planned, record, strategy = self._planned, self._recorded.record(), self.controller.strategy
         config = planned.config
         felt = ScanContacts.of(
             record,
@@ -193,7 +198,7 @@ class Attempt:
             set_force,
             self._recorded.truth(),
             cloud,
-            self.controller.strategy.marks,
+            strategy.marks,
             mapped,
             _height_map(cloud, config.map_spacing),
             _sphere(cloud, planned.scan, config.map_spacing),
@@ -202,6 +207,8 @@ class Attempt:
             account,
             planned.wall,
             self._growth(record, cloud, mapped, tell),
+            self._recorded.account_of_changes(Phase.SCAN),
+            strategy.enough if isinstance(strategy, Active) else None,
         )
 
     def _growth(

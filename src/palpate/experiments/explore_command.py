@@ -11,7 +11,7 @@ from palpate.experiments.explore_report import exploration_report
 from palpate.experiments.explored_map import STEPS
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import run_progress, step_progress
-from palpate.experiments.run_told import INTERRUPTED, log_writer, tell_of
+from palpate.experiments.run_told import INTERRUPTED, STOPPED, log_writer, tell_of
 from palpate.reporting import summary_table
 from palpate.runtime import Ending, result_until
 
@@ -29,7 +29,8 @@ def run_explore(config: ExploreConfig) -> int:
         OSError: A file cannot be written.
     """
     console = Console()
-    planned = plan(config)
+    with console.status("planning"):
+        planned = plan(config)
     make_folder(config.out)
     if config.identify:
         with console.status("pressing, to find stiffness and delay"):
@@ -44,6 +45,7 @@ def run_explore(config: ExploreConfig) -> int:
             if found is None:
                 raise
             result, interrupted = found, True
+            console.print(STOPPED)
     with step_progress(console, STEPS) as tell:
         exploration = attempt.found(result, tell)
     with console.status("drawing the report"):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.change_names import EXPLORED, check_change_names
 from palpate.experiments.explore_objects import (
     ObjectName,
     article_of,
@@ -160,7 +161,8 @@ class ExploreConfig:
     """Control period [s]."""
     change: tuple[tuple[float, str, float], ...] = ()
     """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
-    as in --change 5 force 3 6 speed 0.05. The change is ramped, so that nothing jumps."""
+    as in --change 5 force 3 6 speed 0.05. The start is that of the run, landing included. The change is ramped, so
+    that nothing jumps."""
     robot: str = "stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. It says
     fingertip, noise and period, too, where they are not given here."""
@@ -200,8 +202,7 @@ class ExploreConfig:
                 f"{depth:g} m, the limit is {MOST_GRID_POINTS:.0e}; take rows at least "
                 f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
-        for time, name, _ in self.change:
-            not_negative(f"change of {name}", time, "s after the start")
+        check_change_names(self.change, EXPLORED)
         for name, unit in (("friction", ""), ("spin_length", "m"), ("stiffness", "N/m")):
             positive(name, getattr(self, name), unit)
 

@@ -2,24 +2,37 @@
 
 import numpy as np
 
+from palpate.controllers.paths import Measure
+from palpate.experiments.change_account import change_rows, change_sentences
 from palpate.experiments.explore import Exploration
 from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_tables import map_report, median_sd, shape_name, shape_report
+from palpate.experiments.explore_tables import (
+    TOO_LITTLE,
+    as_known,
+    map_report,
+    median_sd,
+    shape_name,
+    shape_report,
+)
 from palpate.experiments.explored_map import ExploredMap
 from palpate.experiments.explored_marks import marks_text, not_felt
 from palpate.experiments.explored_object import object_line
 from palpate.experiments.run_account import account_sentences
+from palpate.experiments.scans import ActiveScan, Scan
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
 from palpate.runtime import Ending
 
 CONTACT_NOTE = (
-    "Where the finger accelerates, as at corners, points come out some micrometres outside: MuJoCo's friction "
-    "adds to the normal force, an artefact of the simulated contact, not of touch."
+    "Where the finger accelerates, as at corners, points come out outside: MuJoCo's friction adds to the normal "
+    "force, an artefact of the simulated contact, not of touch."
 )
 """It adds mu Dn (b_f v + |a_t|), with Dn and the friction damping rate b_f as in MuJoCo's soft contacts; touch
 takes the whole normal force for compression."""
+
+OUTSIDE = 2e-6
+"""An error of points from which on this is worth a sentence [m]."""
 
 GRID = 81
 """Grid lines of the true surface's picture along each side."""
@@ -49,11 +62,11 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
         ),
         timing=result.timing,
         map=None if found is None else map_report(found),
-        shape=None if found is None or found.shape is None else shape_report(found.shape),
+        shape=None if found is None or found.shape is None else shape_report(found.shape, found.felt_little),
         growth=exploration.growth,
         true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
         point_error=exploration.point_error,
-        error_note=CONTACT_NOTE,
+        error_note=CONTACT_NOTE if exploration.point_error.max(initial=0.0) > OUTSIDE else "",
     )
 
 
@@ -64,19 +77,25 @@ def outcome(exploration: Exploration) -> str:
     if result.ending is Ending.DONE:
         left_out = not_felt(exploration.marks)
         but = f", but {_places(len(left_out))} not be felt ({marks_text(left_out)})" if left_out else ""
-        finished = f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}; {rest}."
+        why = "" if exploration.enough is None else f"; {exploration.enough.value}"
+        finished = f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {rest}."
         return finished + _but(exploration)
     if result.ending is Ending.TRIPPED:
         return f"Stopped by the supervisor: {result.why}; {rest}.{_but(exploration)}"
     nothing = ", nothing was met" if result.ending is Ending.LOST and not len(exploration.cloud) else ""
-    why = f"{result.ending.value}{nothing}; {marks_text(exploration.marks)}"
+    marked = f"; marked: {marks_text(exploration.marks)}" if exploration.marks else ""
+    why = f"{result.ending.value}{nothing}{marked}"
     return f"Not finished ({why}) after {result.duration:.1f} s; {rest}.{_but(exploration)}"
 
 
 def _but(exploration: Exploration) -> str:
-    """What the run showed to be otherwise than was assumed, as sentences after others."""
+    """What became of changes, and what was otherwise than assumed, as sentences after others."""
     config = exploration.config
-    return "".join(f" {said}" for said in account_sentences(exploration.account, config.force, config.stiffness))
+    said = (
+        *change_sentences(exploration.changes, exploration.run.duration, "the sweep began"),
+        *account_sentences(exploration.account, config.force, config.stiffness),
+    )
+    return "".join(f" {each}" for each in said)
 
 
 def _places(count: int) -> str:
@@ -98,7 +117,7 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     figures.append(
         KeyFigure("largest force felt", exploration.account.most_force, "N", f"limit {exploration.wall.limit:g} N")
     )
-    figures += _map_figures(exploration.map)
+    figures += _map_figures(exploration)
     figures.append(KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)))
     figures += [
         KeyFigure("simulated time", result.duration, "s"),
@@ -108,41 +127,63 @@ def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     return tuple(figures)
 
 
-def _map_figures(found: ExploredMap | None) -> list[KeyFigure]:
+def _map_figures(exploration: Exploration) -> list[KeyFigure]:
     """The map in a few figures, and which shape it is."""
+    found = exploration.map
     if found is None:
         return []
     figures = []
     if found.claimed.any():
         band = 1e3 * float(np.median(found.mesh.band()[found.claimed]))
         figures += [
+            *_accuracy(exploration.scan, found),
             KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
             KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
         ]
-    figures.append(KeyFigure("observed of the reachable", 100.0 * found.observed_share, "%"))
+    if found.is_line:
+        figures.append(KeyFigure("map", "a line", "", "claims no surface"))
+    else:
+        figures.append(KeyFigure("observed of the reachable", 100.0 * found.observed_share, "%"))
     figures += _layer_figures(found)
     shape = found.shape
     if shape is not None:
-        note = ""
+        note = TOO_LITTLE if shape.kind is None and found.felt_little else ""
         if shape.fit is not None and len(shape.fit.shape.SIZES) == 1:
             size, band = 1e3 * float(shape.fit.shape.sizes[0]), 1e3 * float(shape.sizes_band[0])
             note = f"{shape.fit.shape.SIZES[0]} {size:.5g} ± {band:.2g} mm"
-        figures.append(KeyFigure("shape", shape_name(shape), "", note))
+        figures.append(KeyFigure("shape", shape_name(shape, found.felt_little), "", note))
     return figures
+
+
+def _accuracy(scan: Scan, found: ExploredMap) -> list[KeyFigure]:
+    """What an active exploration was asked for, against what its map really errs by."""
+    if not isinstance(scan, ActiveScan):
+        return []
+    asked = 1e3 * scan.goal.error
+    if scan.goal.measure is Measure.RMS:
+        return [KeyFigure("accuracy asked for, RMS", asked, "mm", "reached: the next line")]
+    largest = 1e3 * float(np.abs(found.error[found.claimed]).max())
+    return [
+        KeyFigure("accuracy asked for, largest", asked, "mm", "reached: the next line"),
+        KeyFigure("map to true surface, largest", largest, "mm"),
+    ]
 
 
 def _layer_figures(found: ExploredMap) -> list[KeyFigure]:
     """Stiffness and curvature, where they are known."""
-    mean = next(layer for layer in found.curvature if layer.name == "curvature_mean")
-    assert isinstance(mean, VertexLayer)
-    layers = (("stiffness of the object", found.stiffness, 1e-3, "kN/m"), ("mean curvature", mean, 1.0, "1/m"))
+    layers = [("stiffness of the object", found.stiffness, 1e-3, "kN/m")]
+    layers += [
+        ("mean curvature of the map", layer, 1.0, "1/m")
+        for layer in found.curvature
+        if layer.name == "curvature_mean" and isinstance(layer, VertexLayer)
+    ]
     figures = []
     for name, layer, scale, unit in layers:
         known = np.isfinite(layer.mean)
         if known.any():
-            value, share = float(np.median(scale * layer.mean[known])), 100.0 * float(known.mean())
-            note = f"± {median_sd(layer, scale):.2g}, on {share:.0f} %"
-            figures.append(KeyFigure(name, value, unit, note))
+            sd, share = median_sd(layer, scale), 100.0 * float(known.mean())
+            value = as_known(float(np.median(scale * layer.mean[known])), sd)
+            figures.append(KeyFigure(name, value, unit, f"± {sd:.2g}, on {share:.0f} %"))
     return figures
 
 
@@ -173,7 +214,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         ("a wall in its way", str(exploration.wall)),
         (config.strategy, exploration.scan.line),
         ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm"),
-        ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
+        ("contact stiffness, simulated and assumed", f"{config.stiffness / 1e3:g} kN/m"),
         (
             "sensor noise",
             f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mN m, seed {config.seed}",
@@ -182,10 +223,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         ("simulated scene", str(exploration.cost)),
         ("control period", f"{1e3 * config.period:g} ms"),
         *_force_law(exploration),
-        *(
-            ("change while running", f"{name} to {value:g} after {time:g} s")
-            for time, name, value in config.change
-        ),
+        *change_rows(exploration.changes),
         *_recording(exploration),
     )
 

@@ -11,15 +11,29 @@ from palpate.mapping.layers import VertexLayer
 from palpate.mapping.primitives.shape import TURNS, PrimitiveShape
 from palpate.reporting import MapReport, ShapeReport
 
-MILLI = 1e3
+MILLI, CM2 = 1e3, 1e4
+"""Per metre and per square metre."""
 
 STIFFNESS_NOTE = "the object alone: of the compression, half is taken for the tip's"
+
+FRICTION_NOTE = "told where it slid steadily, not near turns, landings and where it speeds up"
 
 DRAWN = ("friction", "stiffness", "curvature_mean")
 """Layers that the report has a picture of; of curvature one tells enough, and map.ply has them all."""
 
+TOO_LITTLE = "too little was felt"
+
+SHOWN = 1e-8
+"""Of a length: less reads as nothing in a table [m]."""
+
+NEGLIGIBLE = 1e-3
+"""Of a value: of a smaller deviation nobody needs the digits."""
+
 Row = tuple[str, str, str, str]
 """Name, value, unit, note."""
+
+LINE: Row = ("map", "a line", "", "the ribbon beside it is drawn on, not claimed")
+"""Said in the place of all that is claimed of a surface."""
 
 
 def map_report(found: ExploredMap) -> MapReport:
@@ -33,10 +47,9 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
     """Return how well a map is known."""
     budget, mesh, model = found.budget, found.mesh, found.surface.model
     rows: list[Row] = []
-    claimed, drawn = found.claimed, int((~found.claimed).sum())
-    if drawn:
-        note = "beside what was felt: drawn on, not claimed"
-        rows.append(("extrapolated part of the mesh", f"{100.0 * drawn / len(claimed):.0f}", "%", note))
+    claimed = found.claimed
+    if found.is_line:
+        rows.append(LINE)
     if claimed.any():
         rows += [
             ("error against the true surface, RMS", _mm(found.rms), "mm", f"{int(claimed.sum())} vertices"),
@@ -55,20 +68,17 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
                 "of random errors alone",
             ),
         ]
+    if not found.is_line:
+        note = f"of {CM2 * found.reachable.area.sum():.3g} cm² that the tip could feel on its way"
+        rows.append(("observed", f"{100.0 * found.observed_share:.1f}", "%", note))
     rows += [
-        (
-            "observed",
-            f"{100.0 * found.observed_share:.1f}",
-            "%",
-            f"of {1e6 * found.reachable.area.sum():.0f} mm² that the tip could feel on its way",
-        ),
         ("may be off everywhere", _mm(budget.total), "mm", "the budget, the sum of what follows"),
         ("- calibration of the sensor", _mm(budget.calibration), "mm", _calibration_note(budget.calibration)),
         ("- noise", _mm(budget.noise), "mm", "contacts that are off sideways are off outwards"),
         ("- changing force", _mm(budget.compression), "mm", "tip and object do not give way at once"),
         *(
             [("- as the run showed", _mm(budget.shown), "mm", "the zero moved, or another stiffness was felt")]
-            if budget.shown
+            if budget.shown >= SHOWN
             else []
         ),
         (
@@ -87,26 +97,39 @@ def layer_rows(found: ExploredMap) -> tuple[Row, ...]:
     """Return what else is known of the surface: each layer's median, where it is known, and how it varies."""
     curvature = {layer.name: layer for layer in found.curvature if isinstance(layer, VertexLayer)}
     layers = (
-        ("friction", found.friction, 1.0, "", "scatters by", "while sliding"),
+        ("friction", found.friction, 1.0, "", "scatters by", FRICTION_NOTE),
         ("stiffness of the object", found.stiffness, 1e-3, "kN/m", "±", STIFFNESS_NOTE),
-        ("largest curvature", curvature["curvature_max"], 1.0, "1/m", "±", "convex is positive"),
-        ("smallest curvature", curvature["curvature_min"], 1.0, "1/m", "±", ""),
-        ("mean curvature", curvature["curvature_mean"], 1.0, "1/m", "±", "from the map"),
-        ("mean curvature", curvature["curvature_rolled"], 1.0, "1/m", "±", "from how normals turned"),
+        ("largest curvature", curvature.get("curvature_max"), 1.0, "1/m", "±", "convex is positive"),
+        ("smallest curvature", curvature.get("curvature_min"), 1.0, "1/m", "±", ""),
+        ("mean curvature of the map", curvature.get("curvature_mean"), 1.0, "1/m", "±", ""),
+        ("mean curvature by normals", curvature.get("curvature_rolled"), 1.0, "1/m", "±", "from how they turned"),
     )
-    return tuple(_layer(*each) for each in layers if np.isfinite(each[1].mean).any())
+    return tuple(
+        _layer(name, layer, scale, unit, sign, note)
+        for name, layer, scale, unit, sign, note in layers
+        if layer is not None and np.isfinite(layer.mean).any()
+    )
 
 
 def _layer(name: str, layer: VertexLayer, scale: float, unit: str, sign: str, note: str) -> Row:
     known = np.isfinite(layer.mean)
-    value = scale * layer.mean[known]
-    low, high = np.percentile(value, [5.0, 95.0]).tolist()
-    share = 100.0 * float(known.mean())
-    said = [
-        f"{sign} {median_sd(layer, scale):.2g}",
-        f"{low:.3g} to {high:.3g} over nine tenths of where it is known, {share:.0f} % of the map",
-    ]
-    return (name, f"{float(np.median(value)):.3g}", unit, "; ".join([*said, *([note] if note else [])]))
+    value, sd = scale * layer.mean[known], median_sd(layer, scale)
+    middle, low, high = (f"{as_known(each, sd):.3g}" for each in np.percentile(value, [50.0, 5.0, 95.0]).tolist())
+    share = f"known on {100.0 * float(known.mean()):.0f} % of the map"
+    over = f"{low} all over" if low == high else f"{low} to {high} over nine tenths of that"
+    said = [*_deviation(float(middle), sd, sign), share, over, *([note] if note else [])]
+    return (name, middle, unit, "; ".join(said))
+
+
+def _deviation(value: float, sd: float, sign: str) -> list[str]:
+    if not math.isfinite(sd):
+        return []
+    return [f"{sign} {sd:.2g}" if sd >= NEGLIGIBLE * abs(value) else f"{sign} less than {NEGLIGIBLE:.1%}"]
+
+
+def as_known(value: float, sd: float) -> float:
+    """Return a value rounded to the second digit of its deviation: 8e-6 that are known to 0.1 are 0."""
+    return round(value, 1 - math.floor(math.log10(sd))) + 0.0 if 0.0 < sd < math.inf else value
 
 
 def median_sd(layer: VertexLayer, scale: float) -> float:
@@ -115,14 +138,19 @@ def median_sd(layer: VertexLayer, scale: float) -> float:
     return float(np.median(sd)) if len(sd) else math.nan
 
 
-def shape_report(shape: NamedShape) -> ShapeReport:
-    """Return what a report says of the shape."""
-    return ShapeReport(shape_sentence(shape), shape_rows(shape), candidate_rows(shape))
+def shape_report(shape: NamedShape, felt_little: bool = False) -> ShapeReport:
+    """Return what a report says of the shape; `felt_little` is `ExploredMap.felt_little`."""
+    sentence = shape_sentence(shape)
+    if felt_little and shape.kind is None:
+        sentence = f"Too little was felt to say which shape it is. {sentence}"
+    return ShapeReport(sentence, shape_rows(shape), candidate_rows(shape))
 
 
-def shape_name(shape: NamedShape) -> str:
-    """Return the shape in a word or three."""
-    return "none of these" if shape.kind is None else shape.kind.value
+def shape_name(shape: NamedShape, felt_little: bool = False) -> str:
+    """Return the shape in a word or three; `felt_little` likewise."""
+    if shape.kind is not None:
+        return shape.kind.value
+    return "unclear" if felt_little else "none of these"
 
 
 def shape_sentence(shape: NamedShape) -> str:

@@ -47,6 +47,9 @@ THIN = 4.0
 SHAPE_CONTACTS = 400
 """A shape is fitted to so many contacts, or, where rows are close, to one every distance of rows."""
 
+LITTLE = 0.25
+"""Share of what could be reached, of which less rules out no shape: a run that was cut short."""
+
 GROWTH_STEP = "how the map grew"
 
 STEPS = (
@@ -74,7 +77,8 @@ class ExploredMap:
         budget: Largest constant offset, by origin; the bias of the map's settings.
         friction: Tangential over normal force while sliding, at the vertices of the mesh.
         stiffness: Of the object alone [N/m], likewise; known where the force varied.
-        curvature: How it is bent there; see `palpate.mapping.curvature_layers`.
+        curvature: How it is bent there; see `palpate.mapping.curvature_layers`. Nothing of a line: it was
+            felt along it alone.
         shape: Which shape it is; None where too little was felt to say.
         error: Signed distance of each vertex to the true surface, positive outside, shape (n,) [m].
         reachable: The part of the true surface that the tip could have felt on its way, as samples.
@@ -107,6 +111,16 @@ class ExploredMap:
     def claimed(self) -> npt.NDArray[np.bool_]:
         """Which vertices are observed, shape (n,)."""
         return np.asarray(self.mesh.knowledge == Knowledge.OBSERVED)
+
+    @property
+    def is_line(self) -> bool:
+        """Whether the mesh is but a ribbon along a line, of which nothing is claimed."""
+        return bool(len(self.mesh.knowledge)) and not bool(self.claimed.any())
+
+    @property
+    def felt_little(self) -> bool:
+        """Whether less was felt than would rule out a shape: a line, or a small share of what could be reached."""
+        return self.is_line or self.observed_share < LITTLE
 
     @property
     def rms(self) -> float:
@@ -163,7 +177,7 @@ def explored_map(
         stiffness = stiffness_on(mesh, felt, surface.model, rows, config.force_period)
     else:  # what the force errs by at edges is no press: it would be told as a stiffness, far off
         stiffness = unknown_layer("stiffness", mesh)
-    curvature = curvature_layers(surface, mesh)
+    curvature = () if isinstance(scan, ContourScan) else curvature_layers(surface, mesh)
     tell(STEPS[3])
     apart = shape_spacing(cloud, config.gap)
     thin = cloud.thinned(apart)

@@ -134,7 +134,12 @@ def _standing(config: ExploreConfig) -> Triangles:
     assert config.file is not None  # ExploreConfig has made sure
     vertices, faces = read_facets(config.file)
     name = str(config.file)
-    if not len(vertices) or not np.isfinite(vertices).all():
+    if not len(faces):
+        kind = config.file.suffix.lstrip(".").upper() or "mesh"
+        raise InvalidValueError(
+            f"{name}: no triangles were found in it: is it really a file of kind {kind}, and whole?"
+        )
+    if not np.isfinite(vertices).all():
         return Triangles(vertices, faces, name)  # which says what is wrong
     size = config.scale * float(np.ptp(vertices, axis=0).max())
     if not SMALLEST <= size <= LARGEST:

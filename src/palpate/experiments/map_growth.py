@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
+from palpate.experiments.explored_map import ribbon_mesh
 from palpate.mapping import Knowledge, SurfaceMap, SurfaceMesh, TouchCloud, surface_mesh
 from palpate.mapping.mesh_figures import MeshFigures, voxel_for
 from palpate.reporting import GrowthCurve, GrowthReport, GrowthSnapshot
@@ -46,7 +47,7 @@ def map_growth(
         record: Of every period.
         learned: The map of it all.
         plans: Of the run.
-        worst: What of the map is shown.
+        worst: What of the map is shown; `EXTRAPOLATED` is the ribbon along a line, of which nothing is claimed.
         finest: Edge of the grid of the meshes, if the surface is small [m].
     """
     if not len(cloud):
@@ -63,10 +64,10 @@ def map_growth(
         if end > taken:
             surface.add(_part(thin, taken, end))
             taken = end
-            meshes.append(surface_mesh(surface, voxel, worst))
+            meshes.append(_mesh(surface, voxel, worst))
         else:
-            meshes.append(meshes[-1] if meshes else surface_mesh(surface, voxel, worst))
-    figures = [MeshFigures.of(mesh, worst) for mesh in meshes]
+            meshes.append(meshes[-1] if meshes else _mesh(surface, voxel, worst))
+    figures = [MeshFigures.of(mesh) for mesh in meshes]
     curve = GrowthCurve(
         time=until - record.time[0],
         contacts=np.searchsorted(cloud.time, until, side="right").astype(np.float64),
@@ -76,6 +77,10 @@ def map_growth(
         tail=np.array([each.tail for each in figures]),
     )
     return GrowthReport(curve, _snapshots(record, until, meshes, plans))
+
+
+def _mesh(surface: SurfaceMap, voxel: float, worst: Knowledge) -> SurfaceMesh:
+    return ribbon_mesh(surface, voxel) if worst is Knowledge.EXTRAPOLATED else surface_mesh(surface, voxel, worst)
 
 
 def _snapshots(

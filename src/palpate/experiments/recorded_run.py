@@ -4,12 +4,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol
 
+import numpy as np
+
+from palpate.experiments.change_account import ChangeAccount, account_of_changes
 from palpate.experiments.truth_recorder import TruthRecord, TruthRecorder
 from palpate.runtime import (
     Controller,
     FingerDescription,
     Limits,
     Observer,
+    Phase,
     Record,
     RunResult,
     Supervisor,
@@ -97,6 +101,20 @@ class RecordedRun:
     def changes(self) -> tuple[Change, ...]:
         """Live parameters that were changed, as they took effect."""
         return tuple(self._memory.changes)
+
+    def account_of_changes(self, work: Phase) -> tuple[ChangeAccount, ...]:
+        """Return what became of the changes that were asked for beforehand; `work` is what they are made for."""
+        record, live = self.record(), self._controller.live
+        if not len(record):
+            return ()
+        working = np.flatnonzero(record.phase == work.value)
+        return account_of_changes(
+            self._planned.changes(),
+            self._memory.changes,
+            {name: parameter.unit for name, parameter in live.parameters.items()},
+            first=float(record.time[0]),
+            work=float(record.time[working[0]]) if len(working) else None,
+        )
 
     def live_values(self, name: str, live: LiveParameters) -> list[float]:
         """Return a live parameter in every period.

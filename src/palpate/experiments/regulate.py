@@ -10,6 +10,7 @@ from palpate.controllers import Identification
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.regulate import Loss
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.change_account import ChangeAccount
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.recorded_run import RecordedRun
 from palpate.experiments.regulate_config import RegulateConfig
@@ -48,6 +49,7 @@ class Regulation:
         bounces: How often it was lost again before it had settled.
         guard_trips: How often gain and forward feed were halved because the loop swung.
         cost: Of the simulated scene.
+        changes: What became of the changes of live parameters that were asked for beforehand.
     """
 
     planned: RegulationPlan
@@ -61,6 +63,7 @@ class Regulation:
     bounces: int
     guard_trips: int
     cost: SceneCost
+    changes: tuple[ChangeAccount, ...] = ()
 
     @property
     def holding(self) -> BoolArray:
@@ -253,6 +256,7 @@ class Attempt:
             controller.bounces,
             controller.guard_trips,
             scene_cost(planned.backend.scene.model),
+            self._recorded.account_of_changes(Phase.HOLD),
         )
 
 

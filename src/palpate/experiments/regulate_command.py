@@ -8,7 +8,7 @@ from palpate.experiments.regulate import Attempt, prepared, write_regulation
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_plan import plan
 from palpate.experiments.regulate_report import regulation_report
-from palpate.experiments.run_told import INTERRUPTED, log_writer, tell_of
+from palpate.experiments.run_told import INTERRUPTED, STOPPED, log_writer, tell_of
 from palpate.reporting.regulation_report import regulation_table
 from palpate.runtime import Ending, result_until
 
@@ -26,11 +26,10 @@ def run_regulate(config: RegulateConfig) -> int:
         OSError: A file cannot be written.
     """
     console = Console()
-    planned = plan(config)
+    with console.status("planning"):
+        planned = plan(config)
     make_folder(config.out)
-    with (
-        console.status("pressing, to find stiffness and delay") if config.identify else console.status("planning")
-    ):
+    with console.status("pressing, to find stiffness and delay"):
         planned, found = prepared(planned)
     attempt, interrupted = Attempt(planned, found), False
     log = log_writer(planned)
@@ -42,8 +41,9 @@ def run_regulate(config: RegulateConfig) -> int:
             if until is None:
                 raise
             result, interrupted = until, True
-    regulation = attempt.found(result)
-    with console.status("drawing the report"):
+            console.print(STOPPED)
+    with console.status("working out figures, and drawing the report"):
+        regulation = attempt.found(result)
         files = write_regulation(regulation, config.out)
     console.print(regulation_table(regulation_report(regulation)))
     tell_of(console, result, files)

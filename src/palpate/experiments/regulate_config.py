@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.change_names import REGULATED, check_change_names
 from palpate.experiments.explore_config import LARGEST_SEED, LONGEST_PERIOD, MOST_FORCE
 
 PressedName = Literal["plate", "sphere"]
@@ -98,14 +99,17 @@ class RegulateConfig:
     stiffness: float | None = None
     """Of the simulated contact [N/m]. Left out: 20e3; 1e3 if the surface is soft."""
     assumed_stiffness: float | None = None
-    """What the gain is made for [N/m]: of contact and mount together. It may be off by a factor of 3. Left out:
-    the true one."""
+    """What the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be off by
+    a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on with
+    half of its gain; the report's margins have the numbers."""
     assumed_damping_time: float | None = None
     """Likewise damping per stiffness [s]: what is damped is pressed with a smaller gain. Left out: that of the
     simulated contact."""
     change: tuple[tuple[float, str, float], ...] = ()
     """Change force [N] or force_gain [m/s/N] while it runs: seconds after the start, name, new value, as in
-    --change 5 force 3. A profile moves with the force. The change is ramped, so that nothing jumps."""
+    --change 5 force 3. The start is that of the run: on the way down and while it lands, a change counts already
+    and what was to be held before is never held. A profile moves with the force. The change is ramped, so that
+    nothing jumps."""
     landing_speed: float | None = None
     """[m/s]. Left out: so that the force of landing exceeds the set one by no more than about 1 N, at most 5 mm/s;
     0.5 mm/s on a sine surface, which is then met near its turning point."""
@@ -141,8 +145,7 @@ class RegulateConfig:
             not_negative(name, getattr(self, name), unit)
         if self.assumed_damping_time is not None:
             not_negative("assumed_damping_time", self.assumed_damping_time, "s")
-        for time, name, _ in self.change:
-            not_negative(f"change of {name}", time, "s after the start")
+        check_change_names(self.change, REGULATED)
         for name, unit in (("force_noise", "N"), ("moment_noise", "N m")):
             if getattr(self, name) is not None:
                 not_negative(name, getattr(self, name), unit)

@@ -12,6 +12,9 @@ from palpate.reporting import KeyFigure
 LEAST_SAMPLED_DELAY = 1.5
 """Periods of control: a delay below that, as identified on a contact that is led, has no sampled model."""
 
+STABLE = "stable for a stiffness"
+"""Of feedback and of following the surface together: the one statement on what the stiffness may be off by."""
+
 
 def key_figures(regulation: Regulation) -> tuple[KeyFigure, ...]:
     """Return the figures that matter, most important first."""
@@ -91,9 +94,7 @@ def margins(planned: RegulationPlan) -> tuple[KeyFigure, ...]:
     figures = [
         KeyFigure("stiffness of contact and robot", gain.stiffness / 1e3, "kN/m", origin),
         KeyFigure("delay", 1e3 * gain.delay, "ms", origin, digits=3),
-        KeyFigure(
-            "force gain", 1e3 * gain.gain, "mm/s/N", f"loop gain {gain.loop_gain:.2g}, unstable from 1.57", 3
-        ),
+        KeyFigure("force gain", 1e3 * gain.gain, "mm/s/N", f"k K T = {gain.loop_gain:.2g}", 3),
     ]
     contact = planned.contact
     if contact is not None:
@@ -104,7 +105,7 @@ def margins(planned: RegulationPlan) -> tuple[KeyFigure, ...]:
                 "gain margin",
                 damped.gain_margin,
                 "",
-                "the stiffness may be so many times what it was taken for",
+                "of feedback alone, on a surface that is not followed",
                 3,
             ),
             KeyFigure("phase margin", damped.phase_margin_deg, "degrees", "of the model", digits=3),
@@ -114,14 +115,15 @@ def margins(planned: RegulationPlan) -> tuple[KeyFigure, ...]:
     if found is not None:
         figures += [
             KeyFigure("phase margin", found.phase_margin_deg, "degrees", "as measured", digits=3),
-            KeyFigure("contact stiffness", found.contact_stiffness / 1e3, "kN/m", "as identified"),
+            KeyFigure("stiffness of what is touched", found.contact_stiffness / 1e3, "kN/m", "as identified"),
             KeyFigure("contact damping time", 1e3 * found.damping_time, "ms", "as identified", 3),
         ]
     if gain.delay >= LEAST_SAMPLED_DELAY * period:
-        bears = stiffness_range(gain, planned.follow, period)
-        figures.append(
-            KeyFigure("true per assumed stiffness", _range(bears), "", "for which following the surface is stable")
-        )
+        whole, halved = (stiffness_range(gain, planned.follow, period, share) for share in (1.0, 0.5))
+        figures += [
+            KeyFigure(STABLE, _range(whole), "times", "what it is taken for; beyond, it swings"),
+            KeyFigure("once it swung", _range(halved), "times", "likewise: it goes on with half of the gain"),
+        ]
     return tuple(figures)
 
 

@@ -212,7 +212,8 @@ def plan(
     if config.least < least * (1.0 - 1e-12):
         raise InvalidValueError(
             f"force = {config.force:g} N: the profile goes down to {config.least:g} N and must stay above "
-            f"{least:g} N, {LEAST_FORCE:g} times what counts as a touch; press more, or swing less (--swing)"
+            f"{least:g} N, {LEAST_FORCE:g} times what counts as a touch, and below {most_force(limits):g} N; "
+            "press more, or swing less (--swing)"
         )
     sensing_delay = ready.finger.pipeline().delay
     period = ready.backend.period

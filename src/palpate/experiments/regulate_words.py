@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from palpate.controllers.regulate import Loss
+from palpate.experiments.change_account import change_rows, change_sentences
 from palpate.experiments.regulate import Regulation
 from palpate.experiments.regulate_config import FROM_FILES
 from palpate.experiments.regulate_plan import RegulationPlan
@@ -62,6 +63,7 @@ def outcome(regulation: Regulation) -> str:
         said = [f"Not finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
     else:
         said = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."]
+    said += change_sentences(regulation.changes, result.duration, "anything was held")
     if regulation.peak > limit:
         said.append(f"The true force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
     if regulation.guard_trips:
@@ -124,16 +126,16 @@ def settings(regulation: Regulation) -> tuple[tuple[str, str], ...]:
     return (
         ("object", f"{config.object}, {config.surface}{_course(config.surface, planned)}"),
         ("profile", f"{config.profile}{_profile(planned)}"),
-        ("held for", f"{planned.parameters.duration:g} s"),
+        ("to be held for", f"{planned.parameters.duration:g} s"),
         ("moved along the surface", _motion(planned)),
         ("force along", "the contact's normal" if axis is None else " ".join(f"{x:.3g}" for x in axis)),
-        ("contact stiffness", f"{config.true_stiffness / 1e3:g} kN/m"),
+        ("contact stiffness, simulated", f"{config.true_stiffness / 1e3:g} kN/m"),
         ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm"),
         ("sensor", f"{type(sensor).__name__}, drift {config.drift:g} N/min, seed {config.seed}"),
         ("landing speed", landing_words(planned)),
         ("robot", config.robot),
         ("simulated scene", str(regulation.cost)),
-        *((f"changed to {value:g} after {time:g} s", name) for time, name, value in config.change),
+        *change_rows(regulation.changes),
         ("control period", f"{1e3 * planned.period:g} ms"),
         *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),
     )

@@ -13,6 +13,9 @@ from palpate.runtime.log import LogWriter, new_log_path
 INTERRUPTED = 130
 """128 + SIGINT, the shell's convention: the run was cut short."""
 
+STOPPED = "Stopping: log and report are being written (Ctrl-C again leaves them)"
+"""Said at once after a Ctrl-C."""
+
 
 class WithFolder(Protocol):
     """A configuration that says where files go."""

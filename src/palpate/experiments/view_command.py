@@ -11,9 +11,11 @@ from palpate.experiments.explore import Attempt
 from palpate.experiments.explore_plan import ExplorationPlan
 from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import outcome
+from palpate.experiments.explored_map import STEPS
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.plan_watch import PlanWatch
-from palpate.experiments.run_told import INTERRUPTED, log_writer
+from palpate.experiments.progress import step_progress
+from palpate.experiments.run_told import INTERRUPTED, STOPPED, log_writer
 from palpate.experiments.view_config import ViewConfig
 from palpate.experiments.view_growth import plans_of_log, surface_view
 from palpate.experiments.view_pictures import write_still, write_video
@@ -64,10 +66,12 @@ def _watch(config: ViewConfig, console: Console) -> int:
             if found is None:
                 raise
             result, interrupted = found, True
+            _say(console, STOPPED)
         view.run_over()
         if not view.makes_surface:
             _say(console, "The process that makes the map's surface has ended: the view goes on without it")
-        exploration = attempt.found(result)
+        with step_progress(console, STEPS) as tell:
+            exploration = attempt.found(result, tell)
         _say(console, outcome(exploration))
         if result.recording is not None and result.recording.path is not None:
             _say(console, f"Log: {result.recording.path}; watch it again: palpate view {result.recording.path}")

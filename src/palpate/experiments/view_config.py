@@ -27,7 +27,7 @@ class ViewConfig:
     """
 
     log: LogPlace = None
-    """Log file (.mcap) of `palpate explore`; a folder stands for its latest.mcap."""
+    """Log file (.mcap) of `palpate explore` or `palpate regulate`; a folder stands for its latest.mcap."""
     speed: float = 1.0
     """How many times as fast as in reality; inf: as fast as it can be computed."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()

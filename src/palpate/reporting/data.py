@@ -36,9 +36,11 @@ class KeyFigure:
 
     @property
     def text(self) -> str:
-        """The value as shown."""
+        """The value as shown; a dash where there is none."""
         if isinstance(self.value, str):
             return self.value
+        if math.isnan(self.value):
+            return "-"
         if math.isfinite(self.value) and self.value == round(self.value) and abs(self.value) < 1e6:
             return f"{self.value:.0f}"
         if 10.0**self.digits <= abs(self.value) < 1e6:

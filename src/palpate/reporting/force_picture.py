@@ -21,8 +21,11 @@ from palpate.reporting.style import (
 )
 
 
-def force_overview(series: TimeSeries) -> Picture:
-    """Return the picture of normal force and speed over the whole run."""
+def force_overview(series: TimeSeries) -> Picture | None:
+    """Return the picture of normal force and speed over the whole run; None if nothing was felt."""
+    felt = (series.measured_force, series.true_force)
+    if not any(np.isfinite(force).any() for force in felt if force is not None):
+        return None
     return Picture(
         title="Normal force over the run",
         caption=(

@@ -11,6 +11,9 @@ from palpate.mapping.layers import VertexLayer
 from palpate.reporting.map_picture import SHOWN_PERCENT, from_above
 from palpate.reporting.style import ERROR_COLOURS, HEIGHT_COLOURS, Picture, Width, new_figure
 
+NEGLIGIBLE = 1e-3
+"""Of a value: of a smaller deviation nobody needs the digits."""
+
 
 @dataclass(frozen=True, slots=True)
 class LayerLook:
@@ -77,7 +80,8 @@ def layer_picture(mesh: SurfaceMesh, layer: VertexLayer) -> Picture | None:
     limits = _limits(value[known], max(look.least, 2.0 * spread), look.signed)
     colours = ERROR_COLOURS if look.signed else HEIGHT_COLOURS
     from_above(figure, figure.subplots(), mesh, value, colours, limits, label)
-    deviation = f" {look.deviation} {spread:.2g}" if spread else ""
+    told = spread >= NEGLIGIBLE * abs(float(np.median(value[known])))
+    deviation = f" {look.deviation} {spread:.2g}" if spread and told else ""
     share = f"{100.0 * float(known.mean()):.0f}"
     grey = "" if share == "100" else f" Known on {share} % of the map."
     return Picture(

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
-from palpate.mapping import SurfaceMesh
+from palpate.mapping import Knowledge, SurfaceMesh
 from palpate.reporting.error_picture import GROUND
 from palpate.reporting.map_data import MapReport
 from palpate.reporting.style import (
@@ -32,18 +32,21 @@ MISSED_DRAWN = 4000
 """Marks drawn of what was not observed: more cover each other."""
 
 
-def map_picture(told: MapReport) -> Picture:
-    """Return errors, if they are known, and standard deviations of a map with at least one triangle."""
+def map_picture(told: MapReport) -> Picture | None:
+    """Return errors, if they are known, and standard deviations of a map; None if nothing of it is claimed."""
+    claimed = told.mesh.knowledge == Knowledge.OBSERVED
+    if not claimed.any():
+        return None
     panels = 1 if told.error is None else 2
     full = new_figure(Width.HALF if panels == 1 else Width.FULL, 4.7)
     narrow = new_figure(Width.HALF, 4.6 * panels) if panels == 2 else None
     _draw(told, full, full.subplots(1, panels, squeeze=False).ravel().tolist())
     if narrow is not None:
         _draw(told, narrow, narrow.subplots(panels, 1, squeeze=False).ravel().tolist())
-    band = MICRO * told.mesh.band()
+    band = MICRO * told.mesh.band()[claimed]
     inside = ""
     if told.error is not None:
-        share = 100.0 * float(np.mean(np.abs(MICRO * told.error) <= band))
+        share = 100.0 * float(np.mean(np.abs(MICRO * told.error[claimed]) <= band))
         inside = f" {share:.1f} % of the true errors are inside it."
     return Picture(
         title="The map and its uncertainty",

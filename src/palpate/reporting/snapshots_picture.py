@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -37,6 +37,9 @@ MARK_COLOURS = ("#ffffff", "#e69f00", "#cc79a7", "#56b4e9", "#f0e442")
 LARGEST_MARK, SMALLEST_MARK = 8.5, 5.0
 """Of the first event and of the last [points]: later ones do not cover it where they share a place."""
 
+PALE = ListedColormap(["#f4f5f7"])
+"""Of what is drawn on and not claimed."""
+
 DONE_POINTS = 3000
 """The way is drawn with about so many points: more than pixels can tell apart."""
 
@@ -60,19 +63,25 @@ def snapshots_picture(told: GrowthReport) -> Picture:
     events = _events(told.snapshots[-1])
     counts = "; ".join(f"{len(places)} x {event}" for event, places in events.items())
     marks = f" Marks: {counts}." if counts else ""
-    ground = "where the ground is grey, nothing was known"
-    if not told.curve.area.any():
-        ground = "contacts are too far apart, or on one line: nothing of the surface counts as observed"
     return Picture(
         title="The map while it grew",
-        caption=(
-            "Seen from above; over each, the area observed and its median standard deviation. The colour tells "
-            f"the standard deviation of the surface's place; {ground}. Dashed: "
-            f"what the leg of that moment had still before it.{marks}"
-        ),
+        caption=f"{_known(told)} Dashed: what the leg of that moment had still before it.{marks}",
         full=full,
         narrow=narrow,
         dense=True,
+    )
+
+
+def _known(told: GrowthReport) -> str:
+    """What is seen of the map, in words."""
+    if not told.curve.area.any():
+        return (
+            "Seen from above. Contacts are too far apart, or on one line: nothing of the surface counts as "
+            "observed, and what is drawn on beside a line is pale."
+        )
+    return (
+        "Seen from above; over each, the area observed and its median standard deviation. The colour tells the "
+        "standard deviation of the surface's place; where the ground is grey, nothing was known."
     )
 
 
@@ -83,7 +92,7 @@ def _figure(told: GrowthReport, width: Width, across: int, limits: FloatArray) -
     figure = new_figure(width, HEADER + rows * (shape * (panel - 0.7) + 0.6))
     axes = figure.subplots(rows, across, squeeze=False).ravel().tolist()
     most = MICRO * max(told.largest_sd, 1e-9)
-    norm = Normalize(0.0, most)
+    norm = Normalize(0.0, most) if told.curve.area.any() else None
     names = list(_events(told.snapshots[-1]))
     for each, place in zip(told.snapshots, axes, strict=False):
         _draw(each, place, norm, names)
@@ -97,7 +106,7 @@ def _figure(told: GrowthReport, width: Width, across: int, limits: FloatArray) -
         place.set_ylim(*limits[1].tolist())
     for place in axes[len(told.snapshots) :]:
         place.set_visible(False)
-    if told.curve.area.any():
+    if norm is not None:
         _add_bar(figure, axes, norm)
     legend_above(figure, axes, 4 if width is Width.FULL else 3)
     return figure
@@ -113,7 +122,8 @@ def _add_bar(figure: Figure, axes: Sequence[Axes], norm: Normalize) -> None:
     bar.update_ticks()
 
 
-def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize, events: Sequence[str]) -> None:
+def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequence[str]) -> None:
+    """Draw a map with its way and marks; without a scale of deviations it is not coloured."""
     mesh = each.mesh
     if len(mesh.triangles):
         order = np.argsort(mesh.vertices[mesh.triangles, 2].mean(axis=1), kind="stable")  # the upper ones last
@@ -123,7 +133,7 @@ def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize, events: Sequence[st
             MILLI * mesh.vertices[:, 1],
             corners,
             facecolors=MICRO * mesh.sd[corners].mean(axis=1),
-            cmap=HEIGHT_COLOURS,
+            cmap=PALE if norm is None else HEIGHT_COLOURS,
             norm=norm,
             edgecolors="face",
             linewidth=0.2,
@@ -158,6 +168,8 @@ def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize, events: Sequence[st
 
 def _heading(told: GrowthReport, moment: int) -> str:
     curve = told.curve
+    if not curve.area.any():
+        return f"{share_text(told, moment)} of the way, {curve.time[moment]:.1f} s"
     known = f"{AREA * curve.area[moment]:.3g} cm²"
     if np.isfinite(curve.middle[moment]):
         known += f", sd {MICRO * curve.middle[moment]:.3g} µm"

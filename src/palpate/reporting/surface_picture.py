@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 from palpate.errors import FloatArray
-from palpate.mapping import SurfaceMesh, TouchCloud
+from palpate.mapping import Knowledge, SurfaceMesh, TouchCloud
 from palpate.reporting.data import IndexArray, TrueSurface
 from palpate.reporting.style import (
     FONT_SIZE,
@@ -95,6 +95,8 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
         caption = (
             "The map with the path of the finger: where contacts lie on all sides; holes and what is beyond the "
             "rim were not felt."
+            if (mesh.knowledge == Knowledge.OBSERVED).any()
+            else "The finger's path. The ribbon along it is drawn on, not claimed: beside it nothing was felt."
         )
     return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
 
@@ -128,7 +130,7 @@ def _empty_view(view: View) -> tuple[Figure, Axes3D]:
         axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
         axis.set_pane_color((0.97, 0.975, 0.98, 1.0))
         axis.set_tick_params(labelsize=FONT_SIZE - 1.5, colors=QUIET)
-        axis.set_major_locator(_few_ticks(share))
+        axis.set_major_locator(few_ticks(share))
         axis.get_major_formatter().set_useOffset(False)
     axes.zaxis.labelpad = -2.0  # else it is cut off at the rim
     colours = ScalarMappable(view.norm, HEIGHT_COLOURS)
@@ -139,7 +141,7 @@ def _empty_view(view: View) -> tuple[Figure, Axes3D]:
     return figure, axes
 
 
-def _few_ticks(share: float) -> MaxNLocator:
+def few_ticks(share: float) -> MaxNLocator:
     """Ticks of an axis that is `share` of the longest."""
     return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
 

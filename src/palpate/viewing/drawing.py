@@ -139,6 +139,8 @@ class Drawing:
                 surface.fail(feed.failed)
         elif grown is not None:
             surface.show(grown)
+        if feed.failed is None:
+            surface.tell_lateness(feed.behind)
         surface.follow_choice()
         if surface.shows_points != self._contacts.visible:
             self._contacts.visible = surface.shows_points

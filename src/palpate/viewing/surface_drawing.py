@@ -31,6 +31,9 @@ SHOWN_PERCENT = 98.0
 LIFT = 2e-4
 """How far outside its place a surface is drawn [m]: the object's own, which is translucent, would lie over it."""
 
+LATE = 2.0
+"""A surface that is so far behind the contacts is not what was felt [s]: usual ones take a second."""
+
 STOPS = 9
 """Colours of a legend's bar, between which the browser blends."""
 
@@ -63,6 +66,7 @@ class SurfaceDrawing:
             self._legend = server.gui.add_html(_PADDED.format(""))
             self._points = server.gui.add_checkbox("contacts", False)
             self._says = server.gui.add_html(_PADDED.format("nothing felt yet"))
+            self._late = server.gui.add_html("")
         self._chosen = self.colouring
         self._points_shown = False
 
@@ -79,12 +83,20 @@ class SurfaceDrawing:
     def fail(self, why: str) -> None:
         """Say why there is no surface any more; the contacts stand in for it."""
         self._drop()
+        self._late.content = ""
         self._points.value = True  # type: ignore[misc]  # it has a setter, which mypy does not find
         self._says.content = _PADDED.format(html.escape(why))
+
+    def tell_lateness(self, behind: float) -> None:
+        """Say how much of what was felt is not in the surface yet [s], where that is worth a word."""
+        said = late(behind)
+        if said != self._late.content:
+            self._late.content = said
 
     def clear(self) -> None:
         """Forget the surface."""
         self._surface = None
+        self._late.content = ""
         self._range.clear()
         self._drop()
 
@@ -191,6 +203,13 @@ def said_of(surface: GrownSurface) -> str:
     if math.isfinite(figures.middle):
         said.append(f"sd {1e3 * figures.middle:.2g} mm (median), {1e3 * figures.tail:.2g} mm (95 %)")
     return " &middot; ".join(said)
+
+
+def late(behind: float) -> str:
+    """Return how far behind a surface is [s], as HTML; nothing where nobody would notice."""
+    if behind < LATE:
+        return ""
+    return _PADDED.format(f"<b>the map is {behind:.0f} s behind what was felt: more of it is being worked out</b>")
 
 
 def _span(kind: Colouring, value: FloatArray, before: tuple[float, float] | None) -> tuple[float, float]:

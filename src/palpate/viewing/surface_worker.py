@@ -4,6 +4,7 @@ Neither the loop nor the pictures wait for it: contacts gather until it has answ
 go to it at once; so what it answers is always of the newest. If it ends, the view goes on without a surface.
 """
 
+import math
 import os
 import signal
 from contextlib import suppress
@@ -16,7 +17,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.viewing.frames import Frames
-from palpate.viewing.surface_grower import CONTACT_WIDTH, SurfaceGrower, contacts_of
+from palpate.viewing.surface_grower import CONTACT_WIDTH, TIME, SurfaceGrower, contacts_of
 from palpate.viewing.surface_view import GrownSurface, SurfaceView
 
 NICENESS = 15
@@ -105,12 +106,21 @@ class SurfaceFeed:
         self._pipe, self._view = connection, view
         self._run, self._busy = 0, False
         self._waiting: list[FloatArray] = []
+        self._first = 0.0
         self._asked, self._due = 0.0, 0.0
+        self._newest, self._sent, self._shown = -math.inf, -math.inf, -math.inf  # last contacts' times [s]
 
     @property
     def waiting(self) -> int:
         """Contacts that were not sent yet."""
         return sum(len(part) for part in self._waiting)
+
+    @property
+    def behind(self) -> float:
+        """How much was felt since what the last surface was made from [s], by the run's clock; 0 if nothing."""
+        if self._newest == -math.inf:
+            return 0.0
+        return self._newest - max(self._shown, self._first)
 
     def add(self, frames: Frames) -> None:
         """Take the contacts of some periods."""
@@ -119,6 +129,9 @@ class SurfaceFeed:
         contacts = contacts_of(frames, self._view)
         if not len(contacts):
             return
+        if self._newest == -math.inf:
+            self._first = float(contacts[0, TIME])
+        self._newest = float(contacts[-1, TIME])
         self._waiting.append(contacts)
         if self.waiting > MOST_WAITING:
             self._waiting = [np.concatenate(self._waiting)[::2]]
@@ -127,6 +140,7 @@ class SurfaceFeed:
         """Begin anew."""
         self._run += 1
         self._waiting = [np.zeros((0, CONTACT_WIDTH))]  # tells the process, too
+        self._newest = self._sent = self._shown = -math.inf
         self._due = 0.0
 
     def take(self) -> GrownSurface | None:
@@ -137,7 +151,7 @@ class SurfaceFeed:
             found = self._hear()
             if not self._busy and self._waiting and monotonic() >= self._due:
                 self._pipe.send(Batch(self._run, np.concatenate(self._waiting)))
-                self._waiting, self._busy, self._asked = [], True, monotonic()
+                self._waiting, self._busy, self._asked, self._sent = [], True, monotonic(), self._newest
         except (EOFError, OSError):
             self.failed = "the process that makes the map has ended: the view goes on without it"
             return None
@@ -155,6 +169,7 @@ class SurfaceFeed:
         if isinstance(answer.surface, str):
             self.failed = f"the map cannot be drawn: {answer.surface}"
             return None
+        self._shown = self._sent
         return answer.surface
 
 

@@ -1,0 +1,243 @@
+"""What a run tells of itself: changes that took effect or did not, and nothing claimed that is not known."""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.controllers.paths import Enough
+from palpate.errors import InvalidValueError
+from palpate.experiments.change_account import account_of_changes, change_rows, change_sentences
+from palpate.experiments.change_names import EXPLORED, REGULATED
+from palpate.experiments.explore import carry_out, explore
+from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore_plan import plan as explore_plan
+from palpate.experiments.explore_report import exploration_report, outcome
+from palpate.experiments.explore_tables import as_known, layer_rows, map_rows
+from palpate.experiments.regulate import regulate
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_figures import margins
+from palpate.experiments.regulate_plan import plan as regulate_plan
+from palpate.experiments.regulate_report import regulation_report
+from palpate.experiments.regulate_words import outcome as regulated_outcome
+from palpate.mapping.layers import VertexLayer
+from palpate.reporting.force_picture import force_overview
+from palpate.reporting.map_picture import map_picture
+from palpate.reporting.report import _growth_parts, _map_parts
+from palpate.runtime import Ending
+from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
+
+BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
+PERIOD = 1e-3
+
+# --- changes ---
+
+
+def made_in(asked, first, duration):
+    """The changes that a loop makes, as a log keeps them."""
+    live = LiveParameters(LiveParameter("force", 2.0, 0.0, 9.0, 1.0, "N", "force"))
+    scheduled, made = ScheduledChanges(live, asked), []
+    for k in range(round(duration / PERIOD) + 1):
+        made += scheduled.step(first + k * PERIOD)
+    return made
+
+
+@given(
+    st.lists(st.integers(0, 60).map(lambda k: 0.005 * k), unique=True, max_size=5),
+    st.floats(-1e3, 1e3),
+    st.integers(1, 200).map(lambda k: k * PERIOD),
+)
+def test_a_change_took_effect_when_it_was_due_or_the_run_was_over_before(times, first, duration):
+    asked = [Change(time, "force", 1.0 + time) for time in times]
+    made = made_in(asked, first, duration)
+    told = account_of_changes(asked, made, {"force": "N"}, first=first, work=None)
+    assert [each.asked.time for each in told] == sorted(times)
+    for each in told:
+        if each.made is None:
+            assert each.asked.time > duration - 1e-9
+        else:
+            assert each.asked.time - 1e-9 <= each.made <= each.asked.time + PERIOD + 1e-9
+    assert len([each for each in told if each.made is not None]) == len(made)
+
+
+def test_what_was_changed_live_or_before_is_not_what_was_asked_for():
+    asked = [Change(0.01, "force", 3.0), Change(0.5, "force", 3.0)]
+    made = [Change(0.002, "force", 3.0), Change(0.01, "force", 3.0), Change(0.02, "force", 4.0)]
+    told = account_of_changes(asked, made, {"force": "N"}, first=0.0, work=0.0)
+    assert [each.made for each in told] == [0.01, None]
+
+
+def test_what_became_of_changes_is_said():
+    asked = [Change(0.01, "force", 4.0), Change(0.1, "force", 3.0), Change(500.0, "force", 2.5)]
+    told = account_of_changes(asked, made_in(asked, 0.0, 0.2), {"force": "N"}, first=0.0, work=0.05)
+    early, late, never = change_sentences(told, 0.2, "anything was held")
+    assert early.startswith("Changed before anything was held: force to 4 N after 0.01 s; times count from")
+    assert late == "Changed: force to 3 N after 0.1 s."
+    assert never == "NOT changed: force to 2.5 N after 500 s; the run took 0.2 s."
+    assert [value for _, value in change_rows(told)][2] == "force to 2.5 N after 500 s: not reached"
+    assert change_sentences((), 0.2, "") == ()
+
+
+def test_a_change_that_is_never_reached_or_comes_before_the_holding_is_in_the_account():
+    early = regulate(RegulateConfig(duration=0.6, change=((0.1, "force", 3.0), (500.0, "force", 4.0))))
+    said = regulated_outcome(early)
+    assert "Changed before anything was held: force to 3 N" in said
+    assert "NOT changed: force to 4 N after 500 s" in said
+    assert "force to 4 N after 500 s: not reached" in dict(regulation_report(early).settings).values()
+    assert early.set_force[early.holding] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "plan", "names"),
+    [(ExploreConfig, explore_plan, EXPLORED), (RegulateConfig, regulate_plan, REGULATED)],
+)
+def test_a_misspelt_change_is_refused_before_anything_is_planned(kind, plan, names):
+    """And nothing is refused that the controller knows."""
+    with pytest.raises(
+        InvalidValueError, match="change after 5 s: no live parameter is called 'forse'; did you mean"
+    ):
+        kind(change=((5.0, "forse", 4.0),))
+    assert tuple(plan(kind()).controller().live.parameters) == names
+
+
+# --- nothing is claimed of a line ---
+
+
+@functools.cache
+def edge():
+    return explore(
+        ExploreConfig(object="box", size=(0.03, 0.02, 0.02), strategy="contour", curve="edge", speed=0.04)
+    )
+
+
+def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
+    found = edge()
+    assert found.map.is_line
+    report = exploration_report(found)
+    figures = {figure.name: figure.text for figure in report.summary}
+    assert figures["map"] == "a line"
+    assert figures["shape"] == "unclear"
+    told = " ".join(" ".join(row) for row in (*map_rows(found.map), *layer_rows(found.map)))
+    for claim in ("observed", "curvature", "band", "standard deviation", "inside"):
+        assert not any(claim in name for name in figures)
+        assert claim not in told
+    assert "drawn on, not claimed" in told
+    assert "friction" in told  # of which the line itself tells
+
+
+def test_pictures_of_a_line_claim_nothing():
+    report = exploration_report(edge())
+    assert map_picture(report.map) is None
+    parts = " ".join(_map_parts(report.map) + _growth_parts(report.growth))
+    assert not report.growth.curve.area.any()
+    for claim in ("95 % band", "true errors", "are observed", "area observed"):
+        assert claim not in parts
+    assert "nothing of the surface counts as observed" in parts
+    assert all(len(each.mesh.triangles) for each in report.growth.snapshots[1:]), "the ribbon is drawn"
+
+
+@pytest.fixture(scope="module")
+def raster():
+    return explore(ExploreConfig(**BALL, width=0.008, depth=0.006))
+
+
+def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
+    assert not raster.map.is_line
+    figures = {figure.name for figure in exploration_report(raster).summary}
+    assert {"observed of the reachable", "true errors inside that band", "mean curvature of the map"} <= figures
+    assert "% of the true errors are inside it" in map_picture(exploration_report(raster).map).caption
+    names = [row[0] for row in (*map_rows(raster.map), *layer_rows(raster.map))]
+    assert len(set(names)) == len(names), "two rows of one name tell two things"
+
+
+# --- figures as they are known ---
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-9, 1e3))
+def test_a_value_is_rounded_by_far_less_than_it_is_known(value, sd):
+    rounded = as_known(value, sd)
+    assert abs(rounded - value) <= 0.051 * sd + 1e-15 * abs(value)
+    assert as_known(value, math.nan) == value
+
+
+def test_a_deviation_that_nobody_needs_is_not_spelt_out(raster):
+    at = len(raster.map.mesh.vertices)
+    alike = VertexLayer("friction", np.full(at, 0.3), np.full(at, 9.4e-6))
+    row = layer_rows(dataclasses.replace(raster.map, friction=alike))[0]
+    assert row[1] == "0.3"
+    assert row[3].startswith("scatters by less than 0.1%; known on 100 % of the map; 0.3 all over; ")
+    scattered = VertexLayer("friction", np.linspace(0.2, 0.4, at), np.full(at, 0.02))
+    said = layer_rows(dataclasses.replace(raster.map, friction=scattered))[0][3]
+    assert said.startswith("scatters by 0.02; known on 100 % of the map; 0.21 to 0.39 over")
+
+
+def test_where_little_was_felt_no_shape_is_ruled_out(raster):
+    shape = dataclasses.replace(raster.map.shape, kind=None)
+    for share, name in ((0.06, "unclear"), (1.0, "none of these")):
+        felt = np.arange(len(raster.map.found)) < share * len(raster.map.found)
+        cut = dataclasses.replace(raster, map=dataclasses.replace(raster.map, shape=shape, found=felt))
+        report = exploration_report(cut)
+        assert {figure.name: figure.value for figure in report.summary}["shape"] == name
+        assert report.shape.sentence.startswith("Too little") is (name == "unclear")
+
+
+def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(raster):
+    for error, told in ((1e-6, False), (5e-6, True)):
+        off = np.zeros(len(raster.cloud))
+        off[3] = error
+        report = exploration_report(dataclasses.replace(raster, point_error=off))
+        assert bool(report.error_note) is told
+
+
+# --- how it ended ---
+
+
+def test_an_interruption_without_marks_speaks_of_none(raster):
+    run = dataclasses.replace(raster.run, ending=Ending.INTERRUPTED)
+    assert outcome(dataclasses.replace(raster, run=run)).startswith("Not finished (interrupted) after ")
+
+
+@pytest.mark.parametrize(
+    ("given", "enough"),
+    [({"time": 0.5}, Enough.SPENT), ({"accuracy": 1e-3}, Enough.REACHED), ({"accuracy": 1e-7}, Enough.EXHAUSTED)],
+)
+def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, enough):
+    found = carry_out(explore_plan(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given)))
+    assert found.enough is enough
+    assert outcome(found).startswith("Finished: ")
+    assert f"; {enough.value}; the robot is at rest." in outcome(found)
+    if found.map.claimed.any():
+        figures = {figure.name: figure.value for figure in exploration_report(found).summary}
+        assert figures["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
+
+
+# --- a regulation ---
+
+
+def test_of_a_surface_that_is_not_there_no_force_is_drawn_and_no_number_made_up():
+    report = regulation_report(regulate(RegulateConfig(surface="missing")))
+    texts = {figure.name: figure.text for figure in report.summary}
+    assert texts["true force, RMS error"] == texts["sensed force, RMS error"] == "-"
+    assert "nan" not in texts.values()
+    assert force_overview(report.series) is None
+
+
+def test_what_the_stiffness_may_be_off_by_is_said_once_and_with_half_the_gain_by_three():
+    """The gain margin is of feedback alone, and larger; the help says a factor of 3."""
+    told = {figure.name: figure for figure in margins(regulate_plan(RegulateConfig()))}
+    softest, stiffest = (float(word) for word in told["stable for a stiffness"].value.split(" ")[:3:2])
+    assert softest < 0.5
+    assert 1.8 < stiffest < told["gain margin"].value
+    assert float(told["once it swung"].value.split(" ")[2]) > 3.0
+    assert not any("1.57" in figure.note for figure in told.values())
+
+
+def test_a_file_that_is_no_mesh_is_told_so(tmp_path):
+    file = tmp_path / "garbage.stl"
+    file.write_text("this is no mesh\n")
+    with pytest.raises(InvalidValueError, match=r"garbage\.stl: .*STL"):
+        explore_plan(ExploreConfig(object="mesh", file=file))
