@@ -1,0 +1,131 @@
+"""How often materials are taken for which: touches drawn as the library says they come, and answers counted."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.friction.estimate import SensorErrors
+from palpate.friction.material import PARAMETERS, Material
+from palpate.friction.material_library import MaterialLibrary
+from palpate.friction.next_touch import touch_error
+from palpate.friction.recognition import Answer, Recognition, recognise
+from palpate.friction.stroke_plan import PlannedSlip
+from palpate.friction.touch_evidence import STROKE_ROW, Touch, twist_row
+
+IntArray = npt.NDArray[np.int64]
+
+UNKNOWN = "unknown"
+"""Name of the last column of a confusion matrix."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Confusion:
+    """How often which material was taken for which.
+
+    Attributes:
+        truths: What was touched, one for each row.
+        answers: What it was taken for, one for each column, the last of them `UNKNOWN`.
+        counts: Shape (rows, columns).
+    """
+
+    truths: tuple[str, ...]
+    answers: tuple[str, ...]
+    counts: IntArray
+
+    def __post_init__(self) -> None:
+        if self.counts.shape != (len(self.truths), len(self.answers)) or (self.counts < 0).any():
+            raise InvalidValueError(
+                f"counts has shape {self.counts.shape}: must be ({len(self.truths)}, {len(self.answers)}), "
+                "nothing below 0"
+            )
+
+    @property
+    def shares(self) -> FloatArray:
+        """Of each row; NaN where it is empty. Shape (rows, columns)."""
+        total = self.counts.sum(axis=1, keepdims=True)
+        return np.asarray(np.where(total > 0, self.counts / np.maximum(total, 1), np.nan))
+
+    @property
+    def right(self) -> float:
+        """Share of all answers that name what it was, `UNKNOWN` for what is in no column; NaN without any."""
+        total = int(self.counts.sum())
+        columns = [self.answers.index(truth if truth in self.answers else UNKNOWN) for truth in self.truths]
+        good = int(self.counts[np.arange(len(self.truths)), columns].sum())
+        return good / total if total else float("nan")
+
+
+def confusion(library: MaterialLibrary, cases: Iterable[tuple[str, Recognition]]) -> Confusion:
+    """Return the confusion matrix of some cases: what was touched, and what was made of it.
+
+    The answer is the likeliest material, also where more touches were asked for, or `UNKNOWN`. What is not in the
+    library gets a row of its own, below the others.
+    """
+    answers = (*library.names, UNKNOWN)
+    rows: dict[str, list[int]] = {name: [0] * len(answers) for name in library.names}
+    for truth, found in cases:
+        row = rows.setdefault(truth, [0] * len(answers))
+        row[answers.index(UNKNOWN if found.answer is Answer.UNKNOWN else found.best)] += 1
+    return Confusion(tuple(rows), answers, np.array(list(rows.values()), dtype=np.int64))
+
+
+def drawn_touches(
+    material: Material,
+    slips: Sequence[PlannedSlip],
+    rng: np.random.Generator,
+    errors: SensorErrors | None = None,
+    specimen: FloatArray | None = None,
+) -> list[Touch]:
+    """Return touches of one specimen drawn at random, with the material's scatter and the sensor's errors.
+
+    Args:
+        material: That is touched.
+        slips: Strokes and twists to make.
+        rng: Source of chance.
+        errors: Of the sensor; those of the Nano17 class if not given.
+        specimen: ln mu_k, ln c, gamma and p of it, shape (4,); drawn if not given.
+    """
+    errors = errors or SensorErrors()
+    if specimen is None:
+        specimen = drawn_specimen(material, rng)
+    touches = []
+    for slip in slips:
+        h = np.array(STROKE_ROW if slip.spin == 0.0 else twist_row(slip.normal_force))
+        here = specimen + np.sqrt(material.scatter.variances) * rng.normal(size=PARAMETERS)
+        speed = float(np.hypot(slip.speed, material.spin_length_at(slip.normal_force) * slip.spin))
+        log_ratio = float(h @ here) + float(np.log(material.friction_at(speed) / material.kinetic_friction))
+        error = float(touch_error(slip, np.exp(log_ratio), errors))
+        ratio = float(np.exp(log_ratio + error * rng.normal()))
+        if slip.spin == 0.0:
+            touches.append(Touch.stroke(ratio, error, slip.speed))
+        else:
+            touches.append(Touch.twist(ratio, error, slip.normal_force, slip.spin))
+    return touches
+
+
+def drawn_specimen(material: Material, rng: np.random.Generator) -> FloatArray:
+    """Return ln mu_k, ln c, gamma and p of a specimen of a material drawn at random, shape (4,)."""
+    return np.asarray(material.parameters + np.sqrt(material.specimen.variances) * rng.normal(size=PARAMETERS))
+
+
+def confusion_trials(
+    library: MaterialLibrary, slips: Sequence[PlannedSlip], trials: int, rng: np.random.Generator
+) -> Confusion:
+    """Return how often each material of a library is taken for which after the same touches.
+
+    Args:
+        library: Of materials.
+        slips: Strokes and twists that are made on every specimen.
+        trials: Specimens of each material.
+        rng: Source of chance.
+    """
+    return confusion(
+        library,
+        (
+            (material.name, recognise(library, drawn_touches(material, slips, rng)))
+            for material in library.materials
+            for _ in range(trials)
+        ),
+    )

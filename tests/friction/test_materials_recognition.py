@@ -1,0 +1,287 @@
+"""Materials told apart by touch: Bayes by brute force, order, scale, bounds, and tests that keep their rate."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binom, multivariate_normal
+
+from palpate.errors import InvalidValueError
+from palpate.friction.grasp_seed import grasp_seed
+from palpate.friction.material import Deviations, Material
+from palpate.friction.material_library import MaterialLibrary
+from palpate.friction.material_trials import drawn_touches
+from palpate.friction.recognition import Answer, recognise
+from palpate.friction.stroke_plan import PlannedSlip
+from palpate.friction.surface_fit import SlipLoad, fit_limit_surface
+from palpate.friction.touch_evidence import NeverSlipped, Touch, twist_row
+from palpate.friction.touch_sums import STRANGER_DEVIATIONS
+from palpate.sim.friction.law import FrictionLaw
+
+STROKE, TWIST, FIRM_TWIST = PlannedSlip(2.0, 0.02, 0.0), PlannedSlip(2.0, 0.0, 3.0), PlannedSlip(5.0, 0.0, 3.0)
+SPECIMEN = Deviations(friction=0.015, spin_length=0.02, load_exponent=0.02, norm_exponent=0.05)
+
+
+def material(name, mu, e=3e-3, gamma=0.1, p=1.6, scatter=0.02, specimen=SPECIMEN, **more):
+    spread = Deviations(friction=scatter, spin_length=scatter, load_exponent=0.01, norm_exponent=0.05)
+    return Material(
+        name=name, kinetic_friction=mu, spin_length=e, load_exponent=gamma, norm_exponent=p,
+        scatter=spread, specimen=specimen, provenance="made up", **more,
+    )  # fmt: skip
+
+
+def library(*materials):
+    return MaterialLibrary(fingertip="made up", materials=materials)
+
+
+THREE = library(material("a", 0.4), material("b", 0.44, 2.5e-3, 0.3), material("c", 0.5, scatter=0.06))
+
+
+def mixed_touches(rng, count, of=THREE.materials[1]):
+    slips = [(STROKE, TWIST, FIRM_TWIST)[i] for i in rng.integers(3, size=count)]
+    return drawn_touches(of, slips, rng)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 6))
+@settings(deadline=None, max_examples=30)
+def test_the_posterior_is_that_of_one_big_normal_over_all_touches(seed, count):
+    """All logarithms at once: covariance H B H' + blocks of scatter and sensor."""
+    touches = mixed_touches(np.random.default_rng(seed), count)
+    prior = {"a": 2.0, "b": 1.0, "c": 0.5}
+    found = recognise(THREE, touches, prior, false_rejection=1e-300, calibration=0.0)
+    H = np.vstack([touch.rows for touch in touches])
+    y = np.concatenate([touch.values for touch in touches])
+    R = np.diag([touch.covariance[0, 0] for touch in touches])
+    log_weights = []
+    for each in THREE.materials:
+        S = np.eye(count) * (H @ np.diag(each.scatter.variances) @ H.T)
+        C = H @ np.diag(each.specimen.variances) @ H.T + S + R
+        log_weights.append(math.log(prior[each.name]) + multivariate_normal(H @ each.parameters, C).logpdf(y))
+    weights = np.exp(np.array(log_weights) - max(log_weights))
+    np.testing.assert_allclose(found.posterior, weights / weights.sum(), rtol=1e-6, atol=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=20)
+def test_the_order_of_touches_says_nothing(seed):
+    rng = np.random.default_rng(seed)
+    touches = [*mixed_touches(rng, 6), NeverSlipped.stroke(0.41), NeverSlipped.twist(1e-3, 2.0)]
+    one = recognise(THREE, touches)
+    other = recognise(THREE, [touches[i] for i in rng.permutation(len(touches))])
+    np.testing.assert_allclose(one.posterior, other.posterior, rtol=1e-9, atol=1e-300)
+    np.testing.assert_allclose(one.fit, other.fit, rtol=1e-9, atol=1e-300)
+    assert one.answer is other.answer
+
+
+@given(st.floats(0.1, 5.0), st.floats(0.1, 5.0), st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=20)
+def test_only_ratios_of_friction_and_of_lengths_count(by_friction, by_length, seed):
+    touches = mixed_touches(np.random.default_rng(seed), 4)
+    scaled = library(
+        *(
+            material(m.name, m.kinetic_friction * by_friction, m.spin_length * by_length, m.load_exponent,
+                     m.norm_exponent, m.scatter.friction)
+            for m in THREE.materials
+        )
+    )  # fmt: skip
+    logs = np.array([math.log(by_friction), math.log(by_length), 0.0, 0.0])
+    # without speed dependence speeds do not matter
+    moved = [
+        Touch(t.values + t.rows @ logs, t.rows, t.covariance, t.speed, t.spin, t.normal_force) for t in touches
+    ]
+    one, other = recognise(THREE, touches), recognise(scaled, moved)
+    np.testing.assert_allclose(one.posterior, other.posterior, rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(one.fit, other.fit, rtol=1e-7, atol=1e-12)
+
+
+def test_ten_thousand_touches_neither_underflow_nor_convince_of_the_wrong():
+    rng = np.random.default_rng(3)
+    found = recognise(THREE, mixed_touches(rng, 10_000))
+    assert np.isfinite(found.posterior).all()
+    assert found.posterior.sum() == pytest.approx(1.0)
+    assert found.best == "b"
+    assert found.answer is Answer.RECOGNISED
+    # densities themselves are beyond any float
+    assert found.known.log_likelihood.min() > 1000.0
+
+
+def test_what_is_particular_to_a_specimen_is_not_averaged_away():
+    """Half-way between two whose specimens differ by more than that, no number of touches decides."""
+    loose = Deviations(friction=0.1, spin_length=0.1)
+    both = library(material("a", 0.4, specimen=loose), material("b", 0.44, specimen=loose))
+    half = material("half", math.sqrt(0.4 * 0.44), specimen=Deviations(friction=0.0, spin_length=0.0))
+    found = recognise(both, drawn_touches(half, [STROKE] * 1000, np.random.default_rng(0)))
+    assert found.answer is Answer.UNDECIDED
+    assert found.posterior.min() > 0.4
+
+
+def test_an_error_of_calibration_that_all_touches_share_makes_nothing_unknown():
+    exact = library(material("a", 0.4, specimen=Deviations(friction=0.0, spin_length=0.0)))
+    off = [Touch.stroke(0.4 * 1.005, 0.004, 0.02)] * 400
+    assert recognise(exact, off, calibration=0.003).fit[0] > 0.05
+    assert recognise(exact, off, calibration=0.0).answer is Answer.UNKNOWN
+
+
+# 4 standard deviations of chance above the promised rate
+@pytest.mark.parametrize("slips", [[STROKE], [STROKE, TWIST, FIRM_TWIST], [STROKE] * 8, [TWIST, FIRM_TWIST] * 3])
+def test_the_true_material_is_refused_as_rarely_as_promised(slips):
+    rng, rate, trials = np.random.default_rng(len(slips)), 0.05, 300
+    alone = library(THREE.materials[1])
+    refused = sum(
+        recognise(alone, drawn_touches(alone.materials[0], slips, rng), false_rejection=rate).answer
+        is Answer.UNKNOWN
+        for _ in range(trials)
+    )
+    assert binom.sf(refused - 1, trials, rate) > 3e-5
+    # not much more cautious than that either: at most two tests share the rate
+    assert refused > 0.25 * rate * trials
+
+
+def test_outsiders_fit_nothing_by_place_or_by_scatter():
+    sure = {"speed": 0.02, "error": 0.004}
+    assert recognise(THREE, [Touch.stroke(0.9, **sure)] * 3).answer is Answer.UNKNOWN
+    assert recognise(THREE, [Touch.twist(0.4 * 6e-3, 0.004, 2.0, 3.0)] * 3).answer is Answer.UNKNOWN
+    # two surfaces on one object: on average as "a"
+    mixed = [Touch.stroke(0.4 * math.exp(sign * 0.12), **sure) for sign in (1.0, -1.0) * 4]
+    alone = library(THREE.materials[0])
+    assert recognise(alone, [Touch.stroke(0.4, **sure)] * 8).answer is Answer.RECOGNISED
+    assert recognise(alone, mixed).answer is Answer.UNKNOWN
+
+
+def test_nothing_is_recognised_without_touching_it():
+    assert recognise(library(THREE.materials[0]), []).answer is Answer.UNDECIDED
+    assert recognise(library(THREE.materials[0]), [NeverSlipped.stroke(0.0)]).answer is Answer.UNDECIDED
+    found = recognise(THREE, [], {"a": 3.0, "c": 1.0})
+    np.testing.assert_allclose(found.posterior, [0.75, 0.0, 0.25])
+    assert (found.fit == 1.0).all()
+
+
+def test_what_never_slipped_only_rules_out_less_friction():
+    weak, strong = material("weak", 0.2), material("strong", 0.8)
+    both = library(weak, strong)
+    for mu, expected in ((0.05, 0.5), (0.5, 0.0), (0.7, 0.0)):
+        found = recognise(both, [NeverSlipped.stroke(mu)])
+        assert found.posterior[0] == pytest.approx(expected, abs=1e-6)
+    # holding it again is no new evidence
+    once, often = (recognise(both, [NeverSlipped.stroke(0.205)] * n) for n in (1, 50))
+    np.testing.assert_allclose(once.posterior, often.posterior)
+    assert 0.1 < once.posterior[0] < 0.4
+    assert recognise(both, [NeverSlipped.stroke(2.0)]).answer is Answer.UNKNOWN
+    turned = recognise(both, [NeverSlipped.twist(0.5 * weak.spin_length_at(4.0), 4.0)])
+    assert turned.posterior[1] > 0.999
+
+
+def test_a_bound_is_one_of_static_friction():
+    slow = material("slow", 0.3, static_friction=0.6)
+    assert recognise(library(slow), [NeverSlipped.stroke(0.55)]).fit[0] > 0.5
+    assert recognise(library(material("even", 0.3)), [NeverSlipped.stroke(0.55)]).fit[0] < 1e-6
+
+
+def test_speeds_tell_what_grows_from_what_does_not():
+    even, film = material("even", 0.5), material("film", 0.45, viscous_friction=2.5)
+    both = library(even, film)
+    assert film.friction_at(0.02) == even.friction_at(0.02)
+    at_one, fast = Touch.stroke(0.5, 0.004, 0.02), Touch.stroke(0.7, 0.004, 0.1)
+    np.testing.assert_allclose(recognise(both, [at_one]).posterior, 0.5)
+    assert recognise(both, [at_one, fast]).best == "film"
+    # a twist slips as fast as e omega, with e of its load
+    for force in (0.5, 2.0, 8.0):
+        e = film.spin_length_at(force)
+        turned = recognise(both, [at_one, Touch.twist(0.7 * e, 0.004, force, 0.1 / e)])
+        assert turned.answer is Answer.RECOGNISED
+        np.testing.assert_allclose(turned.known.mean[1], film.parameters, rtol=1e-9)
+
+
+def test_a_fitted_surface_tells_materials_that_differ_in_p_alone():
+    round_one, diamond = material("round", 0.5, p=1.9), material("diamond", 0.5, p=1.2)
+    law = FrictionLaw(0.5, 0.5, spin_length=3e-3, load_exponent=0.1, norm_exponent=1.2)
+    loads = []
+    for force in (1.0, 4.0):
+        e = law.spin_length_at(force)
+        for v, omega in ((0.02, 0.0), (0.0, 0.02 / e), (0.014, 0.014 / e), (0.014, 0.018 / e), (0.018, 0.014 / e)):
+            loads.append(SlipLoad(force, *law.slipping_load(force, v, omega), v, omega))
+    fitted = fit_limit_surface(loads, scatter=0.02)
+    found = recognise(library(round_one, diamond), [Touch.of_fit(fitted, 0.02)])
+    assert found.best == "diamond"
+    assert found.answer is Answer.RECOGNISED
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=20)
+def test_the_seed_of_one_material_is_the_least_squares_of_prior_and_touches(seed):
+    alone = library(THREE.materials[1])
+    touches = mixed_touches(np.random.default_rng(seed), 5)
+    planned = grasp_seed(recognise(alone, touches, calibration=0.0, false_rejection=1e-300))
+    m = alone.materials[0]
+    rows, values = [np.diag(m.specimen.variances**-0.5)], [m.parameters * m.specimen.variances**-0.5]
+    for t in touches:
+        sd = math.sqrt(float(t.rows[0] ** 2 @ m.scatter.variances) + t.covariance[0, 0])
+        rows.append(t.rows / sd)
+        values.append(t.values / sd)
+    A, b = np.vstack(rows), np.concatenate(values)
+    x = np.linalg.lstsq(A, b)[0]
+    surface = planned.surface
+    np.testing.assert_allclose(
+        [math.log(surface.friction), math.log(surface.spin_length), surface.load_exponent], x[:3], rtol=1e-7
+    )
+    sd = np.sqrt(np.diag(np.linalg.inv(A.T @ A)) + m.scatter.variances)
+    np.testing.assert_allclose([planned.friction_deviation, planned.spin_length_deviation], sd[:2], rtol=1e-7)
+
+
+def test_the_seed_is_honest_about_the_next_contact():
+    """Of specimens and touches as the library has them, its deviations hold what they should."""
+    rng, off = np.random.default_rng(8), []
+    m = THREE.materials[1]
+    for _ in range(300):
+        specimen = m.parameters + np.sqrt(m.specimen.variances) * rng.normal(size=4)
+        touches = drawn_touches(m, [STROKE, TWIST], rng, specimen=specimen)
+        planned = grasp_seed(recognise(library(m), touches))
+        contact = specimen + np.sqrt(m.scatter.variances) * rng.normal(size=4)
+        off.append(
+            ((contact[0] - math.log(planned.surface.friction)) / planned.friction_deviation,
+             (contact[1] - math.log(planned.surface.spin_length)) / planned.spin_length_deviation)
+        )  # fmt: skip
+    np.testing.assert_allclose(np.std(off, axis=0), 1.0, atol=0.15)
+
+
+def test_of_the_unknown_the_seed_is_what_was_touched_and_no_more():
+    touches = [Touch.stroke(1.3, 0.005, 0.02)] * 3
+    found = recognise(THREE, touches)
+    assert found.answer is Answer.UNKNOWN
+    planned = grasp_seed(found)
+    assert planned.surface.friction == pytest.approx(1.3, rel=0.01)
+    assert planned.friction_deviation < 0.05
+    assert planned.spin_length_deviation > 0.9 * STRANGER_DEVIATIONS[1]
+
+
+def test_while_undecided_the_seed_spans_what_is_likely():
+    found = recognise(THREE, [Touch.stroke(math.sqrt(0.4 * 0.44), 0.005, 0.02)], {"a": 1.0, "b": 1.0})
+    planned = grasp_seed(found)
+    # e of 2.5 and 3 mm
+    assert planned.spin_length_deviation > 0.5 * math.log(3.0 / 2.5)
+    assert 2.5e-3 < planned.surface.spin_length < 3e-3
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda: recognise(THREE, [], {"d": 1.0}), "no such material"),
+        (lambda: recognise(THREE, [], {"a": 0.0}), "above 0"),
+        (lambda: recognise(THREE, [], {"a": -1.0}), "0 or above"),
+        (lambda: recognise(THREE, [], false_rejection=0.0), "false_rejection"),
+        (lambda: recognise(THREE, [], confidence=1.5), "confidence"),
+        (lambda: Touch.stroke(0.0, 0.01, 0.02), "friction"),
+        (lambda: Touch.stroke(0.5, math.nan, 0.02), "error"),
+        (lambda: Touch.twist(1e-3, 0.01, 0.0, 2.0), "normal_force"),
+        (lambda: Touch(np.zeros(2), np.zeros((2, 3)), np.eye(2), 0.0), "rows"),
+        (lambda: Touch(np.zeros(2), np.zeros((2, 4)), -np.eye(2), 0.0), "covariance"),
+        (lambda: Touch(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 0)), 0.0), "at least 1"),
+        (lambda: NeverSlipped.stroke(-0.1), "least_friction"),
+        (lambda: NeverSlipped(math.nan, twist_row(1.0)), "least"),
+    ],
+)
+def test_what_cannot_be_is_refused(wrong, message):
+    with pytest.raises(InvalidValueError, match=message):
+        wrong()
