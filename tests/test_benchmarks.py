@@ -159,7 +159,21 @@ def test_it_starts_from_the_folder():
 
 
 @pytest.mark.parametrize(
-    "script", ["every_tip.py", "exploration.py", "loop.py", "recording.py", "batch.py", "sensors.py", "simulation"]
+    "script",
+    [
+        "every_tip.py",
+        "exploration.py",
+        "loop.py",
+        "recording.py",
+        "batch.py",
+        "sensors.py",
+        "simulation",
+        "hostile.py",
+        "friction.py",
+        "materials.py",
+        "slip.py",
+        "holding.py",
+    ],
 )
 def test_every_benchmark_says_what_it_measures(script):
     started = [sys.executable, str(BENCHMARKS / script), "--help"]

@@ -64,10 +64,10 @@ def test_it_is_found_out_while_exploring_too():
     made = mapped(cloud.select(half), noise_length=0.5e-3)
     first = made.agreement
     made.add(cloud.select(~half))
-    assert made.agreement.rows > first.rows > 10
+    assert len(made.agreement.near) > len(first.near) > 10
     whole = mapped(cloud, noise_length=0.5e-3).agreement
-    assert made.agreement.rows == whole.rows
-    assert made.agreement.square == pytest.approx(whole.square, rel=1e-6)
+    assert len(made.agreement.near) == len(whole.near)
+    assert sum(made.agreement.near) == pytest.approx(sum(whole.near), rel=1e-6)
 
 
 def test_one_row_agrees_with_nobody():
@@ -93,8 +93,8 @@ def test_rows_too_far_apart_to_tell_of_their_noise_do_not_narrow_the_band():
     inside = []
     for seed in range(3):
         made, points = coarse(Errors(noise=3e-6, tilt=2e-3), seed)
-        assert made.agreement.rows == 0
-        assert made.agreement.far_rows > 10
+        assert not made.agreement.near
+        assert len(made.agreement.far) > 10
         assert made.agreement.factor >= 1.0
         answer = made.query(points)
         inside.append((np.abs(answer.distance) <= answer.band())[answer.observed].mean())
@@ -103,19 +103,29 @@ def test_rows_too_far_apart_to_tell_of_their_noise_do_not_narrow_the_band():
 
 def test_a_surface_rougher_than_believed_between_far_rows_widens_the_band():
     made, _ = coarse(Errors(noise=3e-6, tilt=2e-3), curvature=0.3)
-    assert made.agreement.far_square > 2.0 * made.agreement.far_rows
+    assert np.mean(made.agreement.far) > 2.0
     assert made.agreement.factor > 1.3
 
 
 @given(st.lists(st.tuples(st.integers(1, 500), st.floats(0.0, 9.0)), min_size=1, max_size=6))
 def test_pooling_lies_between_its_parts_and_one(parts):
-    pooled = Agreement.pooled([Agreement(rows, rows * mean) for rows, mean in parts])
+    pooled = Agreement.pooled([Agreement(near=(mean,) * rows) for rows, mean in parts])
     means = [1.0, *(mean for _, mean in parts)]
     lowest, highest = (min(max(each**0.5, SMALLEST), LARGEST) for each in (min(means), max(means)))
     assert lowest - 1e-12 <= pooled.factor <= highest + 1e-12
     # beside them, small misses over wide gaps change nothing but the weight of what the model says
-    bridged = Agreement.pooled([pooled, Agreement(far_rows=50, far_square=10.0)])
+    bridged = Agreement.pooled([pooled, Agreement(far=(0.2,) * 50)])
     assert abs(bridged.factor - 1.0) <= abs(pooled.factor - 1.0) + 1e-12
+
+
+def test_a_few_edges_hardly_widen_the_band_and_a_model_that_is_wrong_everywhere_does():
+    rng = np.random.default_rng(0)
+    fits = np.square(rng.normal(size=200))
+    edges = Agreement(near=(*fits[20:], *[1e4] * 20))
+    assert edges.factor < 1.5  # a tenth of them, each counted for three deviations: (0.9 + 0.1 x 9)^0.5
+    assert Agreement(near=tuple(25.0 * fits)).factor == pytest.approx(5.0, rel=0.12)
+    torn = Agreement(near=(*(25.0 * fits[20:]), *[1e6] * 20))
+    assert torn.factor == pytest.approx(5.0 * 1.8**0.5, rel=0.15) or torn.factor == LARGEST
 
 
 def test_rows_begin_where_the_path_has_gaps():

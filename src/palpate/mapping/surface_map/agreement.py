@@ -41,7 +41,11 @@ FEWEST_OTHERS = 6
 """Stretches that must be left to predict a row from: as many as a quadratic surface has coefficients."""
 
 LARGEST_SQUARE = 9.0
-"""Misses count for three deviations at most: a step or an edge tells of the surface, not of noise."""
+"""A miss counts for three deviations at most, where most rows miss as expected: a step or an edge tells of the
+surface, not of noise. Where most rows miss by more, for three of theirs: then it is the model that is wrong."""
+
+MEDIAN_SQUARE = 0.4549
+"""Median of the square of a standard normal variable (chi^2 of one degree of freedom)."""
 
 LEAST_OWN_SHARE = 0.5
 """A row is well predicted where its own noise is at least so much of the variance that is expected of its miss:
@@ -51,8 +55,9 @@ than 0.35 (`benchmarks/mapping_surface`'s shapes and a torus of 60 and 25 mm).""
 PRIOR_ROWS = 10.0
 """Rows by which the model is believed beforehand: two or three patches."""
 
-SMALLEST, LARGEST = 0.5, 3.0
-"""Limits of `Agreement.factor`: contacts without noise have no size, and no row counts for more than three."""
+SMALLEST, LARGEST = 0.5, 6.0
+"""Limits of `Agreement.factor`: contacts without noise have no size. Rows 2 mm apart over facets
+as wide miss by up to 5 times what a smooth surface would."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +65,12 @@ class Agreement:
     """How far rows are off the prediction from their neighbours.
 
     Attributes:
-        rows: How many were well predicted.
-        square: Sum of their squared misses, in units of what was expected.
-        far_rows: How many were predicted over gaps too wide to tell of their noise.
-        far_square: Sum of their squared misses.
+        near: Squared misses of rows that were well predicted, in units of what was expected.
+        far: Those of rows that were predicted over gaps too wide to tell of their noise.
     """
 
-    rows: int = 0
-    square: float = 0.0
-    far_rows: int = 0
-    far_square: float = 0.0
+    near: tuple[float, ...] = ()
+    far: tuple[float, ...] = ()
 
     @classmethod
     def of(
@@ -107,27 +108,33 @@ class Agreement:
             w = np.linalg.solve(inverse[i:j, i:j], passing)
             expected = float(w @ passing)
             far = float(passing @ noise[i:j, i:j] @ passing) < LEAST_OWN_SHARE * expected
-            squares[far].append(min(float(w @ weights[i:j]) ** 2 / (expected * widened), LARGEST_SQUARE))
+            squares[far].append(float(w @ weights[i:j]) ** 2 / (expected * widened))
         near, beyond = squares
-        return cls(len(near), sum(near), len(beyond), sum(beyond))
+        return cls(tuple(near), tuple(beyond))
 
     @classmethod
     def pooled(cls, several: Iterable["Agreement"]) -> "Agreement":
         """Return that of several patches together."""
         listed = list(several)
         return cls(
-            sum(each.rows for each in listed),
-            sum(each.square for each in listed),
-            sum(each.far_rows for each in listed),
-            sum(each.far_square for each in listed),
+            tuple(itertools.chain.from_iterable(each.near for each in listed)),
+            tuple(itertools.chain.from_iterable(each.far for each in listed)),
         )
 
     @property
     def factor(self) -> float:
         """By which deviations that the model claims are to be multiplied; 1 while nothing is known."""
-        square = PRIOR_ROWS + self.square + max(self.far_square, float(self.far_rows))
-        factor = math.sqrt(square / (PRIOR_ROWS + self.rows + self.far_rows))
+        square = PRIOR_ROWS + _sum(self.near) + max(_sum(self.far), float(len(self.far)))
+        factor = math.sqrt(square / (PRIOR_ROWS + len(self.near) + len(self.far)))
         return min(max(factor, SMALLEST), LARGEST)
+
+
+def _sum(squares: tuple[float, ...]) -> float:
+    """Return the sum of squared misses, none of them counted for more than `LARGEST_SQUARE` says."""
+    if not squares:
+        return 0.0
+    usual = max(1.0, float(np.median(squares)) / MEDIAN_SQUARE)
+    return float(np.minimum(squares, LARGEST_SQUARE * usual).sum())
 
 
 def row_starts(path: FloatArray) -> list[int]:

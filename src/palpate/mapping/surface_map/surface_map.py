@@ -1,6 +1,7 @@
 """The surface of what was touched, as it grows."""
 
 import dataclasses
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -21,6 +22,14 @@ from palpate.mapping.surface_map.surrounded import surrounded
 SEED_COS = 0.82
 """A contact whose normal leans more than 35 degrees from the axes of all patches near it starts its own: patches
 see 60 degrees, so that neighbours overlap around a bend."""
+
+REACH_OF_ROWS = 0.75
+"""Reach over the distance of rows; see `MapSettings.for_rows`."""
+
+FACET_HEIGHT = 0.32
+"""RMS depth of facets below the curve through their ridges, over their width and the RMS of their slopes.
+Along an arc between two ridges w apart the slopes go from -a to a and the depth is w a / 4 (1 - x^2), x from -1 to
+1: its RMS is w a / 4 (8 / 15)^0.5, that of the slopes a / 3^0.5."""
 
 FOOT_STEPS = 3
 """Steps to the foot of a point: each leaves a fraction of distance times curvature squared."""
@@ -48,6 +57,7 @@ class SurfaceMap:
         self._axes = np.zeros((0, 3))
         self._tree: KDTree | None = None
         self._agreement = Agreement()
+        self._factor = self._agreement.factor
 
     @classmethod
     def learned(cls, cloud: TouchCloud, settings: MapSettings | None = None) -> "SurfaceMap":
@@ -83,8 +93,20 @@ class SurfaceMap:
 
     @property
     def agreement(self) -> Agreement:
-        """How well rows predict one another; its `factor` is on every standard deviation of the map."""
+        """How well rows predict one another; its `factor` is on what every patch claims."""
         return self._agreement
+
+    @property
+    def facet_height(self) -> float:
+        """Standard deviation of how far facets between rows lie off a smooth surface through them [m].
+
+        Normals that err alike along a whole row, unlike those of the next one, are those of facets or the like. At
+        worst facets are as wide as rows are apart and all rows are on ridges: then heights show nothing of what
+        lies between. 0 where normals err by noise, which does not keep that far.
+        """
+        model, patch = self._model, 2.0 * self._settings.patch_data
+        kept = model.tilt * math.exp(-0.5 * patch / model.tilt_length)
+        return FACET_HEIGHT * kept * self._settings.reach / REACH_OF_ROWS
 
     def add(self, cloud: TouchCloud) -> None:
         """Take in contacts that were felt after those before.
@@ -163,7 +185,7 @@ class SurfaceMap:
             n = len(points)
             return Blend(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan), np.full(n, np.nan))
         found = blended(self.voices(points), len(points), with_sd=with_sd)
-        return dataclasses.replace(found, sd=self._agreement.factor * found.sd)
+        return dataclasses.replace(found, sd=np.hypot(self._factor * found.sd, self.facet_height))
 
     def voices(self, points: FloatArray) -> Iterator[Voice]:
         """Go through what each patch says of points near the surface."""
@@ -275,6 +297,7 @@ class SurfaceMap:
             stretches = self._stretches[self._chosen(index)]
             self._patches[index] = self._fitted(self._patches[index].frame, stretches)
         self._agreement = Agreement.pooled(patch.agreement for patch in self._patches)
+        self._factor = self._agreement.factor
 
 
 def _or_zero(values: FloatArray) -> FloatArray:
