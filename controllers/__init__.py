@@ -20,6 +20,10 @@ from palpate.controllers.reference_force import ReferenceForce
 from palpate.controllers.regulate import Loss, RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.controllers.room import Room
+from palpate.controllers.rub_program import Survey, SurveyWanted
+from palpate.controllers.rubbing import RubbingController
+from palpate.controllers.rubbing_parameters import RubbingParameters
+from palpate.controllers.rubs import Rub
 from palpate.controllers.surface_motion import (
     StiffnessRange,
     SurfaceFilter,
@@ -60,6 +64,9 @@ __all__ = [
     "RegulateController",
     "RegulateParameters",
     "Room",
+    "Rub",
+    "RubbingController",
+    "RubbingParameters",
     "SineForce",
     "SineMotion",
     "StepForce",
@@ -67,6 +74,8 @@ __all__ = [
     "Still",
     "SurfaceFilter",
     "SurfaceMotion",
+    "Survey",
+    "SurveyWanted",
     "TangentMotion",
     "Tones",
     "VelocityTable",

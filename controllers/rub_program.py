@@ -1,0 +1,198 @@
+"""Which rubs tell what an unknown surface bears: loads, speeds, twists, and both at once.
+
+At every load the finger rubs there and back, then turns both ways, as fast as a slip of the same speed asks for
+once e is roughly known. At one load it rubs at other speeds, too. If exponents are wanted, slips follow that slide
+and turn at once (`palpate.friction.stroke_plan`). What seems only to give way is rubbed again, twice as far each
+time, until it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from palpate.controllers.rubs import RAMP, FeltRub, Rub
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.friction.slip_test import LARGEST_RISE
+from palpate.friction.stroke_plan import LEAST_LOAD_SPAN, planned_slips
+
+SHORTEST = 0.5
+"""Least duration of one way [s]: transients take 0.1 s of it, noise of 10 mN averages to 1 mN in the rest."""
+
+LEAST_SPIN = 0.2
+"""[rad/s]: nothing is turned more slowly, or a twist of 0.5 s winds up and does not slip."""
+
+LONGEST = 5.0
+"""Of one way [s]: what is slower tells nothing in reasonable time."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyWanted:
+    """What a survey of a surface is to be like.
+
+    Attributes:
+        loads: Normal forces, rising [N].
+        speed: Slip speed of strokes, and of twists as far as the tip turns fast enough [m/s].
+        speeds: Others at which strokes tell mu [m/s].
+        travel: Least travel of a stroke [m].
+        most_travel: How far a stroke may go at most [m].
+        most_spin: How fast the tip may turn [rad/s]; 0: it cannot.
+        most_angle: How far it may turn, one way [rad].
+        repeats: How often each stroke and twist is done.
+        exponent_slips: How many slips there and back tell the exponents; 0: none.
+    """
+
+    loads: tuple[float, ...]
+    speed: float
+    speeds: tuple[float, ...] = ()
+    travel: float = 0.004
+    most_travel: float = 0.02
+    most_spin: float = 2.0
+    most_angle: float = 1.5
+    repeats: int = 1
+    exponent_slips: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.loads or list(self.loads) != sorted(set(self.loads)):
+            raise InvalidValueError(f"loads = {self.loads}: must be one force or more, each above the one before")
+        for load in self.loads:
+            positive("load", load, "N")
+        for speed in (self.speed, *self.speeds):
+            positive("speed", speed, "m/s")
+            if self.stroke(self.loads[0], speed).travel > self.most_travel * (1.0 + 1e-9):
+                raise InvalidValueError(
+                    f"speed = {speed:g} m/s: in {SHORTEST:g} s it goes {self.stroke(1.0, speed).travel:.3g} m, "
+                    f"the most here is {self.most_travel:.3g} m; rub more slowly"
+                )
+        for name, unit in (("travel", "m"), ("most_travel", "m"), ("most_angle", "rad")):
+            positive(name, getattr(self, name), unit)
+        not_negative("most_spin", self.most_spin, "rad/s")
+        if self.repeats < 1:
+            raise InvalidValueError(f"repeats = {self.repeats}: must be at least 1")
+
+    def stroke(self, load: float, speed: float) -> Rub:
+        """Return a stroke of the least travel, or duration."""
+        shape = Rub(load, speed, 0.0, LONGEST)
+        wanted = self.travel / speed + shape.ramp
+        return replace(shape, duration=min(max(SHORTEST, 3.0 * shape.ramp, wanted), LONGEST))
+
+    @property
+    def expected_duration(self) -> float:
+        """About how long all of it takes [s], if everything slips."""
+        pause = 0.2
+        strokes = [self.stroke(load, self.speed) for load in self.loads]
+        ways = [stroke.duration for stroke in strokes] + [
+            self.stroke(self.loads[0], speed).duration for speed in self.speeds if speed != self.speed
+        ]
+        twists = 2 * len(self.loads) if self.most_spin else 0
+        slips = twists + self.exponent_slips
+        return (
+            2.0 * self.repeats * (sum(ways) + len(ways) * pause + twists * (SHORTEST + pause))
+            + 2.0 * (slips - twists) * (SHORTEST + pause)
+            + 1.5 * len(self.loads)
+        )
+
+
+class Survey:
+    """Asks for the rubs of a survey, one by one.
+
+    Attributes:
+        stuck_sliding: Loads at which strokes never seemed to slip, however far they went [N].
+        stuck_turning: Likewise twists.
+        exponents_told: Whether slips for the exponents were done, if they were wanted; for that it must slip both
+            ways at two loads.
+    """
+
+    def __init__(self, wanted: SurveyWanted) -> None:
+        """Take what is wanted."""
+        self._wanted = wanted
+        self.start()
+
+    def start(self) -> None:
+        """See `RubProgram`."""
+        self.stuck_sliding: list[float] = []
+        self.stuck_turning: list[float] = []
+        self.exponents_told = True
+        self._felt: FeltRub | None = None
+        self._frictions: dict[float, float] = {}
+        self._lengths: dict[float, float] = {}
+        self._rubs = self._all()
+
+    def next(self, felt: FeltRub | None) -> Rub | None:
+        """See `RubProgram`."""
+        self._felt = felt
+        return next(self._rubs, None)
+
+    def _all(self) -> Iterator[Rub]:
+        wanted = self._wanted
+        middle = wanted.loads[len(wanted.loads) // 2]
+        for load in wanted.loads:
+            yield from self._until_slip(wanted.stroke(load, wanted.speed), load)
+            if wanted.most_spin > 0.0:
+                yield from self._twists(load)
+            if load == middle:
+                for speed in wanted.speeds:
+                    if speed != wanted.speed:
+                        yield from self._repeated(wanted.stroke(load, speed))
+        if wanted.exponent_slips:
+            yield from self._exponents()
+
+    def _repeated(self, rub: Rub, times: int | None = None) -> Iterator[Rub]:
+        for _ in range(self._wanted.repeats if times is None else times):
+            yield rub
+
+    def _until_slip(self, rub: Rub, load: float) -> Iterator[Rub]:
+        """A stroke, farther and farther until it slips, then its repetitions."""
+        while True:
+            yield rub
+            felt = self._felt
+            if felt is not None and felt.rise < LARGEST_RISE:
+                self._frictions[load] = felt.friction
+                break
+            longer = min(self._wanted.most_travel / rub.speed + rub.ramp, 2.0 * rub.duration)
+            if longer <= 1.01 * rub.duration:
+                self.stuck_sliding.append(load)
+                return
+            rub = replace(rub, duration=longer)
+        yield from self._repeated(rub, self._wanted.repeats - 1)
+
+    def _twists(self, load: float) -> Iterator[Rub]:
+        spin, wanted = self._spin(load), self._wanted
+        rub = Rub(load, 0.0, spin, min(max(SHORTEST, 0.5 / spin + RAMP), LONGEST))
+        while True:
+            # the other way round first in every second one: a steady drift then cancels
+            yield rub
+            first = self._felt
+            yield replace(rub, spin=-rub.spin)
+            felt = self._felt
+            if felt is not None and first is not None and max(felt.rise, first.rise) < LARGEST_RISE:
+                if load in self._frictions and self._frictions[load] > 0.0:
+                    self._lengths[load] = 0.5 * (felt.torque_ratio + first.torque_ratio) / self._frictions[load]
+                break
+            longer = min(wanted.most_angle / abs(rub.spin) + RAMP, 2.0 * rub.duration)
+            if longer <= 1.01 * rub.duration:
+                self.stuck_turning.append(load)
+                return
+            rub = replace(rub, duration=longer)
+        for _ in range(wanted.repeats - 1):
+            yield rub
+            yield replace(rub, spin=-rub.spin)
+
+    def _spin(self, load: float) -> float:
+        """How fast to turn [rad/s]: so that it slips about as fast as strokes do."""
+        most = self._wanted.most_spin
+        if not self._lengths:
+            return most
+        nearest = min(self._lengths, key=lambda other: abs(other - load))
+        return min(most, max(LEAST_SPIN, self._wanted.speed / self._lengths[nearest]))
+
+    def _exponents(self) -> Iterator[Rub]:
+        wanted, lengths = self._wanted, self._lengths
+        low, high = wanted.loads[0], wanted.loads[-1]
+        if low not in lengths or high not in lengths or high < LEAST_LOAD_SPAN * low:
+            self.exponents_told = False
+            return
+        # as fast as the tip can turn, but no faster than strokes
+        speed = min(wanted.speed, wanted.most_spin * min(lengths[low], lengths[high]))
+        slips = planned_slips((low, high), (lengths[low], lengths[high]), wanted.exponent_slips, speed)
+        for slip in sorted(slips, key=lambda slip: slip.normal_force):
+            # the same way for slides and turns of either kind, and as far as a stroke of the survey
+            yield Rub(slip.normal_force, slip.speed, slip.spin, SHORTEST)

@@ -1,0 +1,122 @@
+"""Rubbing motions: what a finger pressed on a surface is to do, and what is felt of it while it does."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.errors import InvalidValueError, not_negative, positive
+
+RAMP = 0.04
+"""Least time in which a motion comes up to its speed, and down from it [s]: two lags of a servo of 100 rad/s."""
+
+ACCELERATION = 0.5
+"""Bound on how fast sliding speeds up [m/s^2]: a motion of 20 mm/s still does so within `RAMP`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rub:
+    """A motion there and the same one back, at one load.
+
+    Attributes:
+        normal_force: To press with [N].
+        speed: Of the contact along the surface [m/s].
+        spin: About the contact's normal [rad/s]; negative: the other way round first.
+        duration: Of each of the two ways, with speeding up and slowing down [s].
+    """
+
+    normal_force: float
+    speed: float
+    spin: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        positive("normal_force", self.normal_force, "N")
+        not_negative("speed", self.speed, "m/s")
+        if self.speed == self.spin == 0.0:
+            raise InvalidValueError("speed = 0 m/s and spin = 0 rad/s: a rub must slide or turn")
+        if not self.duration > 2.0 * self.ramp:
+            raise InvalidValueError(
+                f"duration = {self.duration:g} s: must be more than {2.0 * self.ramp:g} s, in which a motion of "
+                f"{self.speed:g} m/s speeds up and slows down"
+            )
+
+    @property
+    def ramp(self) -> float:
+        """How long it takes to come up to speed [s]."""
+        return max(RAMP, self.speed / ACCELERATION)
+
+    @property
+    def travel(self) -> float:
+        """How far the contact slides, one way [m]."""
+        return self.speed * (self.duration - self.ramp)
+
+    @property
+    def angle(self) -> float:
+        """How far it turns, one way [rad]."""
+        return abs(self.spin) * (self.duration - self.ramp)
+
+    def share(self, since: float) -> float:
+        """Return which share of its speed it has after so long [s]; sliding and turning keep their ratio."""
+        return max(0.0, min(1.0, since / self.ramp, (self.duration - since) / self.ramp))
+
+
+@dataclass(frozen=True, slots=True)
+class FeltRub:
+    """What a rub came to, as roughly as plain means tell it: good enough to decide what to do next.
+
+    Attributes:
+        rub: What was done.
+        friction: Tangential over normal force, half the difference of both ways.
+        torque_ratio: Spin torque over normal force likewise [m].
+        rise: How much of that still grew with the travel: 0 in slip, 1 if the surface only gave way.
+    """
+
+    rub: Rub
+    friction: float
+    torque_ratio: float
+    rise: float
+
+
+class RubProgram(Protocol):
+    """Decides what to do next."""
+
+    def start(self) -> None:
+        """A run begins."""
+        ...
+
+    def next(self, felt: FeltRub | None) -> Rub | None:
+        """Return the next rub; None: enough.
+
+        Args:
+            felt: What the last one came to; None before the first.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class AirSpan:
+    """A stretch of time in free air, in which the sensor shows its zero.
+
+    Attributes:
+        begin: [s]
+        end: [s]
+    """
+
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class RubSpan:
+    """A stretch of time in which one way of a rub was done.
+
+    Attributes:
+        rub: Of which.
+        back: Whether it is the way back.
+        begin: At rest, before it moves [s].
+        end: When it has come to rest [s].
+    """
+
+    rub: Rub
+    back: bool
+    begin: float
+    end: float

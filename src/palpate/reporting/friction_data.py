@@ -1,0 +1,108 @@
+"""What a report on friction is made from: numbers and arrays, no drawing."""
+
+from dataclasses import dataclass
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.friction import LimitSurface
+from palpate.reporting.data import KeyFigure, TimeSeries
+from palpate.runtime import RunTiming
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A number with its 95 % interval, or a lower bound.
+
+    Attributes:
+        at: Where: a load [N] or a speed [m/s].
+        value: As measured; the bound itself if it is one.
+        lower: End of the interval.
+        upper: The other; infinite for a bound.
+        true: As it is simulated, if that is known.
+        bound: Whether it never slipped.
+    """
+
+    at: float
+    value: float
+    lower: float
+    upper: float
+    true: float | None = None
+    bound: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StrokeCurve:
+    """Tangential over normal force along one way of a stroke.
+
+    Attributes:
+        load: Normal force [N].
+        back: Whether on the way back.
+        travel: Since it began to move, shape (n,) [m].
+        ratio: Against the motion, shape (n,).
+    """
+
+    load: float
+    back: bool
+    travel: FloatArray
+    ratio: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.travel.shape != self.ratio.shape:
+            raise InvalidValueError(f"ratio has shape {self.ratio.shape}: must be {self.travel.shape}, as travel")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfacePoints:
+    """Loads in full slip, over what the contact bears of each alone.
+
+    Attributes:
+        surface: As found.
+        true: As simulated, if that is known.
+        exponent_measured: Whether p of `surface` was measured, not assumed.
+        points: f_t / (mu f_n) and tau / (mu e f_n), shape (n, 2).
+        errors: Half of the 95 % interval of each, shape (n, 2).
+        loads: Normal force of each, shape (n,) [N].
+    """
+
+    surface: LimitSurface
+    true: LimitSurface | None
+    exponent_measured: bool
+    points: FloatArray
+    errors: FloatArray
+    loads: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionReport:
+    """All that a report on friction shows.
+
+    Attributes:
+        title: Heading.
+        outcome: How it ended, and what could not be told, in sentences.
+        summary: Key figures, most important first.
+        settings: Name and value with unit of each setting.
+        series: What happened over time.
+        timing: How long the periods took.
+        strokes: mu along the strokes of the main speed.
+        friction: mu at each load, as measured.
+        lengths: e at each load [m], as far as it slipped.
+        growth: c [m] and gamma of the line through them; None if there is none.
+        speeds: mu at each speed.
+        curve: Speeds [m/s] and mu of the curve through them, shape (2, n); None without one.
+        surface: The limit surface with what was measured of it; None if nothing spun.
+        note: On the surface, as recognised in a library, or "".
+    """
+
+    title: str
+    outcome: str
+    summary: tuple[KeyFigure, ...]
+    settings: tuple[tuple[str, str], ...]
+    series: TimeSeries
+    timing: RunTiming
+    strokes: tuple[StrokeCurve, ...] = ()
+    friction: tuple[Measured, ...] = ()
+    lengths: tuple[Measured, ...] = ()
+    growth: tuple[float, float] | None = None
+    speeds: tuple[Measured, ...] = ()
+    curve: FloatArray | None = None
+    surface: SurfacePoints | None = None
+    note: str = ""

@@ -1,0 +1,203 @@
+"""What rubbing has found, as pictures: mu along strokes, the limit surface, e over load, mu over speed."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from palpate.errors import FloatArray
+from palpate.reporting.envelope import envelope
+from palpate.reporting.friction_data import Measured, StrokeCurve, SurfacePoints
+from palpate.reporting.style import (
+    HEIGHT_COLOURS,
+    INK,
+    MEASURED,
+    MILLI,
+    QUIET,
+    TRUE,
+    WANTED,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+)
+
+FARTHEST = 1.25
+"""Side of the picture of a limit surface, over its half axes."""
+
+
+def stroke_picture(strokes: Sequence[StrokeCurve], friction: Sequence[Measured]) -> Picture | None:
+    """Return the picture of mu along strokes, or None without strokes."""
+    if not strokes:
+        return None
+    figure = new_figure(Width.HALF, 3.6)
+    axes = figure.subplots()
+    loads = sorted({stroke.load for stroke in strokes})
+    colours = dict(zip(loads, HEIGHT_COLOURS(np.linspace(0.0, 0.85, len(loads))), strict=True))
+    for stroke in strokes:
+        told = f"{stroke.load:g} N" if not stroke.back else None
+        axes.plot(
+            *envelope(MILLI * stroke.travel, stroke.ratio),
+            color=colours[stroke.load],
+            linewidth=0.9,
+            linestyle="--" if stroke.back else "-",
+            alpha=0.85,
+            label=told,
+        )
+    slipped = [each for each in friction if not each.bound]
+    if slipped:
+        low, high = min(each.lower for each in slipped), max(each.upper for each in slipped)
+        axes.axhspan(low, high, color=WANTED, alpha=0.18, linewidth=0, label="95 % intervals")
+    true = friction[0].true if friction else None
+    if true is not None:
+        axes.axhline(true, color=TRUE, linewidth=1.2, linestyle=(0, (5, 3)), label="true")
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    axes.margins(x=0.0)
+    dress(axes, x="travel [mm]", y="tangential / normal force")
+    legend_above(figure, [axes], columns=4)
+    return Picture(
+        title="Friction along the strokes",
+        caption=(
+            "There (solid) and back (dashed) at each load. What only gives way rises all along; what slips stays "
+            "level, and only that part counts."
+        ),
+        full=figure,
+    )
+
+
+def surface_picture(found: SurfacePoints) -> Picture:
+    """Return the picture of the limit surface with the loads that were measured on it."""
+    figure = new_figure(Width.HALF, 4.4)
+    axes = figure.subplots()
+    p = found.surface.norm_exponent
+    x, y = _curve(p)
+    axes.fill(np.append(x, 0.0), np.append(y, 0.0), color="#f1f5f9", zorder=1)
+    told = f"p = {p:.3g}, " + ("measured" if found.exponent_measured else "assumed")
+    axes.plot(x, y, color=INK, linewidth=1.3, zorder=2, label=told)
+    if found.true is not None:
+        q = found.true.norm_exponent
+        axes.plot(
+            *_curve(q), color=TRUE, linewidth=1.3, linestyle=(0, (5, 3)), zorder=2, label=f"true, p = {q:.3g}"
+        )
+    loads = sorted(set(np.round(found.loads, 1).tolist()))
+    colours = HEIGHT_COLOURS(np.linspace(0.0, 0.85, len(loads)))
+    for load, colour in zip(loads, colours, strict=True):
+        at = np.round(found.loads, 1) == load
+        axes.errorbar(
+            found.points[at, 0],
+            found.points[at, 1],
+            xerr=found.errors[at, 0],
+            yerr=found.errors[at, 1],
+            fmt="o",
+            markersize=3.5,
+            color=colour,
+            elinewidth=0.9,
+            zorder=3,
+            label=f"at {load:g} N",
+        )
+    axes.set_aspect("equal")
+    axes.set_xlim(-0.05, FARTHEST)
+    axes.set_ylim(-0.05, FARTHEST)
+    dress(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
+    legend_above(figure, [axes], columns=3)
+    return Picture(
+        title="Limit surface",
+        caption=(
+            "Loads in full slip over what the contact bears of tangential force and of torque alone, with 95 % "
+            "intervals. Loads inside the line are borne."
+        ),
+        full=figure,
+    )
+
+
+def length_picture(lengths: Sequence[Measured], growth: tuple[float, float] | None) -> Picture | None:
+    """Return the picture of e over the load, or None if it was measured nowhere."""
+    if not lengths:
+        return None
+    figure = new_figure(Width.HALF, 3.4)
+    axes = figure.subplots()
+    loads = np.array([each.at for each in lengths])
+    span = np.geomspace(0.8 * loads.min(), 1.25 * loads.max(), 60)
+    said = "e at each load, with its 95 % interval."
+    if growth is not None:
+        c, gamma = growth
+        axes.plot(span, MILLI * c * span**gamma, color=MEASURED, linewidth=1.2, label="c $f_n^\\gamma$")
+        said = f"e at each load with its 95 % interval, and e = {MILLI * c:.3g} mm (f_n / 1 N)^{gamma:.2g}."
+    _with_intervals(axes, lengths, MILLI)
+    top = MILLI * max(each.upper if math.isfinite(each.upper) else each.value for each in lengths)
+    axes.set_xscale("log")
+    axes.set_ylim(0.0, 1.25 * top)
+    _plain_ticks(axes, loads)
+    dress(axes, x="normal force [N]", y="spin length e [mm]")
+    legend_above(figure, [axes], columns=4)
+    return Picture(title="Spin length over load", caption=said, full=figure)
+
+
+def speed_picture(speeds: Sequence[Measured], curve: FloatArray | None) -> Picture | None:
+    """Return the picture of mu over the slip speed, or None for a single speed."""
+    if len(speeds) < 2:
+        return None
+    figure = new_figure(Width.HALF, 3.4)
+    axes = figure.subplots()
+    if curve is not None:
+        axes.plot(MILLI * curve[0], curve[1], color=MEASURED, linewidth=1.2, label="fitted")
+    _with_intervals(axes, speeds, 1.0, MILLI)
+    values = [each.value for each in speeds] + [each.true for each in speeds if each.true is not None]
+    axes.set_xscale("log")
+    axes.set_ylim(0.0, 1.3 * max(values))
+    _plain_ticks(axes, MILLI * np.array([each.at for each in speeds]))
+    dress(axes, x="slip speed [mm/s]", y="friction $\\mu$")
+    legend_above(figure, [axes], columns=4)
+    return Picture(
+        title="Friction over speed",
+        caption="Dry friction hardly changes with the speed; what creeps, as grease does, is proportional to it.",
+        full=figure,
+    )
+
+
+def _with_intervals(axes: Axes, told: Sequence[Measured], unit: float, across: float = 1.0) -> None:
+    true = [(across * each.at, unit * each.true) for each in told if each.true is not None]
+    if true:
+        axes.plot(*zip(*true, strict=True), "_", color=TRUE, markersize=15, markeredgewidth=2.2, label="true")
+    slipped = [each for each in told if not each.bound]
+    bounds = [each for each in told if each.bound]
+    if slipped:
+        value = np.array([each.value for each in slipped])
+        ends = np.array([[each.lower, each.upper] for each in slipped]).T
+        axes.errorbar(
+            [across * each.at for each in slipped],
+            unit * value,
+            yerr=unit * np.abs(ends - value),
+            fmt="o",
+            markersize=4,
+            color=INK,
+            elinewidth=1.2,
+            capsize=3,
+            label="measured",
+        )
+    if bounds:
+        axes.plot(
+            [across * each.at for each in bounds],
+            [unit * each.value for each in bounds],
+            "^",
+            color=QUIET,
+            markersize=6,
+            label="at least",
+        )
+
+
+def _curve(p: float) -> tuple[FloatArray, FloatArray]:
+    """A quarter of |x|^p + |y|^p = 1."""
+    angle = np.linspace(0.0, 0.5 * np.pi, 181)
+    x: FloatArray = np.cos(angle) ** (2.0 / p)
+    y: FloatArray = np.abs(np.sin(angle)) ** (2.0 / p)
+    return x, y
+
+
+def _plain_ticks(axes: Axes, values: FloatArray) -> None:
+    axes.set_xticks(np.unique(np.round(values, 6)).tolist())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())

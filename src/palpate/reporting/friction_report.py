@@ -1,0 +1,103 @@
+"""The report on the friction of a surface, as one HTML file."""
+
+import os
+from collections.abc import Sequence
+from html import escape
+
+from rich.table import Table
+from rich.text import Text
+
+from palpate.atomic_file import replacing
+from palpate.reporting.friction_data import FrictionReport, Measured
+
+COLUMNS = ("name", "value", "unit", "note")
+
+
+def write_friction_report(report: FrictionReport, path: str | os.PathLike[str]) -> None:
+    """Write `report` as one HTML file that needs nothing else; a former one is replaced once the new one is whole.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    text = friction_html(report)
+    with replacing(path) as file:
+        file.write(text.encode("utf-8"))
+
+
+def friction_html(report: FrictionReport) -> str:
+    """Return `report` as the text of an HTML document."""
+    # matplotlib takes a third of a second to import: only those who write a report wait for it.
+    from palpate.reporting.force_picture import force_overview
+    from palpate.reporting.friction_pictures import length_picture, speed_picture, stroke_picture, surface_picture
+    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.timing_picture import timing_picture
+    from palpate.reporting.timing_table import timing_rows
+
+    told = [
+        stroke_picture(report.strokes, report.friction),
+        None if report.surface is None else surface_picture(report.surface),
+        length_picture(report.lengths, report.growth),
+        speed_picture(report.speeds, report.curve),
+    ]
+    over_time = [force_overview(report.series)] if report.series.phase else []
+    note = [f"<p>{escape(report.note)}</p>"] if report.note else []
+    timing = table(timing_rows(report.timing), COLUMNS)
+    return page(
+        report.title,
+        [
+            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
+            table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
+            section("Which surface it may be", note),
+            section("What was felt", _there(picture_cards(told))),
+            section("At each load", _there(table(_load_rows(report), COLUMNS))),
+            section("At each speed", _there(table(_speed_rows(report), COLUMNS))),
+            section("Over time", _there(picture_cards(over_time))),
+            section("Computing", _there(timing, picture_cards([timing_picture(report.timing)]))),
+            section("Settings", _there(table(report.settings, ("name", "value")))),
+            "<footer>Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of "
+            "100 runs: they count calibration and drift of the sensor too. Written by palpate.</footer>",
+        ],
+    )
+
+
+def friction_table(report: FrictionReport) -> Table:
+    """Return the key figures for the terminal, texts as they are."""
+    table = Table(title=Text(report.title), caption=Text(report.outcome), show_header=False)
+    table.add_column("name")
+    table.add_column("value", justify="right", style="bold")
+    table.add_column("unit")
+    table.add_column("note", style="dim")
+    for figure in report.summary:
+        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
+    return table
+
+
+def _load_rows(report: FrictionReport) -> list[tuple[str, str, str, str]]:
+    return [
+        *_rows(report.friction, "mu", "N", 1.0),
+        *_rows(report.lengths, "e", "N", 1.0, "mm", 1e3),
+    ]
+
+
+def _speed_rows(report: FrictionReport) -> list[tuple[str, str, str, str]]:
+    # a single one stands among the loads
+    return _rows(report.speeds, "mu", "mm/s", 1e3) if len(report.speeds) > 1 else []
+
+
+def _rows(
+    told: Sequence[Measured], name: str, at_unit: str, at_factor: float, unit: str = "", factor: float = 1.0
+) -> list[tuple[str, str, str, str]]:
+    rows = []
+    for each in told:
+        true = "" if each.true is None else f"; true {factor * each.true:.4g}"
+        if each.bound:
+            value, note = f"at least {factor * each.value:.3g}", "it never slipped: a lower bound"
+        else:
+            value = f"{factor * each.value:.4g}"
+            note = f"95 %: {factor * each.lower:.4g} to {factor * each.upper:.4g}"
+        rows.append((f"{name} at {at_factor * each.at:.3g} {at_unit}", value, unit, note + true))
+    return rows
+
+
+def _there(*parts: str) -> list[str]:
+    return [part for part in parts if part]

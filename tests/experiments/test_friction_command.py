@@ -1,0 +1,356 @@
+"""`palpate friction`: what is found of simulated surfaces, what is kept of it, and how it is asked for."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.cli import main
+from palpate.errors import InvalidValueError
+from palpate.experiments.friction_command import run_friction
+from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.friction_file import (
+    Finding,
+    FrictionFile,
+    How,
+    friction_file_text,
+    load_friction_file,
+    read_friction_file,
+)
+from palpate.experiments.friction_library import library_of
+from palpate.experiments.friction_plan import plan, plan_from_texts
+from palpate.experiments.friction_pooled import growth_of, pooled
+from palpate.experiments.friction_report import friction_report, key_figures
+from palpate.experiments.friction_run import evaluate_log, find_friction
+from palpate.experiments.friction_strokes import FreeAir
+from palpate.experiments.friction_text import friction_text, read_friction_config
+from palpate.experiments.replay import replay_log
+from palpate.friction import LimitSurface
+from palpate.friction.estimate import Estimate
+from palpate.friction.rubbing import FrictionBound, FrictionMeasured
+from palpate.friction.twisting import SpinBound
+from palpate.runtime.log import log_in, read_log
+
+NOISY = {"force_noise": 0.01, "moment_noise": 1e-4}
+QUICK = {"quick": True, "loads": (1.0, 3.0), **NOISY}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Of a quick run by the command itself."""
+    out = tmp_path_factory.mktemp("friction")
+    config = FrictionConfig(**QUICK, friction=0.7, spin_length=0.002, out=out, library=Path("simulated"))
+    assert run_friction(config) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def sticking():
+    """A run on a skin that gives way for longer than the finger may rub."""
+    return find_friction(FrictionConfig(quick=True, loads=(4.0,), skin_stiffness=40.0))
+
+
+# --- what is found ---
+
+
+def test_mu_and_e_lie_within_their_intervals_which_are_narrow(folder):
+    file = load_friction_file(folder / "friction.yaml")
+    assert file.friction.lower <= 0.7 <= file.friction.upper
+    assert file.spin_length.lower <= 0.002 <= file.spin_length.upper
+    assert file.friction.value == pytest.approx(0.7, rel=0.03)
+    assert file.spin_length.value == pytest.approx(0.002, rel=0.05)
+    assert file.load_exponent.lower <= 0.0 <= file.load_exponent.upper < 0.1
+    assert {file.friction.how, file.spin_length.how, file.load_exponent.how} == {How.MEASURED}
+    assert file.norm_exponent.how is How.ASSUMED
+    assert [at.normal_force for at in file.loads] == pytest.approx([1.0, 3.0], rel=0.05)
+
+
+def test_what_is_kept_reads_back_to_the_same_and_is_a_limit_surface(folder):
+    path = folder / "friction.yaml"
+    file = load_friction_file(path)
+    assert read_friction_file(friction_file_text(file)) == file
+    assert friction_file_text(file) == path.read_text(encoding="utf-8")
+    surface = file.limit_surface()
+    assert isinstance(surface, LimitSurface)
+    assert surface.friction == file.friction.value
+    assert surface.spin_length == file.spin_length.value
+
+
+def test_its_log_replays_bit_for_bit_and_tells_the_same_again(folder):
+    assert replay_log(folder).identical
+    found = evaluate_log(read_log(log_in(folder)))
+    kept = load_friction_file(folder / "friction.yaml")
+    assert [at.friction.friction.value for at in found.loads] == [at.friction.value for at in kept.loads]
+    assert [at.spin.spin_length.value for at in found.loads] == [at.spin_length.value for at in kept.loads]
+
+
+def test_the_report_is_one_page_that_shows_and_tells_it(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    for text in (
+        "Limit surface",
+        "Friction along the strokes",
+        "Spin length over load",
+        "Which surface it may be",
+    ):
+        assert text in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    assert "nan" not in page.replace("data:image", "").lower().split("<h2>what was felt")[0]
+
+
+def test_a_replay_can_change_what_control_goes_by_but_not_the_surface(folder):
+    with pytest.raises(
+        InvalidValueError, match="friction: a replay cannot change it: the samples are as recorded"
+    ):
+        replay_log(folder, {"friction": 0.5})
+    assert not replay_log(folder, {"loads": [2.0, 3.0]}).identical
+
+
+def test_what_never_slipped_gives_bounds_below_the_truth_and_says_so(sticking):
+    assert all(isinstance(at.friction, FrictionBound) for at in sticking.found.loads)
+    file = sticking.file
+    assert file.friction.how is How.BOUND
+    assert 0.0 < file.friction.value <= 0.5
+    assert math.isinf(file.friction.upper)
+    assert file.spin_length is None or file.spin_length.how is How.BOUND
+    report = friction_report(sticking)
+    assert "It never slipped along the surface: mu is at least" in report.outcome
+    assert key_figures(sticking)[0].text.startswith("at least")
+    assert read_friction_file(friction_file_text(file)) == file
+    longest = max(pair.rub.travel for pair in sticking.pairs)
+    assert longest == pytest.approx(sticking.planned.wanted.most_travel)
+
+
+def test_of_a_skin_that_slips_late_only_strokes_that_went_far_enough_count():
+    """Slip begins after mu f_n / K = 1.7 mm, back after twice that: 4.6 mm are too short to be sure."""
+    found = find_friction(FrictionConfig(quick=True, loads=(1.0,), skin_stiffness=300.0, robot="stage"))
+    ways = [pair.rub.travel for pair in found.pairs]
+    assert len(ways) > 1
+    assert found.file.friction.how is How.MEASURED
+    assert found.file.friction.lower <= 0.5 <= found.file.friction.upper
+    assert found.file.friction.value == pytest.approx(0.5, rel=0.05)
+
+
+def test_a_robot_that_cannot_turn_finds_mu_and_says_that_nothing_is_known_of_e():
+    found = find_friction(FrictionConfig(quick=True, loads=(2.0,), robot="stage"))
+    assert found.file.friction.value == pytest.approx(0.5, rel=0.01)
+    assert found.file.spin_length is None
+    assert "nothing is known of e" in friction_report(found).outcome
+    with pytest.raises(InvalidValueError, match="spin_length_m: not known"):
+        found.file.limit_surface()
+    assert read_friction_file(friction_file_text(found.file)) == found.file
+
+
+def test_a_sensor_that_drifts_is_set_right_by_free_air_before_and_after():
+    drifting = FrictionConfig(quick=True, loads=(1.0,), robot="turning-stage-nano17", drift=0.6, calibration=0.01)
+    found = find_friction(drifting)
+    assert np.abs(found.air.moved[:3]).max() > 0.05
+    assert found.file.friction.lower <= 0.5 <= found.file.friction.upper
+    assert found.file.friction.value == pytest.approx(0.5, rel=0.03)
+    assert found.file.spin_length.value == pytest.approx(0.003, rel=0.05)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(0.0, 1.0))
+def test_a_zero_that_moves_evenly_is_known_at_all_times(first, last, share):
+    air = FreeAir(np.array([1.0, 21.0]), np.outer([first, last], np.ones(6)), np.ones(6))
+    wanted = first + share * (last - first)
+    assert air.at(np.array([1.0 + 20.0 * share]))[0] == pytest.approx([wanted] * 6, abs=1e-12)
+
+
+# --- putting estimates together ---
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.floats(0.0, 1.0 / 3.0), st.floats(1e-3, 8e-3), st.lists(st.floats(0.5, 8.0), min_size=2, max_size=5))
+def test_growth_is_exact_on_a_power_law(gamma, c, loads):
+    if max(loads) < 1.5 * min(loads):
+        return
+    growth = growth_of(loads, [Estimate(c * f**gamma, 1e-3 * c, 1e-3 * c) for f in loads])
+    assert growth.spin_length == pytest.approx(c, rel=1e-6)
+    assert growth.load_exponent == pytest.approx(gamma, abs=1e-6)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.floats(0.1, 1.2), min_size=1, max_size=5), st.floats(1e-4, 1e-2), st.floats(0.0, 1e-2))
+def test_a_mean_is_in_between_and_never_surer_than_the_model_nor_than_it_scatters(values, noise, model):
+    mean = pooled([Estimate(value, noise, model) for value in values])
+    assert min(values) - 1e-12 <= mean.value <= max(values) + 1e-12
+    assert mean.model == pytest.approx(model)
+    if len(values) > 1:
+        scatter = math.sqrt(np.mean((np.array(values) - mean.value) ** 2) / (len(values) - 1))
+        assert mean.noise >= 0.999 * max(scatter, noise / math.sqrt(len(values)))
+
+
+# --- the file ---
+
+
+def finding(value, how=How.MEASURED):
+    return Finding(value=value, lower=0.9 * value, upper=1.1 * value, how=how)
+
+
+KEPT = FrictionFile(
+    palpate_friction=1,
+    provenance="a test",
+    friction=finding(0.5),
+    speed=0.01,
+    spin_length=finding(0.003),
+    load_exponent=finding(0.2),
+    norm_exponent=finding(1.5),
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("speed_m_per_s", "speed_mm_per_s", "speed_mm_per_s"),
+        ("palpate_friction: 1", "palpate_friction: 2", "reads version 1"),
+        ("value: 0.003", "value: 3.0", "within its interval"),
+        ("how: measured", "how: guessed", "guessed"),
+        ("value: 1.5", "value: words", "norm_exponent"),
+    ],
+)
+def test_a_file_with_a_mistake_is_refused_by_name(old, new, message):
+    text = friction_file_text(KEPT)
+    assert old in text
+    with pytest.raises(InvalidValueError, match=message):
+        read_friction_file(text.replace(old, new, 1))
+
+
+def test_a_length_in_millimetres_is_refused():
+    with pytest.raises(InvalidValueError, match="metres are meant"):
+        msgspec.structs.replace(KEPT, spin_length=finding(3.0))
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"none\.yaml: cannot be read"):
+        load_friction_file(tmp_path / "none.yaml")
+
+
+# --- asking for it ---
+
+
+def test_a_configuration_survives_its_log():
+    config = FrictionConfig(norm_exponent=1.5, loads=(1.0, 5.0), fit_exponents=True, library=Path("x.yaml"))
+    assert read_friction_config(friction_text(config)) == config
+
+
+def test_the_same_plan_comes_of_its_texts():
+    planned = plan(FrictionConfig(friction=0.8, quick=True))
+    again = plan_from_texts(planned.texts())
+    assert (again.wanted, again.parameters, again.config) == (planned.wanted, planned.parameters, planned.config)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"loads": ()}, "loads: there are none"),
+        ({"loads": (2.0, 1.0)}, "loads = 2 1: must rise"),
+        ({"loads": (0.1,)}, "must be at least"),
+        ({"loads": (2.0, 3.0), "fit_exponents": True}, "at least twice the least"),
+        ({"friction": 0.5, "static_friction": 0.4}, "static_friction = 0.4: must be at least friction"),
+        ({"norm_exponent": 2.5}, "norm_exponent = 2.5"),
+        ({"object": "sphere", "size": (0.1, 0.1)}, "a sphere takes 1"),
+        ({"object": "sphere", "most_travel": 0.02}, "most_travel = 0.02 m: must be at most 0.006 m"),
+        ({"speed": 0.2}, "rub more slowly"),
+        ({"travel": 0.05}, "travel = 0.05 m: must be at most 0.025 m"),
+        ({"robot": "stage", "fit_exponents": True}, "it cannot turn its tip"),
+        ({"repeats": 0}, "repeats = 0"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_remedy(fields, message):
+    with pytest.raises(InvalidValueError, match=message):
+        plan(FrictionConfig(**fields))
+
+
+def test_strokes_that_are_too_long_for_a_sphere_are_left_out_and_named():
+    planned = plan(FrictionConfig(object="sphere"))
+    assert planned.left_out == (0.02, 0.04)
+    assert planned.wanted.speeds == (0.0025, 0.005)
+
+
+def test_a_library_that_is_not_there_is_refused_before_anything_moves():
+    with pytest.raises(InvalidValueError, match=r"library = none\.yaml: cannot be read.*--library simulated"):
+        library_of(FrictionConfig(library=Path("none.yaml")))
+
+
+def test_help_teaches_and_mistakes_are_told(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["friction", "--help"])
+    assert ended.value.code == 0
+    text = capsys.readouterr().out
+    for word in ("--spin-length", "--fit-exponents", "--library", "friction.yaml", "lower bound"):
+        assert word in text
+    assert main(["friction", "--loads", "1", "--travel", "0.05"]) == 2
+    assert "palpate: travel = 0.05 m: must be at most 0.025 m" in capsys.readouterr().err
+
+
+# --- larger runs ---
+
+
+@pytest.mark.slow
+def test_exponents_of_the_friction_plant_are_found():
+    config = FrictionConfig(
+        quick=True, fit_exponents=True, norm_exponent=1.4, load_exponent=0.25, loads=(1.0, 5.0), **NOISY
+    )
+    found = find_friction(config)
+    surface = found.file.limit_surface()
+    assert surface.norm_exponent == pytest.approx(1.4, abs=0.15)
+    assert surface.load_exponent == pytest.approx(0.25, abs=0.05)
+    assert surface.friction == pytest.approx(0.5, rel=0.03)
+    assert surface.spin_length == pytest.approx(0.003, rel=0.05)
+    assert {found.file.norm_exponent.how, found.file.load_exponent.how} == {How.MEASURED}
+
+
+@pytest.mark.slow
+def test_static_and_kinetic_friction_are_told_apart_by_the_speeds():
+    config = FrictionConfig(static_friction=0.7, stribeck_speed=0.005, loads=(1.0, 2.0, 4.0), **NOISY)
+    found = find_friction(config)
+    assert found.found.curve.kinetic_friction == pytest.approx(0.5, rel=0.03)
+    assert found.file.static_friction.value == pytest.approx(0.7, rel=0.1)
+    # e by mu at the speed of the twists, not at that of the strokes
+    assert found.file.spin_length.value == pytest.approx(0.003, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["ur5e-sim", "turning-stage-nano17"])
+@pytest.mark.parametrize("shape", ["box", "sphere"])
+def test_other_robots_and_objects_find_the_same(robot, shape):
+    config = FrictionConfig(
+        quick=True, robot=robot, object=shape, friction=0.8, spin_length=0.004, calibration=0.01
+    )
+    found = find_friction(config)
+    assert found.run.stopped
+    assert found.file.friction.value == pytest.approx(0.8, rel=0.03)
+    assert found.file.spin_length.value == pytest.approx(0.004, rel=0.05)
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_over_many_surfaces():
+    rng = np.random.default_rng(20)
+    held, close = [], []
+    for seed in range(20):
+        mu, e = math.exp(rng.uniform(*np.log((0.1, 1.2)))), math.exp(rng.uniform(*np.log((1e-3, 8e-3))))
+        load = max(1.0, 0.3e-3 / (mu * e))
+        if load > 5.0:
+            continue
+        config = FrictionConfig(
+            quick=True, friction=mu, spin_length=e, loads=(load,), object="plate", seed=seed, **NOISY
+        )
+        file = find_friction(config).file
+        for found, true, within in ((file.friction, mu, 0.03), (file.spin_length, e, 0.05)):
+            held.append(found.lower <= true <= found.upper)
+            close.append(abs(found.value / true - 1.0) <= within)
+    assert np.mean(held) >= 0.93
+    assert np.mean(close) >= 0.95
+
+
+def test_strokes_that_slipped_are_told_from_those_that_did_not(folder, sticking):
+    found = evaluate_log(read_log(log_in(folder)))
+    assert all(isinstance(at.friction, FrictionMeasured) for at in found.loads)
+    assert not any(isinstance(at.spin, SpinBound) for at in found.loads)
+    assert replace(FrictionConfig(), quick=True).rubbed_loads == (1.0, 4.0)
