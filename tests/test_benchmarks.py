@@ -173,6 +173,7 @@ def test_it_starts_from_the_folder():
         "materials.py",
         "slip.py",
         "holding.py",
+        "micro_motions.py",
     ],
 )
 def test_every_benchmark_says_what_it_measures(script):

@@ -17,6 +17,10 @@ from palpate.experiments.compare_config import CompareConfig
 from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import ExploreOptions
+from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.friction_options import FrictionOptions
+from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_options import GraspOptions
 from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_options import RegulateOptions
@@ -76,6 +80,20 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Hold a force on a simulated surface that stands, moves or yields, and show how well.",
         "palpate.experiments.regulate_options:default_options",
         RegulateConfig,
+    ),
+    "friction": Command(
+        FrictionOptions,
+        "palpate.experiments.friction_command:run_friction",
+        "Rub a simulated surface: its friction, how it bears torque, with intervals.",
+        "palpate.experiments.friction_options:default_options",
+        FrictionConfig,
+    ),
+    "grasp": Command(
+        GraspOptions,
+        "palpate.experiments.grasp_command:run_grasp",
+        "Hold an object that is pulled at so that it neither slips nor spins, and show what grip it took.",
+        "palpate.experiments.grasp_options:default_options",
+        GraspConfig,
     ),
     "contact": Command(
         ContactConfig,

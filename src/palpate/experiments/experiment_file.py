@@ -7,6 +7,7 @@ from pathlib import Path
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.grasp_config import GraspConfig
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.strict_decode import decode, decode_some, load_text, read_mapping
 from palpate.yaml_text import yaml_text
@@ -26,10 +27,15 @@ OTHER_FILES = {
 KINDS: Mapping[str, type[ExploreConfig]] = {"explore": ExploreConfig}
 """Every experiment whose log keeps its configuration as `EXPERIMENT_TEXT`."""
 
-NAMED: Mapping[str, type] = {**KINDS, "regulate": RegulateConfig, "friction": FrictionConfig}
+NAMED: Mapping[str, type] = {
+    **KINDS,
+    "regulate": RegulateConfig,
+    "friction": FrictionConfig,
+    "grasp": GraspConfig,
+}
 """Every experiment that a file which people write can be for."""
 
-NEIGHBOURS = ("file", "motion_file", "library")
+NEIGHBOURS = ("file", "motion_file", "library", "friction_file")
 """Fields that name files, which are looked for next to the one that names them."""
 
 

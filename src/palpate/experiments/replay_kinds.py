@@ -7,6 +7,8 @@ from typing import Protocol
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, read_config
 from palpate.experiments.explore_plan import plan_with
+from palpate.experiments.friction_replay import RUBBING, planned_rubbing
+from palpate.experiments.friction_text import FRICTION_TEXT
 from palpate.experiments.regulate_file import REGULATION_TEXT
 from palpate.experiments.regulate_replay import REGULATION, planned_regulation
 from palpate.experiments.replay_settings import EXPLORATION, Changeable, changed_config
@@ -66,6 +68,7 @@ def _exploration(texts: Mapping[str, str], settings: Mapping[str, object]) -> Re
 KINDS = (
     LogKind("palpate explore", EXPERIMENT_TEXT, EXPLORATION, _exploration),
     LogKind("palpate regulate", REGULATION_TEXT, REGULATION, planned_regulation),
+    LogKind("palpate friction", FRICTION_TEXT, RUBBING, planned_rubbing),
 )
 """Every experiment that can be replayed."""
 

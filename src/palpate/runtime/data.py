@@ -39,7 +39,8 @@ class HandSample:
 
     Attributes:
         time: When it was sampled [s].
-        joint_position: Of each joint [rad, or m if it slides].
+        joint_position: Of each joint [rad, or m if it slides]: the fingers' first, then those that nobody drives,
+            as an object that turns between the fingertips.
     """
 
     time: float

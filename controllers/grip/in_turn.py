@@ -1,0 +1,38 @@
+"""One controller after another: grip and lift, then pivot, then slide."""
+
+from palpate.errors import InvalidValueError
+from palpate.runtime.data import Command, Observation, Phase
+from palpate.runtime.protocols import Controller
+
+
+class InTurn:
+    """Runs controllers, each from where the one before was DONE; ends as the last, or with the first LOST.
+
+    Attributes:
+        at: Index of the one that runs.
+    """
+
+    def __init__(self, *controllers: Controller) -> None:
+        """Take them.
+
+        Raises:
+            InvalidValueError: None given.
+        """
+        if not controllers:
+            raise InvalidValueError("InTurn() has no controller: give at least one")
+        self._controllers = controllers
+        self.at = 0
+
+    def start(self, first: Observation) -> None:
+        """Take the first observation."""
+        self.at = 0
+        self._controllers[0].start(first)
+
+    def step(self, now: Observation) -> Command:
+        """Return what hand and arm are to do during the next period."""
+        command = self._controllers[self.at].step(now)
+        if command.phase is Phase.DONE and self.at + 1 < len(self._controllers):
+            self.at += 1
+            self._controllers[self.at].start(now)
+            return self._controllers[self.at].step(now)
+        return command

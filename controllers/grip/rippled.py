@@ -1,0 +1,43 @@
+"""A slip-safe grip with a small ripple on it, by which slip is felt where friction is only guessed."""
+
+from palpate.controllers.grip.belief import SlipWatch, SurfaceBelief
+from palpate.controllers.grip.need import GripNeed
+from palpate.controllers.grip.parameters import GripParameters
+from palpate.controllers.grip.slip_safe import SlipSafeGrip
+from palpate.friction.slip.grip_dither import GripDither
+from palpate.runtime.data import Observation
+
+
+class RippledGrip(SlipSafeGrip):
+    """Presses as `SlipSafeGrip` does, and ripples: what `palpate.friction.slip.excited_slip` listens to.
+
+    The grip is raised by the ripple's amplitude, so that it never falls below what is safe.
+    """
+
+    def __init__(
+        self,
+        fingers: int,
+        belief: SurfaceBelief,
+        period: float,
+        dither: GripDither,
+        parameters: GripParameters | None = None,
+        watch: SlipWatch | None = None,
+        need: GripNeed | None = None,
+    ) -> None:
+        """Take the ripple, and all else as `SlipSafeGrip` does.
+
+        Raises:
+            InvalidValueError: The ripple is too fast for the period.
+        """
+        dither.half_cycle(period)
+        self._dither = dither
+        super().__init__(fingers, belief, period, parameters, watch, need)
+
+    def step(self, now: Observation, at_least: float = 0.0) -> tuple[float, ...]:
+        """See `SlipSafeGrip`."""
+        dither = self._dither
+        most = self.parameters.largest_grip
+        return tuple(
+            min(force + dither.amplitude_at(force) + dither.force_at(now.time, force), most)
+            for force in super().step(now, at_least)
+        )

@@ -1,0 +1,273 @@
+"""Run a grasp, and say what came of it."""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.controllers.grip.grasp import GraspStage
+from palpate.controllers.grip.noted_watch import SlipAlarm
+from palpate.errors import FloatArray
+from palpate.experiments.grasp_least import least_grip
+from palpate.experiments.grasp_plan import PERIOD, GraspPlan
+from palpate.experiments.grasp_truth import STAGES, GraspTruth, GraspTruthRecorder
+from palpate.experiments.output_folder import make_folder
+from palpate.runtime import Ending, Observer, RunResult, Supervisor, Touch, run
+from palpate.runtime.log import Recorder, Sink
+from palpate.sim.fidelity import GRAVITY
+
+BoolArray = npt.NDArray[np.bool_]
+
+DROPPED = 0.01
+"""[m] Of slip: that is a drop, even if the table or a fingertip caught it."""
+
+SLIPPED, SPUN = 2e-5, math.radians(0.2)
+"""[m], [rad] From there on it counts as slip: below, it is what contacts give way by, and creep."""
+
+EVERY = 5
+"""Periods from one to the next for which the least grip is worked out."""
+
+SLACK = 20.0
+"""[s] For which a run may go on longer than planned."""
+
+
+@dataclass(frozen=True, slots=True)
+class Onset:
+    """When a finger's contact began to slip by the truth, and when that was told.
+
+    Attributes:
+        finger: Where.
+        time: By the truth [s].
+        told: By the first alarm there since the pull began [s]; NaN if there was none.
+    """
+
+    finger: int
+    time: float
+    told: float
+
+    @property
+    def latency(self) -> float:
+        """From slip to alarm [s]; below 0 if it was told before."""
+        return self.told - self.time
+
+
+@dataclass(frozen=True, eq=False)
+class Grasp:
+    """What came of a grasp.
+
+    Attributes:
+        planned: What was planned.
+        run: How it went.
+        truth: What really happened.
+        alarms: Slips that were told.
+        regrips: How often the grip answered one.
+        beside: What became of the same with a control that ignores spin, if that was asked for.
+    """
+
+    planned: GraspPlan
+    run: RunResult
+    truth: GraspTruth
+    alarms: tuple[SlipAlarm, ...]
+    regrips: int
+    beside: "Grasp | None" = field(default=None)
+
+    @cached_property
+    def counted(self) -> BoolArray:
+        """Which periods count: from when something pulls until all of it was held, shape (n,)."""
+        times, time = self.planned.times, self.truth.time
+        holding = self.truth.stage == STAGES.index(GraspStage.HOLD)
+        return np.asarray((time >= times.begin) & (time < times.end) & holding)
+
+    @cached_property
+    def carried(self) -> BoolArray:
+        """In which periods it is held, and fingers alone bear it, shape (n,)."""
+        return np.asarray(self.truth.stage == STAGES.index(GraspStage.HOLD))
+
+    @property
+    def slip(self) -> float:
+        """Largest over any fingertip while it was pulled [m]."""
+        return float(self.truth.slip[self.counted].max(initial=0.0))
+
+    @property
+    def spin(self) -> float:
+        """Likewise, about its normal [rad]."""
+        return float(self.truth.spin[self.counted].max(initial=0.0))
+
+    @property
+    def dropped(self) -> bool:
+        """Whether the object was lost."""
+        lost = self.truth.touching[self.counted].sum(axis=1).min(initial=self.truth.fingers) < 2
+        return bool(lost) or self.slip > DROPPED or not self.counted.any()
+
+    @cached_property
+    def least(self) -> FloatArray:
+        """Least grip of the true load, shape (n,) [N]; NaN where the fingers do not bear it alone."""
+        truth, planned = self.truth, self.planned
+        least = np.full(len(truth), np.nan)
+        at = np.flatnonzero(self.carried & truth.touching.all(axis=1))
+        if not len(at):
+            return least
+        chosen = np.unique(np.append(at[::EVERY], at[-1]))
+        weight = np.array([0.0, 0.0, -planned.config.mass * GRAVITY, 0.0, 0.0, 0.0])
+        values = []
+        for i in chosen:
+            contacts = [(x, y, z) for x, y, z in truth.contact[i].tolist()]
+            normals = [(x, y, z) for x, y, z in truth.normal[i].tolist()]
+            a, b, c, d, e, f = (truth.pull[i] + weight).tolist()
+            values.append(least_grip(planned.true, (a, b, c, d, e, f), contacts, normals))
+        least[at] = np.interp(truth.time[at], truth.time[chosen], values)
+        return least
+
+    @cached_property
+    def felt(self) -> FloatArray:
+        """True normal force, mean over the fingers, shape (n,) [N]."""
+        return np.asarray(self.truth.loads[:, :, 0].mean(axis=1))
+
+    @property
+    def grip_ratio(self) -> float:
+        """Mean of the true grip over the mean of the least, while it was pulled; NaN if it was never held."""
+        known = self.counted & np.isfinite(self.least)
+        return float(self.felt[known].sum() / self.least[known].sum()) if known.any() else math.nan
+
+    @property
+    def tightest(self) -> float:
+        """Smallest of that ratio at any instant."""
+        known = self.counted & np.isfinite(self.least) & (self.least > 0.0)
+        return float((self.felt[known] / self.least[known]).min()) if known.any() else math.nan
+
+    @cached_property
+    def slipping(self) -> BoolArray:
+        """Whether a contact slips, shape (n, k): beyond `SLIPPED` or `SPUN`, and going on."""
+        truth = self.truth
+        beyond = (truth.slip > SLIPPED) | (truth.spin > SPUN)
+        moved = np.maximum(truth.slip / SLIPPED, truth.spin / SPUN)
+        grown = np.zeros_like(beyond)
+        # within 10 ms, a tenth of what counts
+        grown[10:] = np.abs(moved[10:] - moved[:-10]) > 0.1
+        return beyond & grown & self.counted[:, None]
+
+    @cached_property
+    def onsets(self) -> tuple[Onset, ...]:
+        """Where and when it began to slip, at most one per finger."""
+        found = []
+        for k in range(self.truth.fingers):
+            beyond = ((self.truth.slip[:, k] > SLIPPED) | (self.truth.spin[:, k] > SPUN)) & self.counted
+            if beyond.any():
+                told = [a.time for a in self.pulled_alarms if a.finger == k]
+                found.append(Onset(k, float(self.truth.time[int(beyond.argmax())]), min(told, default=math.nan)))
+        return tuple(found)
+
+    @property
+    def pulled_alarms(self) -> tuple[SlipAlarm, ...]:
+        """Alarms while it was pulled."""
+        times = self.planned.times
+        return tuple(alarm for alarm in self.alarms if times.begin <= alarm.time < times.end)
+
+    @property
+    def let_go(self) -> bool:
+        """Whether the object was set down and let go in the end."""
+        return self.run.ending is Ending.DONE
+
+
+class GraspAttempt:
+    """One try at a grasp: it is run once, and what came of it is told, however the run ended."""
+
+    def __init__(self, planned: GraspPlan) -> None:
+        """Take what to do.
+
+        Raises:
+            InvalidValueError: It cannot be simulated.
+        """
+        self._planned = planned
+        self._backend, self._watch = planned.backend(), planned.watch()
+        self.controller = planned.controller(self._watch)
+        self._truth = GraspTruthRecorder(self._backend, self.controller, planned.times.begin)
+
+    def run(
+        self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = (), touch: Touch | None = None
+    ) -> RunResult:
+        """Move the hand.
+
+        Args:
+            observers: Called every period, for example to show progress.
+            sinks: Where to record it.
+            touch: Another one than planned.
+
+        Raises:
+            KeyboardInterrupt: The hand was stopped; what was found until then is here.
+        """
+        planned = self._planned
+        return run(
+            self._backend,
+            touch or planned.touch(),
+            self.controller,
+            Supervisor(planned.limits),
+            duration=planned.expected_duration + SLACK,
+            recorder=Recorder(*sinks) if sinks else None,
+            observers=(self._truth, *observers),
+        )
+
+    def found(self, result: RunResult, beside: Grasp | None = None) -> Grasp:
+        """Return what came of a run that went like `result`."""
+        watch, grip = self._watch, self.controller.grip
+        return Grasp(self._planned, result, self._truth.truth(), watch.alarms, grip.regrips, beside)
+
+
+def carry_out(planned: GraspPlan, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> Grasp:
+    """Grasp; and once more, ignoring spin, if that is asked for.
+
+    Args:
+        planned: What to do.
+        observers: Called every period, for example to show progress.
+        sinks: Where to record the first of both.
+
+    Raises:
+        InvalidValueError: It cannot be simulated.
+        KeyboardInterrupt: The hand was stopped.
+    """
+    attempt = GraspAttempt(planned)
+    result = attempt.run(observers, sinks)
+    return attempt.found(result, without_spin(planned, observers))
+
+
+def without_spin(planned: GraspPlan, observers: tuple[Observer, ...] = ()) -> Grasp | None:
+    """Return the same with a control that ignores spin, if that is asked for."""
+    if not planned.config.against_ignoring_spin:
+        return None
+    attempt = GraspAttempt(planned.ignoring_spin())
+    return attempt.found(attempt.run(observers))
+
+
+def write_grasp(grasp: Grasp, folder: Path) -> tuple[Path, ...]:
+    """Write the report and a table over time into a folder, which is made if need be.
+
+    Returns:
+        The files, the report first.
+
+    Raises:
+        InvalidValueError: The folder cannot be made.
+        OSError: A file cannot be written.
+    """
+    from palpate.experiments.grasp_report import grasp_report
+    from palpate.reporting.grasp_report import write_grasp_report
+
+    make_folder(folder)
+    report, table = folder / "report.html", folder / "grasp.csv"
+    write_grasp_report(grasp_report(grasp), report)
+    truth = grasp.truth
+    columns = (truth.time, truth.target, grasp.felt, grasp.least, truth.slip.max(axis=1), truth.spin.max(axis=1))
+    np.savetxt(
+        table,
+        np.column_stack(columns),
+        fmt="%.9g",
+        delimiter=",",
+        header="time_s,wanted_grip_N,true_grip_N,least_grip_N,slip_m,spin_rad",
+        comments="",
+    )
+    return report, table
+
+
+__all__ = ["PERIOD", "Grasp", "GraspAttempt", "Onset", "carry_out", "without_spin", "write_grasp"]

@@ -1,0 +1,42 @@
+"""Where the values of a grasp come from: default < experiment file < command line."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.typed_options import option, settled, unchecked
+
+
+@dataclass(frozen=True, slots=True)
+class GraspOptions(GraspConfig):
+    """What people can type for a grasp: its values, and a file with more of them."""
+
+    config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
+    """Experiment file: lines like `pull: 3`, with the names of these options. What is typed here goes before what
+    it says."""
+
+    @property
+    def settled(self) -> GraspConfig:
+        """The values alone, wherever they came from."""
+        return settled(GraspConfig, self)
+
+
+def default_options(arguments: Sequence[str]) -> GraspOptions:
+    """Return what holds if nothing more is typed than the file that is named.
+
+    It is not checked as a whole, for what is typed comes on top.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or something in it is wrong.
+    """
+    values: dict[str, object] = {}
+    config = option("config", arguments)
+    if config is not None:
+        from palpate.experiments.experiment_file import load_overlay
+
+        values = {"config": Path(config), **load_overlay(Path(config), GraspConfig)}
+    return unchecked(GraspOptions, values)

@@ -1,0 +1,43 @@
+"""The report on one grasp, put together."""
+
+import numpy as np
+
+from palpate.experiments.grasp import Grasp
+from palpate.experiments.grasp_truth import STAGES
+from palpate.experiments.grasp_words import account, compared, key_figures, outcome, settings, title
+from palpate.reporting.grasp_data import GraspReport, GraspSeries
+
+
+def grasp_report(grasp: Grasp) -> GraspReport:
+    """Return the report on a grasp."""
+    beside = grasp.beside
+    return GraspReport(
+        title=title(grasp),
+        outcome=outcome(grasp),
+        summary=key_figures(grasp),
+        compared=compared(grasp),
+        account=account(grasp),
+        settings=settings(grasp),
+        surface=grasp.planned.true,
+        series=series_of(grasp),
+        beside=None if beside is None else series_of(beside),
+        timing=grasp.run.timing,
+    )
+
+
+def series_of(grasp: Grasp) -> GraspSeries:
+    """Return what happened in it over time."""
+    truth = grasp.truth
+    return GraspSeries(
+        time=truth.time,
+        stage=tuple(str(STAGES[i]) for i in truth.stage),
+        wanted=truth.target,
+        felt=np.asarray(grasp.felt),
+        least=grasp.least,
+        slip=truth.slip,
+        spin=truth.spin,
+        loads=truth.loads,
+        slipping=grasp.slipping,
+        counted=grasp.counted,
+        alarms=tuple(alarm.time for alarm in grasp.pulled_alarms),
+    )

@@ -1,0 +1,81 @@
+"""What a report on one grasp is made from: numbers and arrays, no drawing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.friction import LimitSurface
+from palpate.reporting.data import KeyFigure
+from palpate.runtime import RunTiming
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraspSeries:
+    """One grasp over time, one entry per period (n) and finger (k).
+
+    Attributes:
+        time: Increasing, shape (n,) [s].
+        stage: What it was at, length n.
+        wanted: Grip that was wanted, shape (n,) [N].
+        felt: True grip, mean over the fingers, shape (n,) [N].
+        least: Least grip of the true load, shape (n,) [N]; NaN where the fingers do not bear it alone.
+        slip: Shape (n, k) [m].
+        spin: Shape (n, k) [rad].
+        loads: True normal force [N], tangential force [N], spin torque [N m], shape (n, k, 3).
+        slipping: Shape (n, k).
+        counted: Which periods figures are of, shape (n,).
+        alarms: When slip was told [s].
+    """
+
+    time: FloatArray
+    stage: tuple[str, ...]
+    wanted: FloatArray
+    felt: FloatArray
+    least: FloatArray
+    slip: FloatArray
+    spin: FloatArray
+    loads: FloatArray
+    slipping: BoolArray
+    counted: BoolArray
+    alarms: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        n = len(self.time)
+        for name in ("stage", "wanted", "felt", "least", "slip", "spin", "loads", "slipping", "counted"):
+            if len(getattr(self, name)) != n:
+                raise InvalidValueError(
+                    f"{name} has {len(getattr(self, name))} entries: must be {n}, one per time"
+                )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraspReport:
+    """All that a report on one grasp shows.
+
+    Attributes:
+        title: Heading.
+        outcome: How it ended, a sentence or more.
+        summary: Key figures, most important first.
+        compared: Name, figure, figure of the control that ignores spin; empty if there is none.
+        account: What was seen, a paragraph each.
+        settings: Name and value with unit of each setting.
+        surface: What the contacts really bear.
+        series: What happened.
+        beside: What happened with a control that ignores spin; None if that was not asked for.
+        timing: How long the periods took.
+    """
+
+    title: str
+    outcome: str
+    summary: tuple[KeyFigure, ...]
+    compared: tuple[tuple[str, str, str], ...]
+    account: tuple[str, ...]
+    settings: tuple[tuple[str, str], ...]
+    surface: LimitSurface
+    series: GraspSeries
+    beside: GraspSeries | None
+    timing: RunTiming
