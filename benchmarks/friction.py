@@ -26,12 +26,12 @@ from scipy.stats import beta
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 from closed_strokes import Sensed, elastic_pair, elastic_turns
-from palpate.friction.rubbing import FrictionMeasured, measure_friction
-from palpate.friction.slip_loads import slip_load
-from palpate.friction.stroke import TwoWay
-from palpate.friction.stroke_plan import planned_slips
-from palpate.friction.surface_fit import SlipLoad, fit_limit_surface
-from palpate.friction.twisting import SpinMeasured, measure_spin
+from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
+from palpate.friction.rubbing.slip_loads import slip_load
+from palpate.friction.rubbing.stroke import TwoWay
+from palpate.friction.rubbing.stroke_plan import planned_slips
+from palpate.friction.rubbing.surface_fit import SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 from palpate.sim.friction.law import FrictionLaw
 from rubbing_runs import Motion, Place, Rubber
 

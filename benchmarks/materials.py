@@ -27,16 +27,16 @@ from scipy.stats import beta
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from palpate.friction.grasp_seed import grasp_seed
-from palpate.friction.material import Deviations, Material
-from palpate.friction.material_library import MaterialLibrary, simulated_materials
-from palpate.friction.material_trials import confusion, drawn_specimen, drawn_touches
-from palpate.friction.next_touch import candidate_touches, next_touch
-from palpate.friction.recognition import Answer, recognise
-from palpate.friction.rubbing import FrictionMeasured, measure_friction
-from palpate.friction.stroke_plan import PlannedSlip
-from palpate.friction.touch_evidence import NeverSlipped, Touch
-from palpate.friction.twisting import SpinMeasured, measure_spin
+from palpate.friction.materials.grasp_seed import grasp_seed
+from palpate.friction.materials.library import MaterialLibrary, simulated_materials
+from palpate.friction.materials.material import Deviations, Material
+from palpate.friction.materials.next_touch import candidate_touches, next_touch
+from palpate.friction.materials.recognition import Answer, recognise
+from palpate.friction.materials.touch_evidence import NeverSlipped, Touch
+from palpate.friction.materials.trials import confusion, drawn_specimen, drawn_touches
+from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
+from palpate.friction.rubbing.stroke_plan import PlannedSlip
+from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 from palpate.reporting.confusion_picture import confusion_picture
 from palpate.sim.friction.law import FrictionLaw
 from rubbing_runs import Motion, Place, Rubber

@@ -2,8 +2,8 @@
 
 At every load the finger rubs there and back, then turns both ways, as fast as a slip of the same speed asks for
 once e is roughly known. At one load it rubs at other speeds, too. If exponents are wanted, slips follow that slide
-and turn at once (`palpate.friction.stroke_plan`). What seems only to give way is rubbed again, twice as far each
-time, until it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
+and turn at once (`palpate.friction.rubbing.stroke_plan`). What seems only to give way is rubbed again, twice as
+far each time, until it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
 """
 
 from collections.abc import Iterator
@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 from palpate.controllers.rubs import RAMP, FeltRub, Rub
 from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.friction.slip_test import LARGEST_RISE
-from palpate.friction.stroke_plan import LEAST_LOAD_SPAN, planned_slips
+from palpate.friction.rubbing.slip_test import LARGEST_RISE
+from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN, planned_slips
 
 SHORTEST = 0.5
 """Least duration of one way [s]: transients take 0.1 s of it, noise of 10 mN averages to 1 mN in the rest."""

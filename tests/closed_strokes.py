@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from palpate.friction.stroke import Stroke, TwoWay
+from palpate.friction.rubbing.stroke import Stroke, TwoWay
 
 RATE = 500.0
 

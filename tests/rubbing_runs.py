@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.friction.stroke import Stroke, TwoWay
+from palpate.friction.rubbing.stroke import Stroke, TwoWay
 from palpate.runtime.data import Command
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sim import Box, ContactLaw, MujocoBackend, Tip, TurningStage, build_scene

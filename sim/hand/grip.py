@@ -5,7 +5,8 @@ and that a goal current through the torque constant and a model of the gear's fr
 the force is to rise, `yielding_current` when it is to sink, for friction then holds it up. Behind the object
 lies the goal position that no finger reaches, so that the goal current is what counts.
 
-A force of 0 opens the hand.
+A force of 0 opens the hand, with little current: until the servo's profile is back from where it ran to behind the
+object, its goal still lies closed, and what current there is squeezes.
 """
 
 import math
@@ -17,6 +18,9 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.data import HandSample
 from palpate.sim.hand.hand import Hand, finger_name
 from palpate.sim.hand.servo import PULSE, Servo
+
+OPENING_FORCE = 0.5
+"""With which a finger opens [N]: enough against the gear's friction, and harmless while it still squeezes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,9 +126,10 @@ class Grip:
     def _write(self, positions: tuple[float, ...]) -> None:
         model, finger = self._hand.finger.servo, self._hand.finger
         for servo, force, rising, q in zip(self._servos, self._forces, self._rising, positions, strict=True):
+            lever = finger.lever(q, self._tip_along)
             if force == 0.0:
-                servo.write_goals(0.0, model.current_limit, self._speed)
+                servo.write_goals(0.0, model.driving_current(OPENING_FORCE * lever), self._speed)
                 continue
-            torque = force * finger.lever(q, self._tip_along)
+            torque = force * lever
             current = model.driving_current(torque) if rising else model.yielding_current(torque)
             servo.write_goals(self._closed, current, self._speed)

@@ -31,9 +31,9 @@ from palpate.experiments.friction_strokes import FreeAir
 from palpate.experiments.friction_text import friction_text, read_friction_config
 from palpate.experiments.replay import replay_log
 from palpate.friction import LimitSurface
-from palpate.friction.estimate import Estimate
-from palpate.friction.rubbing import FrictionBound, FrictionMeasured
-from palpate.friction.twisting import SpinBound
+from palpate.friction.rubbing.estimate import Estimate
+from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 from palpate.runtime.log import log_in, read_log
 
 NOISY = {"force_noise": 0.01, "moment_noise": 1e-4}
@@ -85,8 +85,11 @@ def test_its_log_replays_bit_for_bit_and_tells_the_same_again(folder):
     assert replay_log(folder).identical
     found = evaluate_log(read_log(log_in(folder)))
     kept = load_friction_file(folder / "friction.yaml")
-    assert [at.friction.friction.value for at in found.loads] == [at.friction.value for at in kept.loads]
-    assert [at.spin.spin_length.value for at in found.loads] == [at.spin_length.value for at in kept.loads]
+    for again, at in zip(found.loads, kept.loads, strict=True):
+        assert isinstance(again.friction, FrictionMeasured)
+        assert isinstance(again.spin, SpinMeasured)
+        assert again.friction.friction.value == at.friction.value
+        assert again.spin.spin_length.value == at.spin_length.value
 
 
 def test_the_report_is_one_page_that_shows_and_tells_it(folder):

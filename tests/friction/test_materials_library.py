@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.friction.material import Deviations, Material
-from palpate.friction.material_library import (
+from palpate.friction.materials.library import (
     MaterialLibrary,
     load_materials,
     materials_text,
     read_materials,
     simulated_materials,
 )
+from palpate.friction.materials.material import Deviations, Material
 
 TEXT = """palpate_materials: 1
 fingertip: made up

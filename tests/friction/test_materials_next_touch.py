@@ -11,15 +11,15 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from palpate.errors import InvalidValueError
-from palpate.friction.estimate import SensorErrors
-from palpate.friction.material import Deviations, Material
-from palpate.friction.material_library import MaterialLibrary, simulated_materials
-from palpate.friction.material_trials import UNKNOWN, Confusion, confusion, confusion_trials, drawn_touches
-from palpate.friction.next_touch import Advice, candidate_touches, expected_bits, next_touch, touch_error
-from palpate.friction.recognition import recognise
-from palpate.friction.stroke_plan import PlannedSlip
-from palpate.friction.touch_evidence import Touch
-from palpate.friction.touch_sums import speed_shifts
+from palpate.friction.materials.library import MaterialLibrary, simulated_materials
+from palpate.friction.materials.material import Deviations, Material
+from palpate.friction.materials.next_touch import Advice, candidate_touches, expected_bits, next_touch, touch_error
+from palpate.friction.materials.recognition import recognise
+from palpate.friction.materials.touch_evidence import Touch
+from palpate.friction.materials.touch_sums import speed_shifts
+from palpate.friction.materials.trials import UNKNOWN, Confusion, confusion, confusion_trials, drawn_touches
+from palpate.friction.rubbing.estimate import SensorErrors
+from palpate.friction.rubbing.stroke_plan import PlannedSlip
 
 CANDIDATES = candidate_touches((1.5, 5.0), (0.005, 0.02, 0.1), (2.0,))
 LIBRARY = simulated_materials()

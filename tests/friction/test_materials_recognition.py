@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from scipy.stats import binom, multivariate_normal
 
 from palpate.errors import InvalidValueError
-from palpate.friction.grasp_seed import grasp_seed
-from palpate.friction.material import Deviations, Material
-from palpate.friction.material_library import MaterialLibrary
-from palpate.friction.material_trials import drawn_touches
-from palpate.friction.recognition import Answer, recognise
-from palpate.friction.stroke_plan import PlannedSlip
-from palpate.friction.surface_fit import SlipLoad, fit_limit_surface
-from palpate.friction.touch_evidence import NeverSlipped, Touch, twist_row
-from palpate.friction.touch_sums import STRANGER_DEVIATIONS
+from palpate.friction.materials.grasp_seed import grasp_seed
+from palpate.friction.materials.library import MaterialLibrary
+from palpate.friction.materials.material import Deviations, Material
+from palpate.friction.materials.recognition import Answer, recognise
+from palpate.friction.materials.touch_evidence import NeverSlipped, Touch, twist_row
+from palpate.friction.materials.touch_sums import STRANGER_DEVIATIONS
+from palpate.friction.materials.trials import drawn_touches
+from palpate.friction.rubbing.stroke_plan import PlannedSlip
+from palpate.friction.rubbing.surface_fit import SlipLoad, fit_limit_surface
 from palpate.sim.friction.law import FrictionLaw
 
 STROKE, TWIST, FIRM_TWIST = PlannedSlip(2.0, 0.02, 0.0), PlannedSlip(2.0, 0.0, 3.0), PlannedSlip(5.0, 0.0, 3.0)

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from palpate.friction.rubbing import FrictionBound, FrictionMeasured, measure_friction
-from palpate.friction.twisting import SpinMeasured, measure_spin
+from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
+from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 from palpate.sim.friction.law import FrictionLaw
 from rubbing_runs import Motion, Place, Rubber
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from closed_strokes import Sensed, nothing, slips
 from palpate.errors import InvalidValueError
-from palpate.friction.estimate import Estimate
-from palpate.friction.slip_loads import slip_load
-from palpate.friction.speed_curve import SpeedPoint, fit_speed_curve
-from palpate.friction.stroke import TwoWay
-from palpate.friction.stroke_plan import planned_slips
-from palpate.friction.surface_fit import SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.estimate import Estimate
+from palpate.friction.rubbing.slip_loads import slip_load
+from palpate.friction.rubbing.speed_curve import SpeedPoint, fit_speed_curve
+from palpate.friction.rubbing.stroke import TwoWay
+from palpate.friction.rubbing.stroke_plan import planned_slips
+from palpate.friction.rubbing.surface_fit import SlipLoad, fit_limit_surface
 from palpate.sim.friction.law import FrictionLaw
 
 exponents = st.floats(1.08, 2.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.friction.material_trials import UNKNOWN, Confusion
+from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.reporting.confusion_picture import LONGEST_NAME, MOST_FIGURES, confusion_picture
 
 

@@ -131,6 +131,19 @@ def test_the_currents_respect_their_limit_and_the_largest_grip_is_what_it_leaves
 
 
 @HANDS
+def test_a_hand_that_opens_does_not_squeeze_first(hand, shape):
+    """The servo's profile has run on to behind the object: the full current would press until it is back."""
+    backend = standing(hand, shape)
+    press(backend, 2.0, 2.0)
+    most = 0.0
+    for _ in range(9000):
+        backend.step(Command(grip_force=(0.0,) * hand.fingers))
+        most = max(most, *(normal_force(finger) for finger in backend.truth().fingers))
+    assert most < 2.0 + hand.grip_band(2.0)
+    assert not any(finger.touching for finger in backend.truth().fingers)
+
+
+@HANDS
 @pytest.mark.parametrize("mass", [0.05, 0.3])
 def test_a_held_object_creeps_less_than_a_micrometre_per_second(hand, shape, mass):
     backend = held(hand, shape, 1.5 * mass * GRAVITY + 1.0, mass, GraspContact(stiffness=10e3))

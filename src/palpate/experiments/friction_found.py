@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.experiments.friction_strokes import FreeAir, RubbedPair
-from palpate.friction.estimate import Estimate, SensorErrors
 from palpate.friction.p_norm import dual_point
-from palpate.friction.rubbing import SETTLING, FrictionBound, FrictionMeasured, measure_friction
-from palpate.friction.slip_loads import slip_load
-from palpate.friction.speed_curve import SpeedCurve, SpeedPoint, fit_speed_curve
-from palpate.friction.stroke import TwoWay
-from palpate.friction.surface_fit import FittedSurface, SlipLoad, fit_limit_surface
-from palpate.friction.twisting import SpinBound, SpinMeasured, measure_spin
+from palpate.friction.rubbing.estimate import Estimate, SensorErrors
+from palpate.friction.rubbing.sliding import SETTLING, FrictionBound, FrictionMeasured, measure_friction
+from palpate.friction.rubbing.slip_loads import slip_load
+from palpate.friction.rubbing.speed_curve import SpeedCurve, SpeedPoint, fit_speed_curve
+from palpate.friction.rubbing.stroke import TwoWay
+from palpate.friction.rubbing.surface_fit import FittedSurface, SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, measure_spin
 
 ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3
 """Of p where nobody has measured it: that of pressure as under elastic bodies, from a sphere's to uniform, and how

@@ -10,12 +10,12 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.friction_config import FrictionConfig
 from palpate.experiments.friction_found import FrictionFound
 from palpate.experiments.friction_pooled import pooled
-from palpate.friction.material_library import MaterialLibrary, load_materials, simulated_materials
-from palpate.friction.next_touch import Advice, TouchAdvice, candidate_touches, next_touch
-from palpate.friction.recognition import Answer, Recognition, recognise
-from palpate.friction.rubbing import FrictionBound, FrictionMeasured
-from palpate.friction.touch_evidence import STROKE_ROW, NeverSlipped, Touch, twist_row
-from palpate.friction.twisting import SpinBound, SpinMeasured
+from palpate.friction.materials.library import MaterialLibrary, load_materials, simulated_materials
+from palpate.friction.materials.next_touch import Advice, TouchAdvice, candidate_touches, next_touch
+from palpate.friction.materials.recognition import Answer, Recognition, recognise
+from palpate.friction.materials.touch_evidence import STROKE_ROW, NeverSlipped, Touch, twist_row
+from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 
 SHIPPED = Path("simulated")
 """Stands for the library that comes with palpate."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.friction.estimate import Estimate
+from palpate.friction.rubbing.estimate import Estimate
 
 
 def pooled(estimates: Sequence[Estimate]) -> Estimate:

@@ -8,8 +8,8 @@ from palpate.experiments.friction_run import RubbingRun
 from palpate.experiments.friction_summary import measured_lengths
 from palpate.experiments.friction_words import bound_words, outcome, settings
 from palpate.friction import LimitSurface
-from palpate.friction.stroke import Stroke
-from palpate.friction.twisting import SpinMeasured
+from palpate.friction.rubbing.stroke import Stroke
+from palpate.friction.rubbing.twisting import SpinMeasured
 from palpate.reporting import KeyFigure, TimeSeries
 from palpate.reporting.friction_data import FrictionReport, Measured, StrokeCurve, SurfacePoints
 

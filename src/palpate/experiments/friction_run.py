@@ -20,8 +20,8 @@ from palpate.experiments.friction_summary import friction_file
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.recorded_run import RecordedRun
 from palpate.experiments.truth_recorder import TruthRecord
-from palpate.friction.rubbing import SETTLING
-from palpate.friction.stroke_plan import LEAST_LOAD_SPAN
+from palpate.friction.rubbing.sliding import SETTLING
+from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
 from palpate.runtime import Observer, Record, RunResult, Supervisor, Touch
 from palpate.runtime.log import Log, Sink
 from palpate.runtime.replay import replay

@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.controllers.rubs import AirSpan, Rub, RubSpan
 from palpate.errors import FloatArray
-from palpate.friction.stroke import LEAST_SAMPLES, Stroke, TwoWay
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay
 from palpate.runtime import Command, Observation, Sample
 
 _WIDTH = 1 + 6 + 9 + 3 + 3 + 3 + 3

@@ -17,11 +17,11 @@ from palpate.experiments.friction_found import (
     FrictionFound,
 )
 from palpate.experiments.friction_pooled import growth_of, pooled
-from palpate.friction.estimate import Estimate, SensorErrors
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT
-from palpate.friction.rubbing import FrictionBound, FrictionMeasured
-from palpate.friction.stroke_plan import LEAST_LOAD_SPAN
-from palpate.friction.twisting import SpinBound, SpinMeasured
+from palpate.friction.rubbing.estimate import Estimate, SensorErrors
+from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
+from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 
 SIGMAS = 1.959964
 """Of a 95 % interval of a normal distribution."""

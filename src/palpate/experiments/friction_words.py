@@ -2,8 +2,8 @@
 
 from palpate.experiments.friction_file import How
 from palpate.experiments.friction_run import RubbingRun
-from palpate.friction.rubbing import FrictionMeasured
-from palpate.friction.twisting import SpinBound, SpinDoubt, SpinMeasured
+from palpate.friction.rubbing.sliding import FrictionMeasured
+from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
 from palpate.runtime import Ending
 
 

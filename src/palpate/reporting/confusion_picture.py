@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from palpate.friction.material_trials import UNKNOWN, Confusion
+from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.reporting.style import FONT_SIZE, HEIGHT_COLOURS, INK, QUIET, Picture, Width, new_figure
 
 LONGEST_NAME = 18

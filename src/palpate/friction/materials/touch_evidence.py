@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative, numbers, positive
-from palpate.friction.material import PARAMETERS
-from palpate.friction.rubbing import FrictionBound, FrictionMeasured
-from palpate.friction.surface_fit import FittedSurface
-from palpate.friction.twisting import SpinBound, SpinMeasured
+from palpate.friction.materials.material import PARAMETERS
+from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
+from palpate.friction.rubbing.surface_fit import FittedSurface
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 
 STROKE_ROW: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
 """How a stroke's logarithm depends on ln mu, ln c, gamma and p."""

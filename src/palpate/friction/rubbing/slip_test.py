@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.friction.stroke import batch_means
+from palpate.friction.rubbing.stroke import batch_means
 
 LARGEST_RISE = 0.15
 """Of the plateau's slope over the initial one. None of 4000 elastic surfaces passed for slip, by strokes or by

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT, LimitSurface
-from palpate.friction.recognition import Answer, Recognition
+from palpate.friction.materials.recognition import Answer, Recognition
 
 
 @dataclass(frozen=True, slots=True)

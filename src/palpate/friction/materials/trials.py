@@ -7,13 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.friction.estimate import SensorErrors
-from palpate.friction.material import PARAMETERS, Material
-from palpate.friction.material_library import MaterialLibrary
-from palpate.friction.next_touch import touch_error
-from palpate.friction.recognition import Answer, Recognition, recognise
-from palpate.friction.stroke_plan import PlannedSlip
-from palpate.friction.touch_evidence import STROKE_ROW, Touch, twist_row
+from palpate.friction.materials.library import MaterialLibrary
+from palpate.friction.materials.material import PARAMETERS, Material
+from palpate.friction.materials.next_touch import touch_error
+from palpate.friction.materials.recognition import Answer, Recognition, recognise
+from palpate.friction.materials.touch_evidence import STROKE_ROW, Touch, twist_row
+from palpate.friction.rubbing.estimate import SensorErrors
+from palpate.friction.rubbing.stroke_plan import PlannedSlip
 
 IntArray = npt.NDArray[np.int64]
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.friction.material import Material
+from palpate.friction.materials.material import Material
 from palpate.strict_decode import decode_file, load
 from palpate.yaml_text import yaml_text
 

@@ -18,11 +18,11 @@ import numpy as np
 from scipy.special import logsumexp
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
-from palpate.friction.estimate import SensorErrors
-from palpate.friction.recognition import Answer, Recognition
-from palpate.friction.stroke_plan import PlannedSlip
-from palpate.friction.touch_evidence import STROKE_ROW, twist_row
-from palpate.friction.touch_sums import speed_shifts
+from palpate.friction.materials.recognition import Answer, Recognition
+from palpate.friction.materials.touch_evidence import STROKE_ROW, twist_row
+from palpate.friction.materials.touch_sums import speed_shifts
+from palpate.friction.rubbing.estimate import SensorErrors
+from palpate.friction.rubbing.stroke_plan import PlannedSlip
 
 LEAST_BITS = 0.01
 """Of a touch that is worth making: at 20 materials alike it would take hundreds of them."""

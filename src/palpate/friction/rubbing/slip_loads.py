@@ -3,10 +3,10 @@
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.friction.rubbing import SETTLING
-from palpate.friction.slip_test import Resistance, slip_evidence
-from palpate.friction.stroke import Stroke, TwoWay, steady_part
-from palpate.friction.surface_fit import SlipLoad
+from palpate.friction.rubbing.sliding import SETTLING
+from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
+from palpate.friction.rubbing.stroke import Stroke, TwoWay, steady_part
+from palpate.friction.rubbing.surface_fit import SlipLoad
 
 
 def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: float = SETTLING) -> SlipLoad | None:

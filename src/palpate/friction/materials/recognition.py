@@ -1,9 +1,9 @@
 """Which material of a library a touched surface is, or none of them.
 
-The posterior is Bayes' (`palpate.friction.touch_sums` has the likelihood); strangers have no place in it, as
-nobody knows what else there is. Unknown is what no material fits, by tests that need no idea of it: of where the
-touches lie together, of their scatter, and of what was borne without slip. The true material is refused with at
-most the stated probability, each time one asks.
+The posterior is Bayes' (`palpate.friction.materials.touch_sums` has the likelihood); strangers have no place in
+it, as nobody knows what else there is. Unknown is what no material fits, by tests that need no idea of it: of
+where the touches lie together, of their scatter, and of what was borne without slip. The true material is refused
+with at most the stated probability, each time one asks.
 """
 
 import math
@@ -15,9 +15,9 @@ import numpy as np
 from scipy.special import logsumexp
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative
-from palpate.friction.material_library import MaterialLibrary
-from palpate.friction.touch_evidence import NeverSlipped, Touch
-from palpate.friction.touch_sums import Known, TouchSums
+from palpate.friction.materials.library import MaterialLibrary
+from palpate.friction.materials.touch_evidence import NeverSlipped, Touch
+from palpate.friction.materials.touch_sums import Known, TouchSums
 
 FALSE_REJECTION = 0.005
 """Probability that the true material is said not to fit: below the 1 % that may be told wrong after 3 strokes."""

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.friction.estimate import Estimate, SensorErrors
-from palpate.friction.slip_test import Resistance, SlipEvidence, slip_evidence
-from palpate.friction.stroke import LEAST_SAMPLES, Stroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.estimate import Estimate, SensorErrors
+from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, slip_evidence
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay, batch_means, steady_part
 
 SETTLING = 0.1
 """How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
@@ -85,7 +85,7 @@ def measure_friction(
 
     One stroke there and back of 10 mm in half a second each is enough; more, taken by turns, average noise and
     cancel a steady drift if every second pair starts back. One speed does not show creep: see
-    `palpate.friction.speed_curve`.
+    `palpate.friction.rubbing.speed_curve`.
 
     Args:
         strokes: Without turning, all at one load and one speed.

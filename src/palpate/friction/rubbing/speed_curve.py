@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.friction.estimate import Estimate
+from palpate.friction.rubbing.estimate import Estimate
 
 LARGEST_CREEP_SLOPE = 0.3
 """Of d ln mu / d ln v between a stroke and the next faster one: 1 in creep, at most 0.1 or so in slip, as even

@@ -8,7 +8,8 @@ the slip (see `palpate.friction.limit_surface`): with a = v, b = e omega,
 Maximum likelihood over both components of every load, each with a standard deviation of `scatter` times itself
 (real surfaces differ from stroke to stroke by some per cent) and the sensor's own, and what an error of the place
 turned about does to the slip. p is told by two things: how far a load of both lies from the axes, and how fast it
-turns as the slip does; so slips of both kinds and several ratios are wanted, see `palpate.friction.stroke_plan`.
+turns as the slip does; so slips of both kinds and several ratios are wanted, see
+`palpate.friction.rubbing.stroke_plan`.
 """
 
 import math

@@ -1,9 +1,10 @@
 """e of one load from twists there and back, once mu and the normal are known from strokes.
 
-The torque about the normal is m.f / f.n (see `palpate.friction.stroke`): the sensor's origin does not come in, and
-the normal only by its share along the tangential force. What the finger slides while it turns, by a servo's error
-or by turning beside the contact, lowers the torque: on the limit surface it is sqrt(1 - (f_t / mu f_n)^2) of that
-of a pure twist, generally by the p-norm; f_t is measured in the same samples, and taken into account.
+The torque about the normal is m.f / f.n (see `palpate.friction.rubbing.stroke`): the sensor's origin does not come
+in, and the normal only by its share along the tangential force. What the finger slides while it turns, by a
+servo's error or by turning beside the contact, lowers the torque: on the limit surface it is sqrt(1 - (f_t / mu
+f_n)^2) of that of a pure twist, generally by the p-norm; f_t is measured in the same samples, and taken into
+account.
 """
 
 import math
@@ -14,10 +15,16 @@ from enum import Enum
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative
-from palpate.friction.estimate import Estimate, SensorErrors
-from palpate.friction.rubbing import SETTLING, STATIC_QUANTILE, STICK_SLIP_NOISE, STRETCHES, FrictionMeasured
-from palpate.friction.slip_test import Resistance, SlipEvidence, slip_evidence
-from palpate.friction.stroke import Stroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.estimate import Estimate, SensorErrors
+from palpate.friction.rubbing.sliding import (
+    SETTLING,
+    STATIC_QUANTILE,
+    STICK_SLIP_NOISE,
+    STRETCHES,
+    FrictionMeasured,
+)
+from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, slip_evidence
+from palpate.friction.rubbing.stroke import Stroke, TwoWay, batch_means, steady_part
 
 LARGEST_SLIDE = 0.9
 """Of mu f_n, how much tangential force a twist may have: above, sqrt(1 - x^2) < 0.44 makes 1 % in mu 4 % in e."""
