@@ -38,6 +38,11 @@ def rubbed(plane, *rubs, parameters=WANTED, **when):
     return controller, rub(plane, controller, **when)
 
 
+def felt(controller):
+    assert isinstance(controller.program, Listed)
+    return controller.program.felt
+
+
 # --- motions ---
 
 
@@ -137,7 +142,7 @@ def test_commands_change_no_faster_than_the_slew_allows():
 @given(st.floats(0.1, 1.2), st.floats(1e-3, 8e-3), st.floats(-0.3, 0.3))
 def test_what_is_felt_is_what_the_plane_bears_however_it_lies(friction, spin_length, tilt):
     controller, _ = rubbed(RubbedPlane(friction, spin_length, tilt=tilt), SLIDE, TURN)
-    slid, turned = controller.program.felt
+    slid, turned = felt(controller)
     assert slid.friction == pytest.approx(friction, rel=0.02)
     assert turned.torque_ratio == pytest.approx(friction * spin_length, rel=0.05)
     assert abs(slid.rise) < 0.05
@@ -146,7 +151,7 @@ def test_what_is_felt_is_what_the_plane_bears_however_it_lies(friction, spin_len
 
 def test_what_only_gives_way_rises_all_the_way():
     controller, _ = rubbed(RubbedPlane(friction=50.0, skin=60.0), SLIDE)
-    assert controller.program.felt[0].rise > 0.5
+    assert felt(controller)[0].rise > 0.5
 
 
 # --- what goes wrong ---

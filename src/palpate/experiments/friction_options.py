@@ -11,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from palpate.experiments.friction_config import FrictionConfig
-from palpate.experiments.typed_options import option, settled, unchecked
+from palpate.experiments.typed_options import from_file, settled
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,17 +29,5 @@ class FrictionOptions(FrictionConfig):
 
 
 def default_options(arguments: Sequence[str]) -> FrictionOptions:
-    """Return what holds if nothing more is typed than the file that is named.
-
-    It is not checked as a whole, for what is typed comes on top.
-
-    Raises:
-        InvalidValueError: The file cannot be read, or something in it is wrong.
-    """
-    values: dict[str, object] = {}
-    config = option("config", arguments)
-    if config is not None:
-        from palpate.experiments.experiment_file import load_overlay
-
-        values = {"config": Path(config), **load_overlay(Path(config), FrictionConfig)}
-    return unchecked(FrictionOptions, values)
+    """Return what holds if nothing more is typed than the file that is named."""
+    return from_file(FrictionOptions, FrictionConfig, arguments)

@@ -8,7 +8,7 @@ from typing import Annotated
 import tyro
 
 from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.typed_options import option, settled, unchecked
+from palpate.experiments.typed_options import from_file, settled
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,17 +26,5 @@ class GraspOptions(GraspConfig):
 
 
 def default_options(arguments: Sequence[str]) -> GraspOptions:
-    """Return what holds if nothing more is typed than the file that is named.
-
-    It is not checked as a whole, for what is typed comes on top.
-
-    Raises:
-        InvalidValueError: The file cannot be read, or something in it is wrong.
-    """
-    values: dict[str, object] = {}
-    config = option("config", arguments)
-    if config is not None:
-        from palpate.experiments.experiment_file import load_overlay
-
-        values = {"config": Path(config), **load_overlay(Path(config), GraspConfig)}
-    return unchecked(GraspOptions, values)
+    """Return what holds if nothing more is typed than the file that is named."""
+    return from_file(GraspOptions, GraspConfig, arguments)

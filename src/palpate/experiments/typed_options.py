@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
+from pathlib import Path
 from typing import Any, TypeVar
 
 import tyro
@@ -46,6 +47,27 @@ def unchecked(kind: type[Options], values: Mapping[str, object]) -> Options:
         assert field.default is not MISSING
         object.__setattr__(options, field.name, values.get(field.name, field.default))
     return options
+
+
+def from_file(kind: type[Options], settled_kind: type, arguments: Sequence[str]) -> Options:
+    """Return what holds if nothing more is typed than the experiment file that --config names.
+
+    It is not checked as a whole, for what is typed comes on top.
+
+    Args:
+        kind: Of the options, which have a field config.
+        settled_kind: The configuration that the file is for.
+        arguments: As typed.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or something in it is wrong.
+    """
+    config = option("config", arguments)
+    if config is None:
+        return unchecked(kind, {})
+    from palpate.experiments.experiment_file import load_overlay
+
+    return unchecked(kind, {"config": Path(config), **load_overlay(Path(config), settled_kind)})
 
 
 def settled(kind: type[Options], options: Options) -> Options:
