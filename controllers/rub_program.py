@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from palpate.controllers.rubs import RAMP, FeltRub, Rub
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.friction.rubbing.slip_test import LARGEST_RISE
-from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN, planned_slips
+from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN, LEAST_SLIPS, planned_slips
 
 SHORTEST = 0.5
 """Least duration of one way [s]: transients take 0.1 s of it, noise of 10 mN averages to 1 mN in the rest."""
@@ -67,6 +67,15 @@ class SurveyWanted:
         not_negative("most_spin", self.most_spin, "rad/s")
         if self.repeats < 1:
             raise InvalidValueError(f"repeats = {self.repeats}: must be at least 1")
+        if self.exponent_slips and self.exponent_slips < LEAST_SLIPS:
+            raise InvalidValueError(
+                f"exponent_slips = {self.exponent_slips}: must be 0, or at least {LEAST_SLIPS}, three per load"
+            )
+
+    @property
+    def fastest_spin(self) -> float:
+        """How fast to turn at most [rad/s]: one way of the shortest rub must stay within the angle."""
+        return min(self.most_spin, self.most_angle / (SHORTEST - RAMP))
 
     def stroke(self, load: float, speed: float) -> Rub:
         """Return a stroke of the least travel, or duration."""
@@ -156,7 +165,8 @@ class Survey:
 
     def _twists(self, load: float) -> Iterator[Rub]:
         spin, wanted = self._spin(load), self._wanted
-        rub = Rub(load, 0.0, spin, min(max(SHORTEST, 0.5 / spin + RAMP), LONGEST))
+        angle = min(0.5, wanted.most_angle)
+        rub = Rub(load, 0.0, spin, min(max(SHORTEST, angle / spin + RAMP), LONGEST))
         while True:
             # the other way round first in every second one: a steady drift then cancels
             yield rub
@@ -178,7 +188,7 @@ class Survey:
 
     def _spin(self, load: float) -> float:
         """How fast to turn [rad/s]: so that it slips about as fast as strokes do."""
-        most = self._wanted.most_spin
+        most = self._wanted.fastest_spin
         if not self._lengths:
             return most
         nearest = min(self._lengths, key=lambda other: abs(other - load))
@@ -191,7 +201,7 @@ class Survey:
             self.exponents_told = False
             return
         # as fast as the tip can turn, but no faster than strokes
-        speed = min(wanted.speed, wanted.most_spin * min(lengths[low], lengths[high]))
+        speed = min(wanted.speed, wanted.fastest_spin * min(lengths[low], lengths[high]))
         slips = planned_slips((low, high), (lengths[low], lengths[high]), wanted.exponent_slips, speed)
         for slip in sorted(slips, key=lambda slip: slip.normal_force):
             # the same way for slides and turns of either kind, and as far as a stroke of the survey

@@ -31,6 +31,7 @@ class Rub:
     def __post_init__(self) -> None:
         positive("normal_force", self.normal_force, "N")
         not_negative("speed", self.speed, "m/s")
+        not_negative("size of spin", abs(self.spin), "rad/s")
         if self.speed == self.spin == 0.0:
             raise InvalidValueError("speed = 0 m/s and spin = 0 rad/s: a rub must slide or turn")
         if not self.duration > 2.0 * self.ramp:

@@ -33,6 +33,11 @@ class SurfaceBelief(Protocol):
 class SlipWatch(Protocol):
     """Tells when a contact begins to slip."""
 
+    @property
+    def slipping(self) -> bool:
+        """Whether a slip that was told goes on."""
+        ...
+
     def start(self) -> None:
         """A new grip begins."""
         ...
@@ -70,6 +75,11 @@ class KnownSurface:
 
 class NobodyWatches:
     """Never tells of a slip. A `SlipWatch`."""
+
+    @property
+    def slipping(self) -> bool:
+        """See `SlipWatch`."""
+        return False
 
     def start(self) -> None:
         """It remembers nothing."""

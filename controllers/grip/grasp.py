@@ -2,9 +2,11 @@
 
 The hand lets go in one case only: the object stands again where it stood, and every finger is believed. Where a
 finger feels nothing, or nothing to be believed, for longer than `patience`, the run ends where it is with the grip
-as it is.
+as it is. So it does where something is met on the way down before it can be what it stood on: an object that has
+tilted in the hand comes down on an edge.
 """
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -20,7 +22,12 @@ FELT_DOWN = -0.2
 does so in the air, too."""
 
 SLOW = 2e-3
-"""[m] Above where it stood, from where on it is lowered with the landing speed."""
+"""[m] Above where it stood, from where on it is lowered with the landing speed. What is met higher up is not what
+it stood on."""
+
+GROWN, GROWN_BY = 1.5, 0.5
+"""Of the grip that was needed before lowering, and [N] beyond: an edge has been met that pushes one finger down,
+or turns the object. Lowering alone takes up to 1.1 of it (noise, and 3 % of acceleration)."""
 
 FELT_UP = 0.2
 """Share of it above which that was no table: what had pushed is gone, and it is lowered on."""
@@ -66,9 +73,9 @@ class SetDownParameters:
         beyond: How far below where it stood the table is looked for [m].
         settle_time: From there to letting go [s].
         release_time: In which the grip is let go [s].
-        resting_grip: To what [N]. 0 opens the hand, as `Command.grip_force` has it; but a position servo with a
-            current limit that was held up by an object opens only when its profile is back from where it was to
-            close to, and until then presses with all it has. This rather leaves the fingers where they are.
+        resting_grip: To what [N]. 0 opens the hand, as `Command.grip_force` has it; but a position servo that was
+            held up by an object opens only when its profile is back from where it was to close to, 7 s for the
+            simulated hand: take 0 with 8 s of `rest_time`. This rather leaves the fingers where they are.
         rest_time: For which the hand then rests [s].
         patience: How long a finger may feel nothing, or nothing to be believed, before the run ends [s].
     """
@@ -100,6 +107,7 @@ class GraspController:
     Attributes:
         grip: How it presses.
         stage: What it is at.
+        met_early: Whether the run ended because something was met higher up than what the object stood on.
     """
 
     def __init__(
@@ -143,6 +151,8 @@ class GraspController:
         if self.stage is GraspStage.LET_GO:
             return self._let_go(now)
         command = self._set_down(now) if self.stage is GraspStage.SET_DOWN else self._carried(now)
+        if command.phase is Phase.LOST:
+            return command
         if not self.grip.faulty:
             self._trusted = now.time
         elif now.time - self._trusted >= self._parameters.patience:
@@ -161,6 +171,7 @@ class GraspController:
             case Phase.DONE:
                 self._go_on(GraspStage.SET_DOWN, now.time)
                 self._pulls = tuple(_pull_of(finger) for finger in now.fingers)
+                self._most_needed = GROWN * self.grip.needed + GROWN_BY
                 return Command(ZERO, Phase.TRAVEL, command.grip_force)
             case _:
                 pass
@@ -170,6 +181,9 @@ class GraspController:
         p, forces = self._parameters, self.grip.step(now)
         if self._landed is None:
             left = p.height - self._lowered
+            if left > SLOW and (self.grip.needed > self._most_needed or self._borne(now) < FELT_DOWN):
+                self.met_early = True
+                return Command(ZERO, Phase.LOST, forces)
             if left < -p.beyond or self._borne(now) < FELT_DOWN:
                 self._landed, self._speed, self._released = now.time, 0.0, forces
             else:
@@ -201,7 +215,7 @@ class GraspController:
         self.stage = self._first
         self._since = self._trusted = time
         self._lowered = self._speed = 0.0
-        self._pulls = ()
+        self._pulls, self._most_needed, self.met_early = (), math.inf, False
         self._landed, self._released = None, ()
 
     def _go_on(self, stage: GraspStage, time: float) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
-from palpate.errors import not_negative, positive
+from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
 from palpate.spatial import ZERO
@@ -48,12 +48,19 @@ class LiftController:
     """
 
     def __init__(self, grip: SlipSafeGrip, period: float, parameters: LiftParameters | None = None) -> None:
-        """Take the grip, the period of control [s], and how to lift."""
+        """Take the grip, the period of control [s], and how to lift.
+
+        Raises:
+            InvalidValueError: The first grip is more than the grip may be.
+        """
         self.grip, self._period, self._parameters = (
             grip,
             positive("period", period, "s"),
             parameters or LiftParameters(),
         )
+        first, most = self._parameters.first_grip, grip.parameters.largest_grip
+        if first > most:
+            raise InvalidValueError(f"first_grip = {first:g} N: must be at most largest_grip = {most:g} N")
         self.phase = Phase.APPROACH
         self._since = self._lifted = self._speed = 0.0
 

@@ -36,6 +36,11 @@ class NotedWatch:
         """All that were told since the start."""
         return tuple(self._alarms)
 
+    @property
+    def slipping(self) -> bool:
+        """See `SlipWatch`."""
+        return self._slips.slipping
+
     def start(self) -> None:
         """A new grip begins."""
         self._slips.start()
@@ -53,6 +58,11 @@ class NotedWatch:
 
 class UnheededWatch(NotedWatch):
     """Keeps what its detectors tell, and tells nobody: for a control that is not to answer. A `SlipWatch`."""
+
+    @property
+    def slipping(self) -> bool:
+        """See `SlipWatch`."""
+        return False
 
     def step(self, time: float, loads: Sequence[ContactLoad | None]) -> Sequence[bool]:
         """See `SlipWatch`."""

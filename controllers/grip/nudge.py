@@ -41,6 +41,8 @@ class NudgeParameters:
         speed: With which they do [m/s].
         angle: Of the twist, there and back [rad]; a few times the elastic one, mu f_n / K e.
         spin: With which they twist [rad/s].
+        acceleration: With which stroke and twist begin and end, at most [m/s^2].
+        angular_acceleration: Likewise [rad/s^2].
         axis: Along the line through the contacts, in the hand frame.
         center: A point on it, in the hand frame [m].
     """
@@ -53,6 +55,8 @@ class NudgeParameters:
     speed: float = 0.005
     angle: float = 0.3
     spin: float = 0.5
+    acceleration: float = 0.2
+    angular_acceleration: float = 20.0
 
     def __post_init__(self) -> None:
         for name, unit_of in (
@@ -62,9 +66,47 @@ class NudgeParameters:
             ("speed", "m/s"),
             ("angle", "rad"),
             ("spin", "rad/s"),
+            ("acceleration", "m/s^2"),
+            ("angular_acceleration", "rad/s^2"),
         ):
             positive(name, getattr(self, name), unit_of)
         object.__setattr__(self, "axis", unit(self.axis))
+
+    @property
+    def duration(self) -> float:
+        """From the last finger's touch until it is over [s]; a few periods of control longer."""
+        down = Ramped(self.stroke, self.speed, self.acceleration)
+        twist = Ramped(self.angle, self.spin, self.angular_acceleration)
+        return 2.0 * self.settle_time + down.duration + 2.0 * twist.duration
+
+
+class Ramped:
+    """A motion over a way, from rest to rest: up to speed, steady, and down, with one acceleration.
+
+    Attributes:
+        way: [m or rad].
+        corner: How long it takes to get up to speed, and down again [s].
+        duration: Of all of it [s].
+    """
+
+    __slots__ = ("_acceleration", "corner", "duration", "way")
+
+    def __init__(self, way: float, speed: float, acceleration: float) -> None:
+        """Take the way, and the largest speed and acceleration; a short way is over before it is at speed."""
+        self.way, self._acceleration = way, acceleration
+        self.corner = min(speed / acceleration, math.sqrt(way / acceleration))
+        self.duration = way / (acceleration * self.corner) + self.corner
+
+    def speed(self, time: float) -> float:
+        """Return the speed at a time since it began [s]."""
+        return self._acceleration * max(0.0, min(time, self.corner, self.duration - time))
+
+    def progress(self, time: float) -> float:
+        """Return the share of the way that is done at a time since it began [s]."""
+        at = min(max(time, 0.0), self.duration)
+        rising, falling = min(at, self.corner), max(0.0, at - (self.duration - self.corner))
+        done = rising * (at - 0.5 * rising) - 0.5 * falling * falling
+        return self._acceleration * done / self.way
 
 
 class NudgedSurface:
@@ -142,6 +184,8 @@ class NudgeController:
     def __init__(self, fingers: int, period: float, parameters: NudgeParameters) -> None:
         """Take the number of fingers, the period of control [s], and how to nudge."""
         self._fingers, self._period, self._parameters = fingers, positive("period", period, "s"), parameters
+        self._down = Ramped(parameters.stroke, parameters.speed, parameters.acceleration)
+        self._twist = Ramped(parameters.angle, parameters.spin, parameters.angular_acceleration)
         self._part, self._since = _Part.CLOSE, 0.0
         self.friction: tuple[float | None, ...] = ()
         self.spin_length: tuple[float | None, ...] = ()
@@ -162,7 +206,7 @@ class NudgeController:
     def step(self, now: Observation) -> Command:
         """Return what hand and arm are to do during the next period."""
         p, gone = self._parameters, now.time - self._since
-        grips = (p.grip,) * self._fingers
+        grips, middle = (p.grip,) * self._fingers, 0.5 * self._period
         match self._part:
             case _Part.CLOSE:
                 if not all(finger.touching for finger in now.fingers):
@@ -170,18 +214,19 @@ class NudgeController:
                 elif gone >= p.settle_time:
                     self._go_on(_Part.DOWN, now.time)
             case _Part.DOWN:
-                self._feel(self._pulls, now, gone * p.speed / p.stroke)
-                if gone < p.stroke / p.speed:
-                    return Command((0.0, 0.0, -p.speed), Phase.SETTLE, grips)
+                self._feel(self._pulls, now, self._down.progress(gone))
+                if gone < self._down.duration:
+                    return Command((0.0, 0.0, -self._down.speed(gone + middle)), Phase.SETTLE, grips)
                 self._go_on(_Part.REST, now.time)
             case _Part.REST:
                 if gone >= p.settle_time:
                     self._go_on(_Part.THERE, now.time)
             case _Part.THERE | _Part.BACK:
                 there = self._part is _Part.THERE
-                self._feel(self._twists[there], now, gone * p.spin / p.angle)
-                if gone < p.angle / p.spin:
-                    return self._turning(now, p.spin if there else -p.spin, grips)
+                self._feel(self._twists[there], now, self._twist.progress(gone))
+                if gone < self._twist.duration:
+                    spin = self._twist.speed(gone + middle)
+                    return self._turning(now, spin if there else -spin, grips)
                 self._go_on(_Part.BACK if there else _Part.DONE, now.time)
                 if not there:
                     self._conclude()

@@ -106,7 +106,8 @@ class PivotController:
         forces = slips.step(now, self._least(loads))
         if before is Phase.SETTLE:
             # noise averages out; about the first finger's normal, which the second's is opposite to
-            self._torque += loads[0].spin_torque - loads[1].spin_torque
+            torque = loads[0].spin_torque - loads[1].spin_torque
+            self._torque += torque if math.isfinite(torque) else 0.0
             if slips.phase is Phase.SCAN and not self._torque * slips.direction > 0.0:
                 slips.give_up(now.time)
         moving = before is Phase.SCAN and slips.phase is Phase.SCAN

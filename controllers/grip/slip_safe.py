@@ -35,7 +35,8 @@ class SlipSafeGrip:
     Attributes:
         live: What may be changed while it runs: `margin` and `least_grip`; the loop moves them on.
         target: Grip that is wanted [N].
-        needed: Least grip of the present load by the limit surface believed in, without margin [N].
+        needed: Least grip of the present load by the limit surface believed in, without margin [N]; while a finger
+            is faulty, that of the last load that all of them felt.
         faulty: Whether a finger feels nothing, or nothing to be believed.
         regrips: How often a slip was answered.
     """
@@ -69,14 +70,22 @@ class SlipSafeGrip:
         self.start(parameters.least_grip)
 
     def start(self, grip: float) -> None:
-        """Begin with a grip that has been commanded so far [N]."""
+        """Begin a new grip, of which nothing is known yet, with one that has been commanded so far [N]."""
         self.live.restart()
         self._belief.start()
         self._watch.start()
+        self.regrips, self._correction = 0, 0.0
+        self.resume(grip)
+
+    def resume(self, grip: float) -> None:
+        """Go on with the same object after something else has moved the fingers, with what they press now [N].
+
+        What was learned of the contacts is kept, and what the gears swallow, and so are live parameters and the
+        count of slips answered. Loads felt before do not count, nor does a grip that was to be kept for a while.
+        """
         for ahead in self._ahead:
             ahead.restart()
-        self.target, self.needed, self.faulty, self.regrips = grip, 0.0, False, 0
-        self._correction = 0.0
+        self.target, self.needed, self.faulty = grip, 0.0, False
         self._safe = grip
         self._floor, self._floor_until, self._answered = 0.0, -math.inf, -math.inf
 
@@ -102,7 +111,9 @@ class SlipSafeGrip:
         self.faulty = None in loads
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
             self._hold(now.time, now.time, max(self.target, self._safe * (1.0 + p.fault_raise)))
-        if any(onsets) and now.time >= self._answered + ANSWER_TIME:
+        # what a detector says of a finger that feels nothing is old
+        slips = any(onsets) or (self._watch.slipping and not self.faulty)
+        if slips and now.time >= self._answered + ANSWER_TIME:
             self._answered, self.regrips = now.time, self.regrips + 1
             self._hold(now.time, now.time + p.regrip_time, max(self.target, self.needed) * (1.0 + p.regrip))
         wanted = max(wanted, at_least, self.live.value("least_grip"))
@@ -132,13 +143,16 @@ class SlipSafeGrip:
         p, most, now_most = self.parameters, 0.0, 0.0
         for i, load in enumerate(loads):
             ahead = self._ahead[i]
-            if load is not None:
-                ahead.step(load)
+            if load is None:  # the floor stands for it: its last rate is that of a fall or a glitch, not of a load
+                ahead.restart()
+                continue
+            ahead.step(load)
             surface = self._belief.surface(i)
             need = self._need.least(surface, *ahead.ahead(0.0))
             now_most = max(now_most, need)
             most = max(most, need, self._need.least(surface, *ahead.ahead(p.lead)))
-        self.needed = now_most
+        if None not in loads:
+            self.needed = now_most
         return most * (1.0 + self.live.value("margin")) + p.reserve
 
     def _correct(self, loads: Sequence[ContactLoad | None]) -> None:

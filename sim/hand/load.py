@@ -142,9 +142,15 @@ class LoadDrive:
             model: The compiled scene.
             data: Its state, which must live on.
             body: Name of a body that floats freely.
+
+        Raises:
+            InvalidValueError: The body does not float freely.
         """
         self._load, self._data = load, data
         of = model.body(body)
+        joints = model.jnt_type[int(of.jntadr[0]) :][: int(of.jntnum[0])].tolist()
+        if joints != [int(mujoco.mjtJoint.mjJNT_FREE)]:
+            raise InvalidValueError(f"body = {body!r}: must float freely, on one free joint")
         at = int(model.jnt_qposadr[int(of.jntadr[0])])
         # views that live as long as the data; the body's pose itself is that of the time step before
         self._quat_wxyz = data.qpos[at + 3 : at + 7]

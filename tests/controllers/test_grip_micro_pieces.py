@@ -1,6 +1,7 @@
 """What wanted micro-motions are made of: readings followed, speed held by grip alone, slip made up for."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.hand_motion import MoveAlong, StandStill
 from palpate.controllers.grip.in_turn import InTurn
 from palpate.controllers.grip.motion_source import HandJoint, MotionReading, MotionTracker
+from palpate.controllers.grip.pivot import PivotController, PivotParameters
 from palpate.controllers.grip.slide import SLIDE_SERVO
+from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.controllers.grip.slip_servo import SlipServo, SlipServoParameters
 from palpate.errors import InvalidValueError
 from palpate.friction.limit_surface import LimitSurface
@@ -160,6 +163,20 @@ def test_the_hand_never_goes_faster_than_it_may_and_stands_without_spin():
     along = MoveAlong(KnownSurface(SURFACE), (FINGER_0,), largest_speed=0.01)
     assert math.hypot(*along.velocity(seen(0.0, fingers=(finger((1.0, 0.0), 1e-6),)), 1.0)) == pytest.approx(0.01)
     assert along.velocity(seen(0.0, fingers=(finger((1.0, 0.0), 0.0),)), 1.0) == ZERO
+
+
+@pytest.mark.parametrize("glitch", [False, True])
+def test_a_finger_that_feels_nothing_for_a_moment_does_not_end_a_pivot(glitch):
+    """Which way the weight turns the object is told by all other samples."""
+    grip = SlipSafeGrip(2, KnownSurface(SURFACE), PERIOD)
+    pivot = PivotController(grip, KnownSurface(SURFACE), HandJoint(2), PERIOD, PivotParameters(0.5))
+    nothing = replace(finger((math.nan, math.nan), math.nan, math.nan), touching=False)
+    first = seen(0.0, 0.0, 0.0, 0.0, fingers=(finger((0.5, 0.0), 2e-3), finger((0.5, 0.0), -2e-3)))
+    pivot.start(first)
+    for i in range(300):
+        one = nothing if glitch and i == 50 else first.fingers[0]
+        pivot.step(seen(i * PERIOD, 0.0, 0.0, 0.0, fingers=(one, first.fingers[1])))
+    assert pivot.phase is Phase.SCAN
 
 
 # --- one after another

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers.grip.belief import KnownSurface
+from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.load_ahead import LoadAhead
 from palpate.controllers.grip.need import NeedWithoutSpin, NeedWithSpin, least_grip_of_two
 from palpate.controllers.grip.parameters import GripParameters
@@ -15,6 +16,8 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
+from palpate.friction.slip.fingers import FingerSlips
+from palpate.friction.slip.margin_crossing import MarginCrossing
 from palpate.runtime.data import ArmSample, FingerObservation, Observation
 from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sensing.ft.health import HEALTHY, Measure, Verdict
@@ -72,12 +75,14 @@ class Rings:
 
     def __init__(self, when, duration=PERIOD):
         self._when, self._end = when - 0.5 * PERIOD, when + duration - 0.5 * PERIOD
+        self.slipping = False
 
     def start(self):
         """Nothing to do."""
 
     def step(self, time, loads):
-        return (self._when < time < self._end, False)
+        began, self.slipping = not self.slipping, self._when < time < self._end
+        return (self.slipping and began, False)
 
 
 # --- what is needed
@@ -244,6 +249,17 @@ def test_a_fault_raises_the_grip_by_a_bounded_share_and_never_opens_it(fault):
     assert grip.target == pytest.approx(before, rel=1e-2)
 
 
+def test_a_glitch_before_a_sensor_is_lost_raises_the_grip_by_no_more_than_its_share():
+    """What a finger felt last, and how fast that grew, is not what it bears."""
+    grip = grip_of()
+    follow(grip, lambda t: (1.5, 0.0), 1000)
+    grip.step(observed(1.0, finger(40.0, 0.0, 3.0), finger(1.5, 0.0, 3.0)))
+    before, commands = grip.target, []
+    for i in range(1001, 3000):
+        commands += grip.step(observed(i * PERIOD, finger(health=BROKEN), finger(1.5, 0.0, 3.0)))
+    assert max(commands) <= before * (1.0 + PLAIN.fault_raise) * 1.1
+
+
 def test_under_a_fault_the_other_finger_still_raises_the_grip():
     grip = grip_of()
     follow(grip, lambda t: (1.0, 0.0), 1000)
@@ -275,6 +291,23 @@ def test_a_slip_that_goes_on_is_answered_again_but_not_in_every_period():
     for_ever = grip_of(watch=Rings(0.1, 60.0))
     commands = follow(for_ever, lambda t: (1.5, 0.0), 3000)
     assert max(max(each) for each in commands) == PLAIN.largest_grip
+
+
+def test_a_slip_that_a_detector_sees_go_on_is_answered_again_until_it_is_over_and_not_under_a_fault():
+    """A detector tells its beginning once only. Friction of 0.3 where 0.5 is believed takes 1.3 twice."""
+    watch = FingerSlips(lambda: MarginCrossing(LimitSurface(0.3, 0.004), PERIOD))
+    grip = grip_of(watch=watch)
+    follow(grip, lambda t: (1.5, 0.0), 400)
+    assert 2 <= grip.regrips <= 6
+    assert not watch.slipping
+    assert 1.5 / 0.3 < grip.target < 1.5 * 1.5 / 0.3
+    lost = grip_of(watch=FingerSlips(lambda: MarginCrossing(LimitSurface(0.3, 0.004), PERIOD)))
+    follow(lost, lambda t: (1.5, 0.0), 20)
+    before, answered = lost.target, lost.regrips
+    for i in range(20, 1000):
+        lost.step(observed(i * PERIOD, finger(touching=False), finger(1.5, 0.0, before)))
+    assert lost.regrips == answered
+    assert lost.target <= before * (1.0 + PLAIN.regrip) * (1.0 + PLAIN.fault_raise)
 
 
 def test_a_contact_that_comes_and_goes_does_not_raise_the_grip_again_and_again():
@@ -310,6 +343,46 @@ def test_the_same_observations_give_the_same_commands_again():
     assert [grip.step(each) for each in felt] == first
 
 
+class Learns(KnownSurface):
+    """Counts what it is told."""
+
+    starts = watched = 0
+
+    def start(self):
+        Learns.starts += 1
+
+    def watch(self, time, loads, onsets):
+        Learns.watched += 1
+
+
+def test_going_on_keeps_what_was_learned_and_what_was_changed_but_not_what_was_felt():
+    """After a jump of the load nobody felt coming, a grip that goes on is one that was always under that load."""
+    Learns.starts = 0
+    grip = SlipSafeGrip(2, Learns(SURFACE), PERIOD, PLAIN, watch=Rings(0.2))
+    starts = Learns.starts
+    grip.live.request("margin", 0.5)
+    follow(grip, lambda t: (1.5, 0.004), 1000)
+    assert grip.regrips > 0
+    before, regrips = grip.target, grip.regrips
+    grip.resume(before)
+    assert (Learns.starts, grip.regrips, grip.target) == (starts, regrips, before)
+    grip.step(observed(1.0, finger(0.5, 0.0, 3.0), finger(0.5, 0.0, 3.0)))
+    assert grip.needed == pytest.approx(0.5 / 0.5)  # no rate from 1.5 N, and no torque
+    assert grip.live.value("margin") == pytest.approx(0.5)
+    assert grip.target < before  # nothing that was to be kept for a while
+
+
+def test_a_grip_that_starts_anew_knows_nothing():
+    grip = SlipSafeGrip(2, Learns(SURFACE), PERIOD, PLAIN, watch=Rings(0.2))
+    follow(grip, lambda t: (1.5, 0.0), 1000)
+    starts = Learns.starts
+    grip.live.request("margin", 0.5)
+    grip.start(1.0)
+    assert Learns.starts == starts + 1
+    assert (grip.regrips, grip.target) == (0, 1.0)
+    assert grip.live.value("margin") == pytest.approx(PLAIN.margin)
+
+
 def test_margin_and_least_grip_may_be_changed_while_it_holds():
     grip = grip_of()
     follow(grip, lambda t: (1.5, 0.0), 1000)
@@ -328,5 +401,7 @@ def test_what_cannot_be_is_refused():
         GripParameters(margin=-0.1)
     with pytest.raises(InvalidValueError, match="least_grip"):
         GripParameters(least_grip=30.0)
+    with pytest.raises(InvalidValueError, match=r"first_grip = 25 N: must be at most largest_grip = 20 N"):
+        LiftController(grip_of(), PERIOD, LiftParameters(first_grip=25.0))
     with pytest.raises(InvalidValueError, match="fingers"):
         grip_of().step(observed(0.0, finger()))

@@ -29,6 +29,7 @@ from palpate.runtime.replay import replay
 from palpate.runtime.replay_difference import difference_of_commands
 from palpate.runtime.replay_extent import extent_of, rows_of_replay
 from palpate.sensing.ft.health import Measure, Verdict
+from palpate.sim.fidelity import GRAVITY
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.load import RampLoad, SumOfLoads
 
@@ -330,6 +331,27 @@ def test_a_finger_that_is_knocked_off_what_it_holds_presses_on():
     assert min(grips) > 0.8 * grips[0]
     assert max(grips) > 1.2 * grips[0]
     assert backend.truth().position[2] > 0.003
+
+
+def test_a_box_that_has_spun_in_the_hand_meets_the_table_with_an_edge_and_stays_held():
+    """With twice the e that there is it spins by tens of degrees, and then its corner comes down first."""
+    attempt, grips = GraspAttempt(plan(GraspConfig(rise=0.4, believed_spin_length=0.008))), []
+
+    def see(sample, now, command):
+        if attempt.controller.stage is GraspStage.SET_DOWN:
+            grips.append(min(command.grip_force))
+
+    grasp = attempt.found(attempt.run((see,)))
+    assert grasp.spin > math.radians(20.0)
+    assert grasp.run.ending is Ending.LOST
+    assert grasp.run.stopped
+    assert grasp.met_early
+    assert min(grips) > 0.5 * 0.1 * GRAVITY / 0.5  # what its weight needs
+    assert grasp.truth.touching[-1].all()
+    assert grasp.truth.height[-1] > grasp.truth.height[0] + 2e-3
+    told = " ".join(outcome(grasp).split())
+    assert "tilted" in told
+    assert "the grip was kept" in told
 
 
 # --- more of it

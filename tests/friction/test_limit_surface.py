@@ -264,6 +264,29 @@ def test_what_is_not_a_number_stays_so():
         assert math.isnan(surface.distance_to_slip(ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0), lost))
 
 
+@given(surfaces(), st.sampled_from(["normal_force", "tangential_force", "spin_torque"]), st.floats(0.0, 2.0))
+def test_one_number_that_is_none_is_enough_and_never_passes_for_a_load_that_is_borne(surface, lost, other):
+    """Beside zeros, too, where it could be taken for no load at all."""
+    values = {"normal_force": 1.0, "tangential_force": other, "spin_torque": 0.003 * other, lost: math.nan}
+    assert math.isnan(surface.load_ratio(**values))
+    assert math.isnan(surface.margin(**values))
+    if lost != "normal_force":
+        del values["normal_force"]
+        assert math.isnan(surface.least_normal_force(**values))
+
+
+@given(surfaces(), st.floats(0.0, 1e300), st.floats(0.0, 1e300))
+@example(LimitSurface(0.5, 0.004, 0.2), 5e-324, 1.0)
+@example(LimitSurface(0.5, 0.004, 0.2), math.inf, 1.0)
+@example(LimitSurface(0.5, 0.004, 0.2), 1.0, math.inf)
+@example(LimitSurface(0.5, 0.004, 0.2, 1.5), 1e308, 1e308)
+def test_the_least_normal_force_of_both_is_between_the_larger_and_the_sum_of_each_alone(surface, force, torque):
+    """However large or small they are."""
+    alone = surface.least_normal_force(force, 0.0), surface.least_normal_force(0.0, torque)
+    both = surface.least_normal_force(force, torque)
+    assert max(alone) * (1.0 - 1e-12) <= both <= sum(alone) * (1.0 + 1e-12)
+
+
 @given(surfaces(), st.floats(1.0, 5.0))
 def test_safety_takes_friction_and_leaves_the_shape(surface, safety):
     reduced = surface.reduced(safety)

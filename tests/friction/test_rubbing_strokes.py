@@ -193,6 +193,20 @@ def test_slip_is_seen_from_twice_its_travel_on(travel, slipped):
         assert found.friction.value == pytest.approx(0.5, rel=0.01)
 
 
+@pytest.mark.parametrize("travel", [2e-4, 5e-4, 1e-3, 2e-3, 3e-3])
+def test_a_skin_that_slips_late_tells_the_mu_of_slip_not_of_giving_way(travel):
+    """The resistance turns from -mu to mu within `travel`: as long as that passes for slip, mu is that of slip."""
+    held = 0
+    for seed in range(20):
+        sensed = Sensed(np.random.default_rng(seed), noise=1.0)
+        found = measure_friction([sensed.two_way(slips(0.5, travel), nothing, 0.02)])
+        assert isinstance(found, FrictionMeasured)
+        assert found.friction.value == pytest.approx(0.5, rel=0.01)
+        low, high = found.friction.interval()
+        held += low <= 0.5 <= high
+    assert held >= 18
+
+
 def test_a_twist_too_far_beside_the_contact_is_a_bound_with_its_reason():
     sensed = Sensed()
     found = rubbed(sensed, 0.5)

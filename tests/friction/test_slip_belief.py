@@ -157,6 +157,30 @@ def test_what_is_no_load_teaches_nothing():
     assert surfaces(belief) == before
 
 
+@pytest.mark.parametrize("tiny", [1e-3, 1e-200, 1e-310])
+@pytest.mark.parametrize("which", ["normal force", "force", "torque"])
+def test_a_load_that_is_all_but_none_spoils_no_belief(which, tiny):
+    load = {
+        "normal force": ContactLoad(tiny, (3.0, 0.0, 0.0), 1e-3),
+        "force": ContactLoad(1.0, (tiny, 0.0, 0.0), 0.0),
+        "torque": ContactLoad(1.0, (0.0, 0.0, 0.0), 1e-3 * tiny),
+    }[which]
+    belief = wide()
+    belief.held(load)
+    belief.slipped(load)
+    for surface in surfaces(belief):
+        assert 0.1 < surface.friction < 1.5
+
+
+def test_a_load_that_no_friction_could_hold_is_no_strength():
+    """A contact that is misread as 3 N along and 50 mN across the normal would be a mu of 60."""
+    belief, before = wide(), surfaces(wide())
+    belief.held(ContactLoad(0.05, (3.0, 0.0, 0.0), 0.0))
+    assert surfaces(belief) == before
+    belief.held(at(TRUE, 3.0, 0.0, 1.2))
+    assert belief.quantile(0.02).friction > 1.1 * TRUE.friction
+
+
 @pytest.mark.parametrize("p", [0.0, 1.0, math.nan])
 def test_a_quantile_lies_between(p):
     with pytest.raises(InvalidValueError, match="between 0 and 1"):

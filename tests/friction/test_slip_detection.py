@@ -42,6 +42,16 @@ def times_told(detector, loads):
     return [k for k, load in enumerate(loads) if detector.step(load) is not None]
 
 
+@pytest.mark.parametrize("before", [0.0, 0.3, 0.84])
+@pytest.mark.parametrize("missing", [1, 50])
+def test_a_load_that_grew_while_nothing_was_felt_did_not_grow_in_one_period(before, missing):
+    """At 84 % of what the contact bears nothing slips, whatever it was before the gap."""
+    nothing = ContactLoad(math.nan, (math.nan,) * 3, math.nan)
+    loads = [on_surface(SURFACE, 5.0, 0.4, 0.0, before)] * 50 + [nothing] * missing
+    loads += [on_surface(SURFACE, 5.0, 0.4, 0.0, 0.84)] * 50
+    assert times_told(MarginCrossing(SURFACE, PERIOD), loads) == []
+
+
 # --- Page's test ---
 
 

@@ -138,6 +138,21 @@ def test_a_load_that_is_too_much_drops_the_object():
         assert (backend.truth().position[2] < 1e-3) == falls  # back on the table, or lifted
 
 
+def test_only_a_body_that_floats_freely_is_pulled_at():
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody>
+        <body name="fixed"><geom size="0.01"/></body>
+        <body name="hinged"><joint type="hinge"/><geom size="0.01"/></body>
+        <body name="free"><freejoint/><geom size="0.01"/></body>
+        </worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    assert LoadDrive(GROWING, model, data, "free").last == NO_LOAD
+    for body in ("fixed", "hinged"):
+        with pytest.raises(InvalidValueError, match=f"body = '{body}'"):
+            LoadDrive(GROWING, model, data, body)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

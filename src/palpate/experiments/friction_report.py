@@ -11,7 +11,14 @@ from palpate.friction import LimitSurface
 from palpate.friction.rubbing.stroke import Stroke
 from palpate.friction.rubbing.twisting import SpinMeasured
 from palpate.reporting import KeyFigure, TimeSeries
-from palpate.reporting.friction_data import FrictionReport, Measured, StrokeCurve, SurfacePoints
+from palpate.reporting.friction_data import (
+    FrictionReport,
+    MaterialMatch,
+    Measured,
+    RecognitionReport,
+    StrokeCurve,
+    SurfacePoints,
+)
 
 CURVE_POINTS = 80
 """Of mu over speed, along the fitted curve."""
@@ -51,7 +58,7 @@ def friction_report(rubbing: RubbingRun) -> FrictionReport:
         speeds=() if file is None else _speeds(rubbing, file),
         curve=_curve(rubbing),
         surface=None if file is None or not found.slips else _surface(rubbing, file),
-        note="" if rubbing.recognised is None else rubbing.recognised.words,
+        recognition=_recognition(rubbing),
     )
 
 
@@ -214,6 +221,34 @@ def _surface(rubbing: RubbingRun, file: FrictionFile) -> SurfacePoints | None:
         np.abs(points) * relative,
         np.array([slip.normal_force for slip in found.slips]),
     )
+
+
+def _recognition(rubbing: RubbingRun) -> RecognitionReport | None:
+    known = rubbing.recognised
+    if known is None:
+        return None
+    found = known.recognition
+    likelihood = found.known.log_likelihood[:-1]
+    order = np.lexsort((-likelihood, -found.posterior)).tolist()
+    matches = tuple(
+        MaterialMatch(
+            found.library.names[i],
+            float(likelihood[i] - likelihood.max()),
+            float(found.posterior[i]),
+            float(found.fit[i]),
+        )
+        for i in order
+    )
+    setting = ""
+    if known.confusion is not None:
+        count, shown = len(found.library.materials), len(known.confusion.truths)
+        drawn = int(known.confusion.counts[0].sum())
+        of = "each material" if shown == count else f"each of the {shown} likeliest of {count} materials"
+        setting = (
+            f"The rubs of this run, drawn {drawn} times for {of} as the library says that it scatters: "
+            f"{100.0 * known.confusion.right:.3g} % of the answers are right."
+        )
+    return RecognitionReport(known.words, matches, known.confusion, setting)
 
 
 def _article(name: str) -> str:

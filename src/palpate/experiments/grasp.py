@@ -65,6 +65,7 @@ class Grasp:
         alarms: Slips that were told.
         regrips: How often the grip answered one.
         beside: What became of the same with a control that ignores spin, if that was asked for.
+        met_early: Whether it met something on the way down that it did not stand on.
     """
 
     planned: GraspPlan
@@ -73,6 +74,7 @@ class Grasp:
     alarms: tuple[SlipAlarm, ...]
     regrips: int
     beside: "Grasp | None" = field(default=None)
+    met_early: bool = False
 
     @cached_property
     def counted(self) -> BoolArray:
@@ -212,8 +214,9 @@ class GraspAttempt:
 
     def found(self, result: RunResult, beside: Grasp | None = None) -> Grasp:
         """Return what came of a run that went like `result`."""
-        watch, grip = self._watch, self.controller.grip
-        return Grasp(self._planned, result, self._truth.truth(), watch.alarms, grip.regrips, beside)
+        watch, control = self._watch, self.controller
+        truth, regrips = self._truth.truth(), control.grip.regrips
+        return Grasp(self._planned, result, truth, watch.alarms, regrips, beside, control.met_early)
 
 
 def carry_out(planned: GraspPlan, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> Grasp:

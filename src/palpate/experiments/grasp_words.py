@@ -33,6 +33,11 @@ def outcome(grasp: Grasp) -> str:
     rest = "the hand is at rest" if result.stopped else "THE HAND DID NOT COME TO REST"
     if result.ending is Ending.DONE:
         ended = f"Set down and let go after {result.duration:.1f} s; {rest}."
+    elif grasp.met_early:
+        ended = (
+            f"Ended after {result.duration:.1f} s on the way down, for the object met something higher up than "
+            f"what it stood on, as one does that has tilted; the grip was kept, and {rest}."
+        )
     elif result.ending is Ending.LOST:
         ended = (
             f"Ended after {result.duration:.1f} s, for a finger felt nothing, or nothing to be believed; the grip "

@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.replay_controller import ControllerMaker
-from palpate.experiments.replay_kinds import LogKind, ReplayablePlan, kind_of
-from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
+from palpate.experiments.replay_kinds import LogKind, ReplayablePlan, kind_of, touch_of
+from palpate.runtime import Controller, Observer, Record, Supervisor
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.log.record import record_of
@@ -86,15 +86,15 @@ def replay_log(
     controller: ControllerMaker | None = None,
     observers: Sequence[Observer] = (),
 ) -> ReplayedLog:
-    """Replay the log of an exploration, or of a regulation of force.
+    """Replay the log of an exploration, a regulation of force, a rubbing run or a grasp.
 
     For example `replay_log("runs/explore").identical`, or
     `replay_log("runs/explore", {"force": 3.0}).velocity_difference`.
 
     Args:
         log: As read, or its file, or a folder with its latest.mcap.
-        settings: Other values for fields of `ExploreConfig` or `RegulateConfig`: those that sensing, control and
-            supervision go by.
+        settings: Other values for fields of the experiment's configuration, such as `ExploreConfig`: those that
+            sensing, control and supervision go by.
         controller: What makes another controller; the recorded one, if not given.
         observers: Called every period, for example to show progress.
 
@@ -158,7 +158,7 @@ def _replayed(
     changed: bool,
 ) -> Replay:
     samples = islice(log.samples(), extent.count)
-    touch, supervisor = Touch(planned.finger), Supervisor(planned.limits)
+    touch, supervisor = touch_of(planned), Supervisor(planned.limits)
     try:
         return replay(samples, log.heading.period, touch, controller, supervisor, changes, observers)
     except InvalidValueError:

@@ -14,7 +14,7 @@ from palpate.nearest_name import nearest
 from palpate.runtime import Controller
 
 ControllerMaker = Callable[[Any], Controller]
-"""From the plan of the recorded run, an `ExplorationPlan` or `RegulationPlan` with what is set otherwise, to a
+"""From the plan of the recorded run, such as an `ExplorationPlan` or `GraspPlan`, with what is set otherwise, to a
 fresh controller for it."""
 
 

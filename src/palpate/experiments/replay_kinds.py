@@ -1,34 +1,31 @@
 """Which experiments can be replayed from their logs, and how each of them is planned again."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, read_config
 from palpate.experiments.explore_plan import plan_with
 from palpate.experiments.friction_replay import RUBBING, planned_rubbing
 from palpate.experiments.friction_text import FRICTION_TEXT
+from palpate.experiments.grasp_replay import GRASPING, planned_grasp
+from palpate.experiments.grasp_text import GRASP_TEXT
 from palpate.experiments.regulate_file import REGULATION_TEXT
 from palpate.experiments.regulate_replay import REGULATION, planned_regulation
 from palpate.experiments.replay_settings import EXPLORATION, Changeable, changed_config
 from palpate.experiments.robot_values import load_named_robot
-from palpate.runtime import Controller, FingerDescription, Limits
+from palpate.runtime import Controller, FingerDescription, Limits, Touch
 from palpate.runtime.log import Log
 from palpate.runtime.robot import read_robot
 
 
-class ReplayablePlan(Protocol):
-    """What of a plan a replay needs."""
+class _Planned(Protocol):
+    """What of any plan a replay needs."""
 
     @property
     def config(self) -> object:
         """What was asked for."""
-        ...
-
-    @property
-    def finger(self) -> FingerDescription:
-        """For touch."""
         ...
 
     @property
@@ -39,6 +36,34 @@ class ReplayablePlan(Protocol):
     def controller(self) -> Controller:
         """Return a fresh controller."""
         ...
+
+
+class FingerPlan(_Planned, Protocol):
+    """A plan for one finger."""
+
+    @property
+    def finger(self) -> FingerDescription:
+        """For touch."""
+        ...
+
+
+@runtime_checkable
+class HandPlan(_Planned, Protocol):
+    """A plan for a hand."""
+
+    @property
+    def fingers(self) -> Sequence[FingerDescription]:
+        """For touch, one per finger."""
+        ...
+
+
+ReplayablePlan = FingerPlan | HandPlan
+"""What of a plan a replay needs."""
+
+
+def touch_of(planned: ReplayablePlan) -> Touch:
+    """Return fresh touch of all fingers that a plan has."""
+    return Touch(*planned.fingers) if isinstance(planned, HandPlan) else Touch(planned.finger)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +94,7 @@ KINDS = (
     LogKind("palpate explore", EXPERIMENT_TEXT, EXPLORATION, _exploration),
     LogKind("palpate regulate", REGULATION_TEXT, REGULATION, planned_regulation),
     LogKind("palpate friction", FRICTION_TEXT, RUBBING, planned_rubbing),
+    LogKind("palpate grasp", GRASP_TEXT, GRASPING, planned_grasp),
 )
 """Every experiment that can be replayed."""
 

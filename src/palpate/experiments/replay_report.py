@@ -41,6 +41,9 @@ UNITS = {
     "assumed_stiffness": "N/m",
     "assumed_damping_time": "s",
     "landing_speed": "m/s",
+    "believed_spin_length": "m",
+    "lift_height": "m",
+    "lift_speed": "m/s",
 }
 """Of the numbers that a replay can change, in every experiment that has them."""
 
@@ -133,6 +136,7 @@ def key_figures(done: ReplayedLog) -> tuple[KeyFigure, ...]:
             KeyFigure("commanded velocity apart, RMS", _MILLI * _rms(apart), "mm/s"),
             KeyFigure("commanded velocity apart, largest", _MILLI * float(apart[largest]), "mm/s", where),
         ]
+    figures += _grip_figures(done, recorded)
     figures.append(_first("first difference of a command", done.commands))
     others = np.flatnonzero(recorded.phase != replayed.phase)
     note = "" if not len(others) else f"first {replayed.phase[others[0]]} for {recorded.phase[others[0]]}"
@@ -145,6 +149,22 @@ def key_figures(done: ReplayedLog) -> tuple[KeyFigure, ...]:
         KeyFigure("end of the replay", "", "", ending_replayed(done)),
     ]
     return tuple(figures)
+
+
+def _grip_figures(done: ReplayedLog, recorded: Record) -> list[KeyFigure]:
+    """How far the commanded grip is off, where a finger of a hand was told one in both."""
+    sides = ((done.log.codec, done.log.rows), (done.replay.codec, done.replay.rows))
+    before, after = (rows[: done.common, codec.columns["command.grip_force"]] for codec, rows in sides)
+    both = np.isfinite(before) & np.isfinite(after)
+    if not both.any():
+        return []
+    apart = np.where(both, np.abs(after - before), 0.0)
+    largest = int(apart.max(axis=1).argmax())
+    where = f"at t = {recorded.time[largest]:.3f} s, {recorded.phase[largest]}" if apart.any() else ""
+    return [
+        KeyFigure("commanded grip apart, RMS", _rms(apart[both]), "N", "of every finger"),
+        KeyFigure("commanded grip apart, largest", float(apart.max()), "N", where),
+    ]
 
 
 def _sensing_figures(done: ReplayedLog, recorded: Record, replayed: Record) -> list[KeyFigure]:

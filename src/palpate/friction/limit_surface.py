@@ -71,12 +71,11 @@ class LimitSurface:
             spin_torque: [N m].
 
         Returns:
-            0 without load; infinity for a load without normal force.
+            0 without load; infinity for a load without normal force; NaN of what is not a number.
         """
-        size = self._size(normal_force, tangential_force, spin_torque)
+        size, most = self._size(normal_force, tangential_force, spin_torque), self.friction * normal_force
         if size == 0.0:
-            return 0.0
-        most = self.friction * normal_force
+            return math.nan if math.isnan(most) else 0.0
         return math.inf if most <= 0.0 else size / most
 
     def margin(self, normal_force: float, tangential_force: float, spin_torque: float) -> float:
@@ -101,6 +100,9 @@ class LimitSurface:
         Args:
             tangential_force: Its length [N].
             spin_torque: [N m].
+
+        Returns:
+            Infinity for an infinite load, NaN of what is not a number.
         """
         by_force = abs(tangential_force) / self.friction
         by_torque = abs(spin_torque) / (self.friction * self.spin_length)
@@ -109,10 +111,13 @@ class LimitSurface:
             return p_norm(by_force, by_torque, p)
         alone = float(by_torque ** (1.0 / (1.0 + gamma)))
         start = max(by_force, alone)
+        if not 0.0 < start < math.inf:
+            return by_force + alone
+        # in units of `start` one of the two terms is 1, the other below
+        by_force, alone = by_force / start, alone / start
         if by_force == 0.0 or alone == 0.0:
             return start
-        # in units of `start` one of the two terms is 1, the other below
-        a, b = p * math.log(by_force / start), p * (1.0 + gamma) * math.log(alone / start)
+        a, b = p * math.log(by_force), p * (1.0 + gamma) * math.log(alone)
         u = 0.0
         for _ in range(_NEWTON_STEPS):
             first, second = math.exp(a - p * u), math.exp(b - p * (1.0 + gamma) * u)

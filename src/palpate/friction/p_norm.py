@@ -11,7 +11,7 @@ def p_norm(a: float, b: float, p: float) -> float:
         return a + b
     small, large = (a, b) if a < b else (b, a)
     if large == 0.0 or large == math.inf:
-        return large
+        return large + small  # not `large`: what is not a number compares as the smaller
     return large * float((1.0 + (small / large) ** p) ** (1.0 / p))
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction import LimitSurface
+from palpate.friction.materials.trials import Confusion
 from palpate.reporting.data import KeyFigure, TimeSeries
 from palpate.runtime import RunTiming
 
@@ -71,6 +72,41 @@ class SurfacePoints:
     loads: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class MaterialMatch:
+    """What touches say of one material of a library.
+
+    Attributes:
+        name: Of the material.
+        likelihood: Of the touches, over that under the material under which they are likeliest, natural logarithm.
+        posterior: That it is this one, given that it is one of the library.
+        fit: Probability that touches of the material itself fit it no better.
+    """
+
+    name: str
+    likelihood: float
+    posterior: float
+    fit: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecognitionReport:
+    """Which surface of a library it may be.
+
+    Attributes:
+        words: The answer and the next best touch, in sentences.
+        matches: Every material of the library, the likeliest first.
+        confusion: How often the library's materials are taken for each other after touches like these; None if
+            nothing slipped.
+        setting: Which touches those are, and how many of each material, in a sentence; "" without them.
+    """
+
+    words: str
+    matches: tuple[MaterialMatch, ...]
+    confusion: Confusion | None
+    setting: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionReport:
     """All that a report on friction shows.
@@ -89,7 +125,7 @@ class FrictionReport:
         speeds: mu at each speed.
         curve: Speeds [m/s] and mu of the curve through them, shape (2, n); None without one.
         surface: The limit surface with what was measured of it; None if nothing spun.
-        note: On the surface, as recognised in a library, or "".
+        recognition: Which surface of a library it may be; None without a library.
     """
 
     title: str
@@ -105,4 +141,4 @@ class FrictionReport:
     speeds: tuple[Measured, ...] = ()
     curve: FloatArray | None = None
     surface: SurfacePoints | None = None
-    note: str = ""
+    recognition: RecognitionReport | None = None

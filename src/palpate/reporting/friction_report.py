@@ -8,7 +8,10 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.atomic_file import replacing
-from palpate.reporting.friction_data import FrictionReport, Measured
+from palpate.reporting.friction_data import FrictionReport, Measured, RecognitionReport
+
+MOST_MATCHES = 20
+"""Materials whose posterior is written down."""
 
 COLUMNS = ("name", "value", "unit", "note")
 
@@ -40,14 +43,13 @@ def friction_html(report: FrictionReport) -> str:
         speed_picture(report.speeds, report.curve),
     ]
     over_time = [force_overview(report.series)] if report.series.phase else []
-    note = [f"<p>{escape(report.note)}</p>"] if report.note else []
     timing = table(timing_rows(report.timing), COLUMNS)
     return page(
         report.title,
         [
             f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
             table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
-            section("Which surface it may be", note),
+            section("Which surface it may be", _recognition(report.recognition)),
             section("What was felt", _there(picture_cards(told))),
             section("At each load", _there(table(_load_rows(report), COLUMNS))),
             section("At each speed", _there(table(_speed_rows(report), COLUMNS))),
@@ -70,6 +72,36 @@ def friction_table(report: FrictionReport) -> Table:
     for figure in report.summary:
         table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
     return table
+
+
+def _recognition(found: RecognitionReport | None) -> list[str]:
+    from palpate.reporting.confusion_picture import confusion_picture
+    from palpate.reporting.page import picture_cards, table
+
+    if found is None:
+        return []
+    rows = [
+        (
+            each.name,
+            _percent(each.posterior),
+            "",
+            f"ln likelihood {_below(each.likelihood)}; {_percent(each.fit)} of its own touches fit no better",
+        )
+        for each in found.matches[:MOST_MATCHES]
+    ]
+    matrix = [] if found.confusion is None else [confusion_picture(found.confusion)]
+    setting = f"<p>{escape(found.setting)}</p>" if found.setting else ""
+    return _there(f"<p>{escape(found.words)}</p>", table(rows, COLUMNS), setting, picture_cards(matrix))
+
+
+def _below(likelihood: float) -> str:
+    return "the largest" if likelihood == 0.0 else f"{-likelihood:.1f} below the largest"
+
+
+def _percent(share: float) -> str:
+    if 0.0 < share < 1e-3:
+        return "below 0.1 %"
+    return "above 99.9 %" if 0.999 < share < 1.0 else f"{100.0 * share:.3g} %"
 
 
 def _load_rows(report: FrictionReport) -> list[tuple[str, str, str, str]]:

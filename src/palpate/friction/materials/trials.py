@@ -1,7 +1,7 @@
 """How often materials are taken for which: touches drawn as the library says they come, and answers counted."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +10,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import PARAMETERS, Material
 from palpate.friction.materials.next_touch import touch_error
-from palpate.friction.materials.recognition import Answer, Recognition, recognise
+from palpate.friction.materials.recognition import CALIBRATION, Answer, Recognition, recognise
 from palpate.friction.materials.touch_evidence import STROKE_ROW, Touch, twist_row
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
@@ -103,6 +103,58 @@ def drawn_touches(
         else:
             touches.append(Touch.twist(ratio, error, slip.normal_force, slip.spin))
     return touches
+
+
+def drawn_again(
+    material: Material, touches: Sequence[Touch], rng: np.random.Generator, calibration: float = CALIBRATION
+) -> list[Touch]:
+    """Return the same touches of another object: one specimen of a material, drawn at random.
+
+    Args:
+        material: That is touched.
+        touches: Whose rows, errors and speeds these have.
+        rng: Source of chance.
+        calibration: Standard deviation of the sensor's error that all touches share, relative.
+    """
+    specimen = drawn_specimen(material, rng)
+    specimen[:2] += calibration * rng.normal(size=2)
+    drawn = []
+    for touch in touches:
+        here = specimen + np.sqrt(material.scatter.variances) * rng.normal(size=PARAMETERS)
+        slip = float(np.hypot(touch.speed, material.spin_length_at(touch.normal_force) * touch.spin))
+        here[0] += np.log(material.friction_at(slip) / material.kinetic_friction)
+        felt = rng.multivariate_normal(touch.rows @ here, touch.covariance, method="eigh")
+        drawn.append(replace(touch, values=felt))
+    return drawn
+
+
+def confusion_of_touches(
+    library: MaterialLibrary,
+    touches: Sequence[Touch],
+    trials: int,
+    rng: np.random.Generator,
+    calibration: float = CALIBRATION,
+) -> Confusion:
+    """Return how often each material of a library is taken for which after touches like those that were made.
+
+    Args:
+        library: Of materials.
+        touches: Those that were made; what they said does not matter.
+        trials: Specimens of each material.
+        rng: Source of chance.
+        calibration: Standard deviation of the sensor's error that all touches share, relative.
+    """
+    return confusion(
+        library,
+        (
+            (
+                material.name,
+                recognise(library, drawn_again(material, touches, rng, calibration), calibration=calibration),
+            )
+            for material in library.materials
+            for _ in range(trials)
+        ),
+    )
 
 
 def drawn_specimen(material: Material, rng: np.random.Generator) -> FloatArray:

@@ -26,6 +26,14 @@ SETTLING = 0.1
 STICK_SLIP_NOISE = 2.0
 """How many times more than the sensor's noise the ratio must vary to be called stick-slip."""
 
+LATEST_SLIP = 0.15
+"""Share of a stroke's steady part within which slip has begun, if it counts as slip: a resistance that turns from
+-mu to mu over a share x of it, and stays, rises by (3 x - 2 x^2) / (1 - x), and more than 0.15 for x > 0.05; twice
+that share if the other stroke slips at once. The rest is for noise."""
+
+SEEN_RISE = 2.0
+"""By how many of its standard deviations a rise must lie above 0 for the share before that to be left out."""
+
 STRETCHES = 10
 """Of a stroke, over which loads are averaged to see what was borne: noise is down by 5 at 500 Hz, and 10 % of the
 travel is lost."""
@@ -99,9 +107,13 @@ def measure_friction(
         raise InvalidValueError("0 strokes: must be at least one there and one back")
     errors = errors or SensorErrors()
     pairs = [_rubbed(pair, settling) for pair in strokes]
-    normal = _unit(np.sum([pair.normal for pair in pairs], axis=0))
-    resistances = [_resistance(rub, normal) for pair in pairs for rub in (pair.there, pair.back)]
+    normal, resistances = _resistances(pairs)
     evidence = slip_evidence(resistances)
+    rising = evidence.rise > SEEN_RISE * evidence.uncertainty
+    if evidence.slipped and rising and min(len(each.travel) for each in resistances) >= 2 * LEAST_SAMPLES:
+        # at either end one of the two did not slip yet: the mean is to be of slip alone
+        pairs = [_rubbed(pair, settling, LATEST_SLIP) for pair in strokes]
+        normal, resistances = _resistances(pairs)
     normal_force = float(np.mean([pair.normal_force for pair in pairs]))
     if not evidence.slipped:
         least = least_friction([stroke.force for pair in strokes for stroke in pair.both], errors.force_noise)
@@ -173,7 +185,8 @@ class _Pair:
     wait: float
 
 
-def _rubbed(pair: TwoWay, settling: float) -> _Pair:
+def _rubbed(pair: TwoWay, settling: float, left_out: float = 0.0) -> _Pair:
+    """The stretch that both rubbed, but for a share of it at either end."""
     way = _direction(pair.there)
     if float(way @ _direction(pair.back)) > -0.9:
         raise InvalidValueError("the second stroke does not reverse the first: must go the same way back")
@@ -184,6 +197,7 @@ def _rubbed(pair: TwoWay, settling: float) -> _Pair:
     ]
     low = max(float(place[part].min()) for place, part in zip(places, parts, strict=True))
     high = min(float(place[part].max()) for place, part in zip(places, parts, strict=True))
+    low, high = low + left_out * (high - low), high - left_out * (high - low)
     there, back = (
         _kept(stroke, place, part, low, high, sign * way)
         for stroke, place, part, sign in zip(pair.both, places, parts, (1.0, -1.0), strict=True)
@@ -213,6 +227,12 @@ def _kept(stroke: Stroke, place: FloatArray, part: slice, low: float, high: floa
         way,
         float((velocity @ way).mean()),
     )
+
+
+def _resistances(pairs: Sequence[_Pair]) -> tuple[FloatArray, list[Resistance]]:
+    """The normal of all pairs together, and what resisted every stroke."""
+    normal = _unit(np.sum([pair.normal for pair in pairs], axis=0))
+    return normal, [_resistance(rub, normal) for pair in pairs for rub in (pair.there, pair.back)]
 
 
 def _resistance(rub: _Rub, normal: FloatArray) -> Resistance:

@@ -22,6 +22,9 @@ LEAST_LOAD_SPAN = 2.0
 """Largest over least normal force: at 2, gamma takes eight times the strokes that 0.7 to 5 N take,
 (ln 7 / ln 2)^2."""
 
+LEAST_SLIPS = 6
+"""A slide, a spin and both at once, at either load."""
+
 
 @dataclass(frozen=True, slots=True)
 class PlannedSlip:
@@ -64,8 +67,8 @@ def planned_slips(
             f"forces = {low:g} and {high:g} N: the second must be at least {LEAST_LOAD_SPAN:g} times the first; "
             "gamma is told by how e grows between them"
         )
-    if count < 6:
-        raise InvalidValueError(f"count = {count}: must be at least 6, three at either load")
+    if count < LEAST_SLIPS:
+        raise InvalidValueError(f"count = {count}: must be at least {LEAST_SLIPS}, three at either load")
     slips = []
     for i in range(count):
         force, e = (low, spin_lengths[0]) if i % 2 == 0 else (high, spin_lengths[1])

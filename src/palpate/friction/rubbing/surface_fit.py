@@ -19,6 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares, minimize_scalar
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT, LimitSurface
@@ -73,8 +75,8 @@ class FittedSurface:
 
     Attributes:
         surface: The most likely one.
-        covariance: Of (ln mu, ln c, gamma, p), shape (4, 4). At an end of its range gamma or p is likelier within
-            than this says.
+        covariance: Of (ln mu, ln c, gamma, p), shape (4, 4), such that 1.96 deviations hold 95 %. At an end of
+            its range gamma or p is likelier within than this says.
         scatter: Of the loads about it, relative.
         loads: How many it rests on.
     """
@@ -136,6 +138,9 @@ def fit_limit_surface(
     information = jacobian.T @ jacobian + np.diag(_PRIOR)
     mu, c, gamma, p = math.exp(found[0]), math.exp(found[1]), float(found[2]), float(found[3])
     covariance = np.linalg.inv(information).astype(np.float64)
+    if scatter is None:
+        # seen with few degrees of freedom: Student's quantile over the normal's, so that 1.96 deviations hold 95 %
+        covariance *= (student.ppf(0.975, 2 * len(loads) - 4) / norm.ppf(0.975)) ** 2
     return FittedSurface(LimitSurface(mu, c, gamma, p), covariance, size, len(loads))
 
 

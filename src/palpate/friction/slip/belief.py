@@ -98,11 +98,12 @@ class FrictionBelief:
         at = min(int(angle / (0.5 * math.pi) * DIRECTIONS), DIRECTIONS - 1)
         if ratio <= self._hardest[at] * (1.0 + 0.25 * self._s):
             return
-        self._hardest[at] = ratio
         log_ratio = self._log_ratio(normal_force, force, torque)
-        if log_ratio is not None:
-            np.minimum(self._held, log_ndtr(-log_ratio / self._width), out=self._held)
-            self._weights = None
+        if log_ratio is None or float(log_ratio.min()) > 3.0 * self._s:
+            return  # beyond all that friction may be: a contact that was misread, no strength
+        self._hardest[at] = ratio
+        np.minimum(self._held, log_ndtr(-log_ratio / self._width), out=self._held)
+        self._weights = None
 
     def slipped(self, load: ContactLoad) -> None:
         """Take note that a contact slips under a load: what `ExcitedSlip` says, not what a margin says."""
@@ -178,10 +179,17 @@ class FrictionBelief:
         p, gamma = self._median.norm_exponent, self._median.load_exponent
         if force == 0.0 and torque == 0.0:
             return None
-        by_force = (force / (np.exp(self._log_mu) * normal_force)) ** p
-        by_torque = (torque / (np.exp(self._log_torque) * normal_force ** (1.0 + gamma))) ** p
-        ratio: FloatArray = np.log(by_force[:, None] + by_torque[None, :]) / p
+        pressed = math.log(normal_force)
+        by_force = p * (_log(force) - pressed - self._log_mu)
+        by_torque = p * (_log(torque) - (1.0 + gamma) * pressed - self._log_torque)
+        # in logarithms throughout: the powers of a load that hardly presses overflow
+        ratio: FloatArray = np.logaddexp(by_force[:, None], by_torque[None, :]) / p
         return ratio
+
+
+def _log(value: float) -> float:
+    """Logarithm of what is 0 or above."""
+    return math.log(value) if value > 0.0 else -math.inf
 
 
 def _axis(deviation: float) -> FloatArray:

@@ -34,6 +34,11 @@ class FingerSlips:
     kinds: tuple[SlipKind | None, ...]
     """What slips now, per finger."""
 
+    @property
+    def slipping(self) -> bool:
+        """Whether a slip that was told goes on at any finger."""
+        return any(kind is not None for kind in self.kinds)
+
     def start(self) -> None:
         """A new grip begins."""
         self._detectors: tuple[SlipDetector, ...] = ()

@@ -93,6 +93,7 @@ class MarginCrossing:
         surface, own = self.surface, self._own
         ratio = surface.load_ratio(normal_force, force, torque)
         if math.isnan(ratio):
+            self._level = math.nan  # what comes after a gap did not come within one period
             return kind_of_slip(surface, load) if self._test.alarm else None
         if math.isinf(ratio):
             self._level = math.nan
