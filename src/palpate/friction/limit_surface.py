@@ -141,8 +141,15 @@ class LimitSurface:
         Returns:
             0 on the surface and outside, infinity if the load stays inside for ever, NaN of what is not a number.
         """
-        return distance_to_surface(
-            self.friction, self.spin_length, self.load_exponent, self.norm_exponent, load, direction
+        size = max(abs(direction.normal_force), direction.tangential_length, abs(direction.spin_torque))
+        if not 0.0 < size < math.inf:
+            pace, even = 1.0, direction
+        else:  # of about one newton or newton metre: squares of slower ones would underflow
+            pace = 2.0 ** min(-math.frexp(size)[1], 1000)
+            tangential = scale(pace, direction.tangential_force)
+            even = ContactLoad(pace * direction.normal_force, tangential, pace * direction.spin_torque)
+        return pace * distance_to_surface(
+            self.friction, self.spin_length, self.load_exponent, self.norm_exponent, load, even
         )
 
     def slip_direction(self, load: ContactLoad) -> Slip:
