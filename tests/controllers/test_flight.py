@@ -27,7 +27,7 @@ SPACE = Airspace(WANTED, PathPlane(), PERIOD, TOP)
 DOWN, UP, SIDE = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 
-def fly(flight, tip, feels=lambda tip, time: None, seconds=20.0):
+def fly(flight, tip, feels=lambda tip, time: None, seconds=40.0):
     """Carry it out; `feels` gives the normal of what is touched, if anything. Rows of (phase, tip, velocity)."""
     rows, time = [], 0.0
     while flight.arrived is None and time < seconds:
