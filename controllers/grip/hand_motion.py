@@ -60,7 +60,7 @@ class MoveAlong:
         """See `HandMotion`."""
         velocity, share = ZERO, -rate / len(self._rotations)
         for i, (finger, rotation) in enumerate(zip(now.fingers, self._rotations, strict=True)):
-            if not (finger.touching and finger.health.ok):
+            if not finger.believed:
                 return ZERO
             slip = self._belief.surface(i).slip_direction(ContactLoad.of(finger.contact))
             if slip.spin == 0.0:

@@ -7,7 +7,6 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.controllers.grip.slip_servo import SlipServo, SlipServoParameters
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Observation, Phase
-from palpate.sensing.contact import ContactStatus
 
 _FINGERS = 2
 """Opposite each other: a line about which an object can turn, and one grip for both."""
@@ -131,7 +130,11 @@ class LetSlip:
             self._servo.start(self._forces[0], (1.0 + NEAR) * self.grip.needed)
             self._go_on(Phase.SCAN, now.time)
         elif self.phase is Phase.SCAN:
-            if not _felt(now) or tracker.silent > p.silence or gone > p.patience:
+            if (
+                not all(finger.believed for finger in now.fingers)
+                or tracker.silent > p.silence
+                or gone > p.patience
+            ):
                 self.give_up(now.time)
             elif self.remaining <= min(max(self.rate, 0.0), JERK * self._servo.wanted) * p.lead:
                 self._go_on(Phase.HOLD, now.time)
@@ -148,11 +151,3 @@ class LetSlip:
         if self.phase is Phase.SCAN:
             self.grip.resume(self.grip.target)  # that is still what held before; what it felt then is long ago
         self.phase, self._since = phase, time
-
-
-def _felt(now: Observation) -> bool:
-    """Whether all fingers feel, and can be believed."""
-    return all(
-        finger.touching and finger.health.ok and finger.contact.status is ContactStatus.OK
-        for finger in now.fingers
-    )

@@ -243,7 +243,7 @@ class NudgeController:
     def _feel(self, quarters: list[_Quarters], now: Observation, progress: float) -> None:
         """Take what the fingers feel: friction over grip while they pull, torque over grip while they twist."""
         for finger, its in zip(now.fingers, quarters, strict=True):
-            if not (finger.touching and finger.health.ok):
+            if not finger.believed:
                 continue
             load = ContactLoad.of(finger.contact)
             if load.normal_force > 0.0:

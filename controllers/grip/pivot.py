@@ -16,6 +16,7 @@ from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.hand_motion import HandMotion, StandStill
 from palpate.controllers.grip.let_slip import LetSlip, LetSlipParameters
 from palpate.controllers.grip.motion_source import MotionSource
+from palpate.controllers.grip.need import grip_against_sliding
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.controllers.grip.slip_servo import SlipServoParameters
 from palpate.errors import InvalidValueError, not_negative
@@ -103,7 +104,9 @@ class PivotController:
         """Return what hand and arm are to do during the next period."""
         slips, before = self._slips, self._slips.phase
         loads = [ContactLoad.of(finger.contact) for finger in now.fingers]
-        forces = slips.step(now, self._least(loads))
+        forces = slips.step(
+            now, grip_against_sliding(loads, self._belief, 1.0 + self._parameters.tangential_margin)
+        )
         if before is Phase.SETTLE:
             # noise averages out; about the first finger's normal, which the second's is opposite to
             torque = loads[0].spin_torque - loads[1].spin_torque
@@ -112,9 +115,3 @@ class PivotController:
                 slips.give_up(now.time)
         moving = before is Phase.SCAN and slips.phase is Phase.SCAN
         return Command(self._hand.velocity(now, slips.rate) if moving else ZERO, slips.phase, forces)
-
-    def _least(self, loads: list[ContactLoad]) -> float:
-        """What the tangential forces need, with margin [N]; nothing of a load that is not known."""
-        share = 1.0 + self._parameters.tangential_margin
-        needs = (load.tangential_length / self._belief.surface(i).friction for i, load in enumerate(loads))
-        return max(share * need if math.isfinite(need) else 0.0 for need in needs)

@@ -104,7 +104,7 @@ class RollController:
             if not finger.touching:
                 return Command(scale(p.approach_speed, p.towards), self.phase)
             self._go_on(Phase.SETTLE, now.time)
-        if not self.phase.is_final and not (finger.touching and finger.health.ok):
+        if not self.phase.is_final and not finger.believed:
             self._go_on(Phase.LOST, now.time)
         if self.phase.is_final:
             return Command(ZERO, self.phase)

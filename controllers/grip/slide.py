@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.let_slip import LetSlip, LetSlipParameters
 from palpate.controllers.grip.motion_source import MotionSource
+from palpate.controllers.grip.need import grip_against_sliding
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.controllers.grip.slip_servo import SlipServoParameters
 from palpate.errors import InvalidValueError, positive
@@ -106,7 +107,7 @@ class SlideController:
         """Return what hand and arm are to do during the next period."""
         slips, before = self._slips, self._slips.phase
         loads = [ContactLoad.of(finger.contact) for finger in now.fingers]
-        forces = slips.step(now, self._least(loads))
+        forces = slips.step(now, grip_against_sliding(loads, self._belief, LEAST_SHARE))
         if slips.phase is Phase.SCAN:
             if before is Phase.SETTLE and slips.direction < 0.0:
                 slips.give_up(now.time)  # weight moves nothing up
@@ -115,10 +116,6 @@ class SlideController:
                 if abs(self.turn) > self._parameters.largest_turn:
                     slips.give_up(now.time)
         return Command(ZERO, slips.phase, forces)
-
-    def _least(self, loads: list[ContactLoad]) -> float:
-        needs = (load.tangential_length / self._belief.surface(i).friction for i, load in enumerate(loads))
-        return max(LEAST_SHARE * need if math.isfinite(need) else 0.0 for need in needs)
 
     def _turn_per_way(self, loads: list[ContactLoad]) -> float:
         """Return omega / v by normality, about the first finger's normal [rad/m]; the mean of both fingers."""

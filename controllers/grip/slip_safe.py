@@ -19,7 +19,6 @@ from palpate.controllers.grip.parameters import GripParameters, live_grip
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
 from palpate.runtime.data import FingerObservation, Observation
-from palpate.sensing.contact import ContactStatus
 
 _TOO_FEW = 2
 """Fingers that a grip takes, at least."""
@@ -168,6 +167,4 @@ class SlipSafeGrip:
 
 def _load_of(finger: FingerObservation) -> ContactLoad | None:
     """What a finger bears, if it can be believed."""
-    if not (finger.touching and finger.health.ok and finger.contact.status is ContactStatus.OK):
-        return None
-    return ContactLoad.of(finger.contact)
+    return ContactLoad.of(finger.contact) if finger.believed else None

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import ExploreConfig
@@ -11,6 +12,9 @@ from palpate.experiments.grasp_config import GraspConfig
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.strict_decode import decode, decode_some, load_text, read_mapping
 from palpate.yaml_text import yaml_text
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 EXPERIMENT_TEXT = "experiment.yaml"
 """Under this name a log keeps the text of its configuration."""
@@ -48,8 +52,7 @@ def config_text(config: ExploreConfig) -> str:
     kind = next((name for name, kind in KINDS.items() if type(config) is kind), None)
     if kind is None:
         raise TypeError(f"{type(config).__name__} is no configuration of an experiment")
-    values = {field.name: _plain(getattr(config, field.name)) for field in fields(config)}
-    return yaml_text({KIND_KEY: kind, **values})
+    return yaml_text({KIND_KEY: kind, **plain_values(config)})
 
 
 def read_config(text: str) -> ExploreConfig:
@@ -112,6 +115,11 @@ def _checked_kind(found: Mapping[str, object], wanted: tuple[str, ...]) -> str:
 
 def _without_kind(found: Mapping[str, object]) -> dict[str, object]:
     return {key: value for key, value in found.items() if key != KIND_KEY}
+
+
+def plain_values(config: "DataclassInstance") -> dict[str, object]:
+    """Return every value of a configuration by its name, as YAML can hold it."""
+    return {field.name: _plain(getattr(config, field.name)) for field in fields(config)}
 
 
 def _plain(value: object) -> object:

@@ -44,6 +44,23 @@ def noise_of(model: SensorModel) -> tuple[float, float]:
     return (0.0, 0.0) if model.noise is None else (max(model.noise.sd[:3]), max(model.noise.sd[3:]))
 
 
+def model_with_noise(finger: FingerEntry, force: float | None, moment: float | None) -> SensorModel:
+    """Return the simulated sensor of a finger with other white noise than the robot file's, where it is given.
+
+    Args:
+        finger: As the robot file has it.
+        force: Standard deviation [N]; the robot file's if None.
+        moment: Likewise [N m].
+
+    Raises:
+        InvalidValueError: It cannot be.
+    """
+    model = model_of_finger(finger)
+    known = noise_of(model)
+    wanted = (known[0] if force is None else force, known[1] if moment is None else moment)
+    return model if wanted == known else with_noise(model, *wanted)
+
+
 def sensor_for(robot: Robot, config: ExploreConfig) -> SeededSensor:
     """Return the simulated sensor that an exploration is done with.
 
@@ -53,9 +70,7 @@ def sensor_for(robot: Robot, config: ExploreConfig) -> SeededSensor:
         InvalidValueError: It cannot be, or is too coarse for the set force and this fingertip.
     """
     finger = robot.file.fingers[0]
-    model, noise = model_of_finger(finger), (config.force_noise, config.moment_noise)
-    if noise != noise_of(model):
-        model = with_noise(model, *noise)
+    model = model_with_noise(finger, config.force_noise, config.moment_noise)
     _check_fine_enough(finger, model, config)
     return SeededSensor(model, config.seed)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import TOUCH_DEVIATIONS, TOUCH_FORCE
-from palpate.experiments.finger_sensor import model_of_finger, noise_of
+from palpate.experiments.finger_sensor import model_with_noise
 from palpate.experiments.friction_config import FrictionConfig
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.run_checks import CLEARANCE
@@ -12,7 +12,6 @@ from palpate.experiments.simulated_stage import RobotInScene, Task, only_finger,
 from palpate.runtime.robot import Robot
 from palpate.sim import Box, ContactLaw, MujocoBackend, SceneObject, SeededSensor, SphereObject, build_scene
 from palpate.sim.friction.law import FrictionLaw
-from palpate.sim.sensor.from_entry import with_noise
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
 
 IMPEDANCE = 0.05
@@ -67,14 +66,7 @@ def sensor_of(robot: Robot, config: FrictionConfig) -> SeededSensor:
     Raises:
         InvalidValueError: It cannot be.
     """
-    model = model_of_finger(robot.file.fingers[0])
-    force, moment = noise_of(model)
-    wanted = (
-        force if config.force_noise is None else config.force_noise,
-        moment if config.moment_noise is None else config.moment_noise,
-    )
-    if wanted != (force, moment):
-        model = with_noise(model, *wanted)
+    model = model_with_noise(robot.file.fingers[0], config.force_noise, config.moment_noise)
     if config.drift:
         rate = config.drift / 60.0
         drift = ThermalDrift((0.0, 0.0, rate, MOMENT_DRIFT * rate, 0.0, 0.0), WarmUp(STEADY, STEADY))

@@ -1,8 +1,6 @@
 """The configuration of a run that finds out about friction, as text for its log."""
 
-from dataclasses import fields
-from pathlib import Path
-
+from palpate.experiments.experiment_file import plain_values
 from palpate.experiments.friction_config import FrictionConfig
 from palpate.strict_decode import decode, read_mapping
 from palpate.yaml_text import yaml_text
@@ -13,8 +11,7 @@ FRICTION_TEXT = "friction_run.yaml"
 
 def friction_text(config: FrictionConfig) -> str:
     """Return a configuration as YAML, every value written out; `read_friction_config` gives back the very same."""
-    values = {field.name: getattr(config, field.name) for field in fields(config)}
-    return yaml_text({name: str(value) if isinstance(value, Path) else value for name, value in values.items()})
+    return yaml_text(plain_values(config))
 
 
 def read_friction_config(text: str) -> FrictionConfig:

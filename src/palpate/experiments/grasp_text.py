@@ -1,8 +1,6 @@
 """The configuration of a grasp, as text for its log."""
 
-from dataclasses import fields
-from pathlib import Path
-
+from palpate.experiments.experiment_file import plain_values
 from palpate.experiments.grasp_config import GraspConfig
 from palpate.strict_decode import decode, read_mapping
 from palpate.yaml_text import yaml_text
@@ -16,8 +14,7 @@ KNOWN_TEXT = "friction.yaml"
 
 def grasp_text(config: GraspConfig) -> str:
     """Return a configuration as YAML, every value written out; `read_grasp` gives back the very same."""
-    values = {field.name: getattr(config, field.name) for field in fields(config)}
-    return yaml_text({name: str(value) if isinstance(value, Path) else value for name, value in values.items()})
+    return yaml_text(plain_values(config))
 
 
 def read_grasp(text: str) -> GraspConfig:

@@ -16,7 +16,7 @@ from palpate.controllers.tangent_motion import (
     VelocityTable,
 )
 from palpate.errors import InvalidValueError
-from palpate.experiments.finger_sensor import model_of_finger, noise_of
+from palpate.experiments.finger_sensor import model_with_noise
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_motion import read_motion
 from palpate.experiments.simulated_stage import RobotInScene
@@ -37,7 +37,6 @@ from palpate.sim import (
     StillObject,
     Target,
 )
-from palpate.sim.sensor.from_entry import with_noise
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
 from palpate.spatial import Vector
 
@@ -193,14 +192,7 @@ def sensor_of(robot: Robot, config: RegulateConfig) -> SeededSensor:
     Raises:
         InvalidValueError: It cannot be.
     """
-    model = model_of_finger(robot.file.fingers[0])
-    force, moment = noise_of(model)
-    wanted = (
-        force if config.force_noise is None else config.force_noise,
-        moment if config.moment_noise is None else config.moment_noise,
-    )
-    if wanted != (force, moment):
-        model = with_noise(model, *wanted)
+    model = model_with_noise(robot.file.fingers[0], config.force_noise, config.moment_noise)
     if config.drift:
         per_second = config.drift / 60.0
         model = replace(

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from html import escape
 
 from rich.table import Table
-from rich.text import Text
 
 from palpate.atomic_file import replacing
 from palpate.reporting.friction_data import FrictionReport, Measured, RecognitionReport
+from palpate.reporting.terminal import key_figures
 
 MOST_MATCHES = 20
 """Materials whose posterior is written down."""
@@ -50,12 +50,12 @@ def friction_html(report: FrictionReport) -> str:
             f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
             table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
             section("Which surface it may be", _recognition(report.recognition)),
-            section("What was felt", _there(picture_cards(told))),
-            section("At each load", _there(table(_load_rows(report), COLUMNS))),
-            section("At each speed", _there(table(_speed_rows(report), COLUMNS))),
-            section("Over time", _there(picture_cards(over_time))),
-            section("Computing", _there(timing, picture_cards([timing_picture(report.timing)]))),
-            section("Settings", _there(table(report.settings, ("name", "value")))),
+            section("What was felt", [picture_cards(told)]),
+            section("At each load", [table(_load_rows(report), COLUMNS)]),
+            section("At each speed", [table(_speed_rows(report), COLUMNS)]),
+            section("Over time", [picture_cards(over_time)]),
+            section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
+            section("Settings", [table(report.settings, ("name", "value"))]),
             "<footer>Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of "
             "100 runs: they count calibration and drift of the sensor too. Written by palpate.</footer>",
         ],
@@ -63,15 +63,8 @@ def friction_html(report: FrictionReport) -> str:
 
 
 def friction_table(report: FrictionReport) -> Table:
-    """Return the key figures for the terminal, texts as they are."""
-    table = Table(title=Text(report.title), caption=Text(report.outcome), show_header=False)
-    table.add_column("name")
-    table.add_column("value", justify="right", style="bold")
-    table.add_column("unit")
-    table.add_column("note", style="dim")
-    for figure in report.summary:
-        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
-    return table
+    """Return the key figures for the terminal."""
+    return key_figures(report.title, report.outcome, report.summary)
 
 
 def _recognition(found: RecognitionReport | None) -> list[str]:
@@ -91,7 +84,7 @@ def _recognition(found: RecognitionReport | None) -> list[str]:
     ]
     matrix = [] if found.confusion is None else [confusion_picture(found.confusion)]
     setting = f"<p>{escape(found.setting)}</p>" if found.setting else ""
-    return _there(f"<p>{escape(found.words)}</p>", table(rows, COLUMNS), setting, picture_cards(matrix))
+    return [f"<p>{escape(found.words)}</p>", table(rows, COLUMNS), setting, picture_cards(matrix)]
 
 
 def _below(likelihood: float) -> str:
@@ -129,7 +122,3 @@ def _rows(
             note = f"95 %: {factor * each.lower:.4g} to {factor * each.upper:.4g}"
         rows.append((f"{name} at {at_factor * each.at:.3g} {at_unit}", value, unit, note + true))
     return rows
-
-
-def _there(*parts: str) -> list[str]:
-    return [part for part in parts if part]

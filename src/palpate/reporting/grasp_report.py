@@ -8,6 +8,7 @@ from rich.text import Text
 
 from palpate.atomic_file import replacing
 from palpate.reporting.grasp_data import GraspReport
+from palpate.reporting.terminal import key_figures
 
 COLUMNS = ("name", "value", "unit", "note")
 
@@ -49,11 +50,11 @@ def grasp_html(report: GraspReport) -> str:
             f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
             table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
             section("What was seen", [f"<p>{escape(text)}</p>" for text in report.account]),
-            section("Over time", _there(picture_cards(over_time))),
-            section("Loads and what contacts bear", _there(picture_cards(loads))),
-            section("A control that ignores spin", _there(*ignoring)),
-            section("Computing", _there(timing, picture_cards([timing_picture(report.timing)]))),
-            section("Settings", _there(table(report.settings, ("name", "value")))),
+            section("Over time", [picture_cards(over_time)]),
+            section("Loads and what contacts bear", [picture_cards(loads)]),
+            section("A control that ignores spin", ignoring),
+            section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
+            section("Settings", [table(report.settings, ("name", "value"))]),
             "<footer>Loads that the object exerts on the fingers. Written by palpate.</footer>",
         ],
     )
@@ -61,17 +62,7 @@ def grasp_html(report: GraspReport) -> str:
 
 def grasp_table(report: GraspReport) -> Table:
     """Return key figures for the terminal, texts as they are."""
-    table = Table(title=Text(report.title), caption=Text(report.outcome), show_header=False)
-    table.add_column("name")
-    table.add_column("value", justify="right", style="bold")
-    table.add_column("unit")
-    table.add_column("note", style="dim")
-    for figure in report.summary:
-        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
+    table = key_figures(report.title, report.outcome, report.summary)
     for name, own, other in report.compared[1:]:
         table.add_row(Text(f"{name}, ignoring spin"), Text(other), Text(""), Text(f"with spin {own}"))
     return table
-
-
-def _there(*parts: str) -> list[str]:
-    return [part for part in parts if part]

@@ -67,8 +67,8 @@ def page(title: str, body: Iterable[str]) -> str:
 
 
 def section(heading: str, parts: Iterable[str]) -> str:
-    """Return a section of HTML `parts` under a heading of text, or nothing if there are no parts."""
-    content = "\n".join(parts)
+    """Return a section of HTML `parts` under a heading of text, or nothing if all of them are empty."""
+    content = "\n".join(part for part in parts if part)
     return f"<section>\n<h2>{escape(heading)}</h2>\n{content}\n</section>" if content else ""
 
 

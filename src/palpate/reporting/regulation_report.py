@@ -4,10 +4,10 @@ import os
 from html import escape
 
 from rich.table import Table
-from rich.text import Text
 
 from palpate.atomic_file import replacing
 from palpate.reporting.regulation_data import RegulationReport
+from palpate.reporting.terminal import key_figures
 
 COLUMNS = ("name", "value", "unit", "note")
 
@@ -49,28 +49,17 @@ def regulation_html(report: RegulationReport) -> str:
         [
             f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
             table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
-            section("Over time", _there(picture_cards(over_time))),
-            section("Answer", _there(picture_cards(answers), table(tones, ("name", "value", "value", "note")))),
+            section("Over time", [picture_cards(over_time)]),
+            section("Answer", [picture_cards(answers), table(tones, ("name", "value", "value", "note"))]),
             section("What limits it", [f"<p>{escape(text)}</p>" for text in report.limits]),
-            section("Margins", _there(table([(k.name, k.text, k.unit, k.note) for k in report.margins], COLUMNS))),
-            section("Computing", _there(timing, picture_cards([timing_picture(report.timing)]))),
-            section("Settings", _there(table(report.settings, ("name", "value")))),
+            section("Margins", [table([(k.name, k.text, k.unit, k.note) for k in report.margins], COLUMNS)]),
+            section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
+            section("Settings", [table(report.settings, ("name", "value"))]),
             "<footer>Forces that the surface exerts on the finger. Written by palpate.</footer>",
         ],
     )
 
 
 def regulation_table(report: RegulationReport) -> Table:
-    """Return key figures and margins for the terminal, texts as they are."""
-    table = Table(title=Text(report.title), caption=Text(report.outcome), show_header=False)
-    table.add_column("name")
-    table.add_column("value", justify="right", style="bold")
-    table.add_column("unit")
-    table.add_column("note", style="dim")
-    for figure in (*report.summary, *report.margins):
-        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
-    return table
-
-
-def _there(*parts: str) -> list[str]:
-    return [part for part in parts if part]
+    """Return key figures and margins for the terminal."""
+    return key_figures(report.title, report.outcome, (*report.summary, *report.margins))

@@ -41,8 +41,8 @@ def replay_html(report: ReplayReport) -> str:
         [
             f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
             table(figures, ("name", "value", "unit", "note")),
-            section("Commands", [part for part in (over_time, same) if part]),
-            section("Sensing", [part for part in (sensed,) if part]),
+            section("Commands", [over_time, same]),
+            section("Sensing", [sensed]),
             section("Settings", [table(report.settings, ("name", "value"))]),
             f"<footer>{FOOTER} Written by palpate.</footer>",
         ],

@@ -52,16 +52,14 @@ def report_html(report: ExplorationReport) -> str:
         [
             f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
             table(figures, ("name", "value", "unit", "note")),
-            section("The surface", [part for part in (nothing, picture_cards(shape)) if part]),
+            section("The surface", [nothing, picture_cards(shape)]),
             section("The map", _map_parts(report.map)),
             section("How the map grew", _growth_parts(report.growth)),
             section("Which shape it is", _shape_parts(report.shape)),
-            section("Errors of single points", [part for part in (picture_cards(errors),) if part]),
-            section("Over time", [part for part in (picture_cards(over_time),) if part]),
-            section(
-                "Computing", [part for part in (timing, picture_cards([timing_picture(report.timing)])) if part]
-            ),
-            section("Settings", [part for part in (table(report.settings, ("name", "value")),) if part]),
+            section("Errors of single points", [picture_cards(errors)]),
+            section("Over time", [picture_cards(over_time)]),
+            section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
+            section("Settings", [table(report.settings, ("name", "value"))]),
             "<footer>Lengths and forces in the robot's base frame. Written by palpate.</footer>",
         ],
     )
@@ -79,7 +77,7 @@ def _map_parts(told: MapReport | None) -> list[str]:
     if not len(told.mesh.triangles):
         return [figures, "<p>Contacts are too far apart: nothing of the surface counts as observed.</p>"]
     layers = [layer_picture(told.mesh, layer) for layer in told.layers]
-    return [part for part in (figures, picture_cards([map_picture(told), *layers])) if part]
+    return [figures, picture_cards([map_picture(told), *layers])]
 
 
 def _growth_parts(told: GrowthReport | None) -> list[str]:
@@ -101,5 +99,4 @@ def _shape_parts(told: ShapeReport | None) -> list[str]:
     if told is None:
         return []
     columns = ("name", "value", "unit", "note")
-    parts = (f"<p>{escape(told.sentence)}</p>", table(told.rows, columns), table(told.candidates, columns))
-    return [part for part in parts if part]
+    return [f"<p>{escape(told.sentence)}</p>", table(told.rows, columns), table(told.candidates, columns)]

@@ -1,21 +1,28 @@
 """The key figures of a report as a table for the terminal."""
 
+from collections.abc import Iterable
+
 from rich.table import Table
 from rich.text import Text
 
-from palpate.reporting.data import ExplorationReport
+from palpate.reporting.data import ExplorationReport, KeyFigure
 
 
 def summary_table(report: ExplorationReport) -> Table:
-    """Return the key figures with the title above and the outcome below.
+    """Return the key figures with the title above and the outcome below."""
+    return key_figures(report.title, report.outcome, report.summary)
+
+
+def key_figures(title: str, outcome: str, figures: Iterable[KeyFigure]) -> Table:
+    """Return figures as a table, with the title above and the outcome below.
 
     Texts are shown as they are: square brackets are not taken for markup.
     """
-    table = Table(title=Text(report.title), caption=Text(report.outcome), show_header=False)
+    table = Table(title=Text(title), caption=Text(outcome), show_header=False)
     table.add_column("name")
     table.add_column("value", justify="right", style="bold")
     table.add_column("unit")
     table.add_column("note", style="dim")
-    for figure in report.summary:
+    for figure in figures:
         table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
     return table

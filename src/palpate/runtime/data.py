@@ -7,7 +7,7 @@ bit. Times are when a quantity was sampled, never when it was logged.
 from dataclasses import dataclass
 from enum import StrEnum
 
-from palpate.sensing.contact import Contact
+from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sensing.ft.health import HEALTHY, Verdict
 from palpate.spatial import ZERO, Matrix, Vector, Wrench
 
@@ -98,6 +98,11 @@ class FingerObservation:
     contact: Contact
     touching: bool
     health: Verdict = HEALTHY
+
+    @property
+    def believed(self) -> bool:
+        """Whether it touches, and what it feels can be believed."""
+        return self.touching and self.health.ok and self.contact.status is ContactStatus.OK
 
 
 @dataclass(frozen=True, slots=True)
