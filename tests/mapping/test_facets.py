@@ -75,10 +75,11 @@ def test_contacts_lie_on_the_prism_and_the_ball_touches_nowhere_else():
     np.testing.assert_allclose(point[:, 0] + TIP * normal[:, 0], y, atol=1e-12)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize(("sides", "turned"), [(64, 0.0), (64, 0.4), (96, 0.4)])
-def test_between_rows_over_facets_the_band_holds_the_facets(sides, turned):
+def test_between_rows_over_facets_the_band_holds_the_facets(sides, turned, seed):
     turned *= 2.0 * math.pi / sides
-    made = SurfaceMap.learned(prism(sides, turned), MapSettings.for_rows(ROWS, bias=2e-6))
+    made = SurfaceMap.learned(prism(sides, turned, seed=seed), MapSettings.for_rows(ROWS, bias=2e-6))
     assert inside(made, sides, turned) >= 0.90
     # normals that a smooth surface cannot have are not taken for those of a noisy finger that heights follow
     assert made.facet_height > 1e-6
@@ -95,7 +96,8 @@ def test_facets_are_as_deep_as_rows_are_apart_and_normals_off():
     # ridges of a curve with slopes from -a to a: RMS of its depth by quadrature
     a, x = SurfaceModel().tilt * 3.0**0.5, np.linspace(-1.0, 1.0, 2001)
     depth = 2e-3 * a / 4.0 * (1.0 - x**2)
-    assert SurfaceMap(wide).facet_height == pytest.approx(np.sqrt(np.mean(depth**2)), rel=0.03)
+    # a quarter more, by which slopes of eight rows may be off
+    assert SurfaceMap(wide).facet_height == pytest.approx(1.25 * np.sqrt(np.mean(depth**2)), rel=0.03)
 
 
 def test_what_is_held_is_not_searched_again():

@@ -31,6 +31,10 @@ FACET_HEIGHT = 0.32
 Along an arc between two ridges w apart the slopes go from -a to a and the depth is w a / 4 (1 - x^2), x from -1 to
 1: its RMS is w a / 4 (8 / 15)^0.5, that of the slopes a / 3^0.5."""
 
+FACET_DOUBT = 1.25
+"""Facets are taken for so much deeper than learned. A patch sees some eight rows, each with one slope: their RMS is
+known to 1 / (2 * 8)^0.5, a quarter, and the smooth surface through them has taken a part of it for itself."""
+
 FOOT_STEPS = 3
 """Steps to the foot of a point: each leaves a fraction of distance times curvature squared."""
 
@@ -106,7 +110,7 @@ class SurfaceMap:
         """
         model, patch = self._model, 2.0 * self._settings.patch_data
         kept = model.tilt * math.exp(-0.5 * patch / model.tilt_length)
-        return FACET_HEIGHT * kept * self._settings.reach / REACH_OF_ROWS
+        return FACET_DOUBT * FACET_HEIGHT * kept * self._settings.reach / REACH_OF_ROWS
 
     def add(self, cloud: TouchCloud) -> None:
         """Take in contacts that were felt after those before.
