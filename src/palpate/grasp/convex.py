@@ -1,0 +1,187 @@
+"""Grasp forces under limits that are second-order cones: dual Newton steps, and an interior point behind them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.dual_newton import HI, MU, RESERVE
+from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
+from palpate.grasp.least_effort import LeastEffort, Outcome
+from palpate.grasp.least_violation import least_violation
+from palpate.grasp.result import GraspForces, SolveStatus
+from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.statement import Objective
+
+__all__ = ["Convex"]
+
+ABSENT = 1e3
+"""Largest force, over the load, of a contact that is not there: above any margin that matters."""
+
+SLACK = 1e-9
+"""Share by which an actuator may be beyond its limit before forces that know nothing of it are refused; and of the
+load by which the largest margin may be below zero."""
+
+
+class Convex:
+    """Solves one load after another, for e that does not depend on the load and p = 2."""
+
+    def __init__(self, grasp: GraspContacts, objective: Objective, effort_weight: float) -> None:
+        """Compile and allocate, so that solving need not."""
+        self._objective, self._weight = objective, effort_weight
+        self._room, self._actuators = 0, 0
+        self._newton: LeastEffort | None = None
+        self.update(grasp)
+
+    def update(self, grasp: GraspContacts, reserve: FloatArray | None = None) -> None:
+        """Take contacts that have moved, come or gone.
+
+        Args:
+            grasp: All of them.
+            reserve: Share of each friction limit that is kept back, shape (n,) [N].
+        """
+        self._grasp = grasp
+        self._scaled = ScaledGrasp.of(grasp, reserve)
+        self._prepare(len(grasp), 0 if grasp.actuator_limit is None else grasp.actuator_limit.shape[1])
+        if self._newton is not None and len(self._newton) == len(grasp):
+            self._newton.update(self._scaled)
+        else:
+            self._newton = LeastEffort(self._scaled, self._weight)
+
+    def solve(self, wrench: FloatArray, *, warm: bool) -> GraspForces:
+        """Return the forces for a finite load, shape (6,) [N, N m]."""
+        newton = self._newton
+        if newton is None or self._objective is not Objective.MIN_EFFORT:
+            return self._by_interior_point(wrench)
+        if not warm:
+            newton.y[:] = 0.0
+        forces = np.empty((len(newton), 4))
+        outcome, used = newton.solve(wrench, forces)
+        if outcome == Outcome.SOLVED and self._actuators_bear(forces):
+            out = newton.out
+            return GraspForces(
+                forces,
+                float(out[6]),
+                out[8:].copy(),
+                out[:6].copy(),
+                self._scaled.multiplier(newton.y) * float(out[7]),
+                used,
+                SolveStatus.SOLVED,
+            )
+        y = newton.y.copy()
+        newton.y[:] = 0.0  # where it got lost is no place to begin
+        if outcome == Outcome.INFEASIBLE:
+            return self._least_violation(wrench, y, used)
+        return self._by_interior_point(wrench)
+
+    def _by_interior_point(self, wrench: FloatArray) -> GraspForces:
+        load, size = self._scaled.load(wrench)
+        answer = self._interior(self._objective, load, size)
+        status = _STATUS[answer.status]
+        if status is SolveStatus.INFEASIBLE:
+            return self._least_violation(wrench, answer.certificate, answer.iterations)
+        forces = self._scaled.forces(answer.forces, size)
+        if self._objective is Objective.LOAD_FACTOR:
+            if answer.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
+                return self._any_load(wrench)
+            factor = answer.theta
+            return self._result(forces, factor, factor * wrench, answer.dual, answer.iterations, status, factor)
+        if self._objective is Objective.MAX_MARGIN and answer.theta < -SLACK:
+            status = SolveStatus.INFEASIBLE
+        value = answer.theta * size
+        if self._objective is Objective.MIN_EFFORT:
+            value, dual = self._effort(forces), answer.dual * size
+        else:
+            dual = answer.dual
+        return self._result(forces, value, wrench, dual, answer.iterations, status)
+
+    def _any_load(self, wrench: FloatArray) -> GraspForces:
+        """Return forces that hold the load, of which any multiple could be held."""
+        held = Convex(self._grasp, Objective.MIN_EFFORT, self._weight).solve(wrench, warm=False)
+        return replace(held, objective=math.inf, load_factor=math.inf)
+
+    def _least_violation(self, wrench: FloatArray, certificate: FloatArray | None, iterations: int) -> GraspForces:
+        """Return the forces that leave least of the load, and how much of it could be held."""
+        load, size = self._scaled.load(wrench)
+        forces, left = least_violation(self._scaled.sized(size), load, self._weight)
+        proof = left if certificate is None else certificate
+        factor = self._interior(Objective.LOAD_FACTOR, load, size)
+        return self._result(
+            self._scaled.forces(forces, size),
+            math.inf,
+            wrench,
+            np.full(6, math.nan),
+            iterations,
+            SolveStatus.INFEASIBLE,
+            factor.theta if factor.status is InteriorPointStatus.SOLVED else 0.0,
+            _unit(self._scaled.multiplier(proof)),
+        )
+
+    def _prepare(self, contacts: int, actuators: int) -> None:
+        """Build the interior points, unless those there are have room for as many contacts."""
+        if contacts <= self._room and actuators == self._actuators:
+            return
+        self._room, self._actuators = max(contacts, self._room), actuators
+        wanted = {self._objective, Objective.LOAD_FACTOR}
+        self._interior_points = {each: InteriorPoint(self._room, each, actuators, self._weight) for each in wanted}
+
+    def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointAnswer:
+        """Return the interior point's answer; where there is no contact it sees one that pushes nothing."""
+        grasp, n, maps, limits = self._grasp, len(self._grasp), None, None
+        rows = np.zeros((self._room, RESERVE))
+        rows[n:, MU], rows[n:, HI] = 1.0, rows[n:, HI] + ABSENT
+        rows[:n] = self._scaled.sized(size)[:, :RESERVE]
+        if grasp.actuator_map is not None and grasp.actuator_limit is not None:
+            maps, limits = np.zeros((self._room, self._actuators, 4)), np.ones((self._room, self._actuators))
+            maps[:n], limits[:n] = self._scaled.actuators(grasp.actuator_map, grasp.actuator_limit, size)
+        answer = self._interior_points[objective].solve(rows, load, maps, limits)
+        return replace(answer, forces=answer.forces[:n])
+
+    def _effort(self, forces: FloatArray) -> float:
+        scaled = forces.copy()
+        scaled[:, 3] /= self._grasp.spin_length
+        return float((scaled[:, 0] ** 2).sum() + self._weight * (scaled[:, 1:] ** 2).sum())
+
+    def _actuators_bear(self, forces: FloatArray) -> bool:
+        grasp = self._grasp
+        if grasp.actuator_map is None or grasp.actuator_limit is None:
+            return True
+        loads = np.einsum("nkj,nj->nk", grasp.actuator_map, forces)
+        return bool((np.abs(loads) <= grasp.actuator_limit * (1.0 + SLACK)).all())
+
+    def _result(
+        self,
+        forces: FloatArray,
+        objective: float,
+        held: FloatArray,
+        y: FloatArray,
+        iterations: int,
+        status: SolveStatus,
+        load_factor: float | None = None,
+        certificate: FloatArray | None = None,
+    ) -> GraspForces:
+        return GraspForces(
+            forces,
+            objective,
+            self._grasp.margins(forces),
+            self._grasp.grasp_map @ forces.ravel() + held,
+            self._scaled.multiplier(y),
+            iterations,
+            status,
+            load_factor,
+            certificate,
+        )
+
+
+_STATUS = {
+    InteriorPointStatus.SOLVED: SolveStatus.SOLVED,
+    InteriorPointStatus.UNBOUNDED: SolveStatus.SOLVED,
+    InteriorPointStatus.INFEASIBLE: SolveStatus.INFEASIBLE,
+    InteriorPointStatus.MAX_ITERATIONS: SolveStatus.MAX_ITERATIONS,
+}
+
+
+def _unit(y: FloatArray) -> FloatArray:
+    return y / float(np.linalg.norm(y))

@@ -1,0 +1,105 @@
+"""Grasp forces: one class, which chooses the solver by what the problem is.
+
+| problem | solved by |
+|---|---|
+| min_effort, cones | dual Newton steps (`least_effort`); what they leave undecided, the interior point |
+| max_margin, min_peak, load_factor, actuator limits | the interior point (`interior_point`) |
+| e that depends on the load, p below 2 | `curved`: convex from the inside, then the nonlinear programme |
+
+A patent on solving grasp forces by barrier subproblems with dual-based stopping (US 7,650,263 B2, after Boyd &
+Wegbreit 2007) may still be in force. Neither method here is that one, but whoever sells a product should judge.
+"""
+
+import math
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError, numbers, positive
+from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.convex import Convex
+from palpate.grasp.curved import Curved
+from palpate.grasp.result import GraspForces, SolveStatus
+from palpate.grasp.statement import Objective
+
+__all__ = ["GraspForceOptimizer"]
+
+
+class GraspForceOptimizer:
+    """Finds the forces of a grasp for one load after another.
+
+    Attributes:
+        objective: What is optimised.
+    """
+
+    def __init__(
+        self, grasp: GraspContacts, objective: Objective | str = Objective.MIN_EFFORT, effort_weight: float = 0.01
+    ) -> None:
+        """Take a grasp and what is wanted; compiles and allocates, so that solving need not.
+
+        Args:
+            grasp: Contacts.
+            objective: "min_effort": sum f_n^2 + eps (f_t^2 + (tau / c)^2); "max_margin": the largest t with
+                |(f_t, tau / e)|_p <= mu f_n - t at every contact; "min_peak": the least largest f_n;
+                "load_factor": the largest factor of the load that can be held.
+            effort_weight: eps, above 0.
+
+        Raises:
+            InvalidValueError: An objective or a weight that does not exist.
+        """
+        self.objective = _objective(objective)
+        self._weight = positive("effort_weight", effort_weight, "")
+        self._solver: Convex | Curved | None = None
+        self.update(grasp)
+
+    @property
+    def grasp(self) -> GraspContacts:
+        """The contacts of now."""
+        return self._grasp
+
+    def update(self, grasp: GraspContacts) -> None:
+        """Take contacts that have moved, come or gone; while their number stays, the next solution starts warm.
+
+        Only a grasp of more contacts than any before makes it compile again.
+
+        Raises:
+            InvalidValueError: max_margin, and a contact without a largest force: the margin would grow for ever.
+        """
+        if self.objective is Objective.MAX_MARGIN and not np.isfinite(grasp.force_max).all():
+            raise InvalidValueError(
+                "max_margin: where force_max is infinite the margin grows for ever; give every contact one"
+            )
+        self._grasp = grasp
+        kind = Convex if grasp.is_convex else Curved
+        if isinstance(self._solver, kind):
+            self._solver.update(grasp)
+        else:
+            self._solver = kind(grasp, self.objective, self._weight)
+
+    def solve(self, external_wrench: FloatArray, warm_start: bool = True) -> GraspForces:
+        """Return the forces for a load.
+
+        Args:
+            external_wrench: What else acts on the object, about its origin, shape (6,) [N, N m].
+            warm_start: Whether to begin where the last solution ended.
+
+        Raises:
+            InvalidValueError: Not six numbers. What is not finite is answered with `SolveStatus.INVALID`.
+        """
+        wrench = numbers("external_wrench", external_wrench)
+        if wrench.shape != (6,):
+            raise InvalidValueError(f"external_wrench has shape {wrench.shape}: must be (6,) [N, N m]")
+        if self._solver is None or not np.isfinite(wrench).all():
+            return self._invalid()
+        return self._solver.solve(wrench, warm=warm_start)
+
+    def _invalid(self) -> GraspForces:
+        nothing, nan = np.zeros((len(self._grasp), 4)), np.full(6, math.nan)
+        return GraspForces(nothing, math.nan, np.zeros(len(nothing)), nan, nan, 0, SolveStatus.INVALID)
+
+
+def _objective(wanted: Objective | str) -> Objective:
+    try:
+        return Objective(wanted)
+    except ValueError:
+        names = ", ".join(repr(each.value) for each in Objective)
+        raise InvalidValueError(f"objective = {wanted!r}: must be one of {names}") from None

@@ -1,0 +1,48 @@
+"""What an optimiser of grasp forces answers."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from palpate.errors import FloatArray
+
+__all__ = ["GraspForces", "SolveStatus"]
+
+
+class SolveStatus(Enum):
+    """How it ended."""
+
+    SOLVED = "solved"
+    """Optimal, within all limits."""
+    INFEASIBLE = "infeasible"
+    """No forces within the limits hold the load, which `certificate` proves; forces are those that hold most."""
+    MAX_ITERATIONS = "max iterations"
+    """Undecided; forces keep all limits of the contacts and hold the load but for `equilibrium_residual`."""
+    INVALID = "invalid"
+    """The load is not finite; forces are zero."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraspForces:
+    """Forces of n contacts on the object.
+
+    Attributes:
+        forces: (f_n, f_t1, f_t2, tau_n) of each contact on the object, in its frame, shape (n, 4) [N, N, N, N m].
+        objective: Its value: min_effort [N^2], max_margin and min_peak [N], load_factor a ratio.
+        margin: mu f_n - |(f_t, tau / e)|_p of each contact, shape (n,) [N].
+        equilibrium_residual: G w + w_ext about the object's origin, shape (6,) [N, N m].
+        dual: Multipliers of equilibrium: what the objective grows by per load, negative, shape (6,).
+        iterations: Of whatever solved it.
+        status: How it ended.
+        load_factor: Largest factor of the load that could be held; None where it was not asked for.
+        certificate: Unit y (6,), if infeasible: y . (G w + w_ext) > 0 for all forces within the limits.
+    """
+
+    forces: FloatArray
+    objective: float
+    margin: FloatArray
+    equilibrium_residual: FloatArray
+    dual: FloatArray
+    iterations: int
+    status: SolveStatus
+    load_factor: float | None = None
+    certificate: FloatArray | None = None

@@ -1,0 +1,109 @@
+"""Limit surfaces that are no cones: the answer never violates them, and no start does better."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from grasp_families import around, grasp_of
+from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus
+from palpate.grasp.inscribed import inscribed
+
+
+def drawn(rng, **limits):
+    n = int(rng.integers(3, 6))
+    grasp = grasp_of(
+        *around(n, rng), rng.uniform(0.4, 1.0, n), rng.uniform(0.002, 0.006, n), rng, force_max=40.0, **limits
+    )
+    return grasp, rng.normal(size=6) * [1, 1, 1, 0.01, 0.01, 0.01]
+
+
+def best_of_random_starts(solver, result, load, rng, starts):
+    """The least effort that the nonlinear programme finds from random forces."""
+    grasp, best, n = solver._grasp, result.objective, len(result.forces)
+    for _ in range(starts):
+        normal = rng.uniform(0.1, 8.0, n)
+        aside = (
+            0.3 * normal[:, None] * rng.normal(size=(n, 3)) * np.column_stack([np.ones((n, 2)), grasp.spin_length])
+        )
+        start = dataclasses.replace(result, forces=np.column_stack([normal, aside]))
+        forces = solver._by_programme(start, load)
+        held = np.abs(grasp.grasp_map @ forces.ravel() + load).max() < 1e-6 * np.linalg.norm(load)
+        if held and grasp.margins(forces).min() > -1e-6:
+            best = min(best, solver._value(dataclasses.replace(result, forces=forces)))
+    return best
+
+
+@pytest.mark.parametrize(
+    "limits", [{"load_exponent": 1 / 3}, {"norm_exponent": 1.4}, {"load_exponent": 0.2, "norm_exponent": 1.6}]
+)
+def test_true_limits_are_kept_and_few_random_starts_do_better(limits):
+    rng, worse, count = np.random.default_rng(4), 0, 0
+    for _ in range(6):
+        grasp, load = drawn(rng, **limits)
+        optimizer = GraspForceOptimizer(grasp)
+        result = optimizer.solve(load, warm_start=False)
+        if result.status is not SolveStatus.SOLVED:
+            continue
+        count += 1
+        assert result.margin.min() >= -1e-9 * np.linalg.norm(load)
+        np.testing.assert_array_equal(result.margin, grasp.margins(result.forces))
+        assert np.abs(grasp.grasp_map @ result.forces.ravel() + load).max() <= 1e-9 * np.linalg.norm(load)
+        worse += result.objective > 1.01 * best_of_random_starts(optimizer._solver, result, load, rng, 10)
+    assert count >= 3
+    assert worse == 0
+
+
+@pytest.mark.slow
+def test_of_200_grasps_whose_contacts_grow_at_least_95_in_100_are_within_1_percent_of_the_best_of_100_starts():
+    rng, worse, count = np.random.default_rng(100), 0, 0
+    while count < 200:
+        grasp, load = drawn(rng, load_exponent=1 / 3)
+        optimizer = GraspForceOptimizer(grasp)
+        result = optimizer.solve(load, warm_start=False)
+        if result.status is SolveStatus.SOLVED:
+            count += 1
+            assert result.margin.min() >= -1e-9 * np.linalg.norm(load)
+            worse += result.objective > 1.01 * best_of_random_starts(optimizer._solver, result, load, rng, 100)
+    assert worse <= 10
+
+
+def test_cones_lie_inside_the_limit_surfaces_and_touch_them():
+    rng = np.random.default_rng(2)
+    grasp, _ = drawn(rng, load_exponent=0.3, norm_exponent=1.3)
+    n = len(grasp)
+    forces = np.column_stack([rng.uniform(0.5, 3.0, n), rng.normal(size=(n, 2)), 0.003 * rng.normal(size=n)])
+    cones = inscribed(grasp, forces)
+    # at the forces they were made for, scaled onto the limit, both limits are reached at once
+    for i, surface in enumerate(grasp.surfaces):
+        f, a, b, torque = forces[i]
+        ratio = surface.load_ratio(f, np.hypot(a, b), torque)
+        assert cones.surfaces[i].load_ratio(f, np.hypot(a, b), torque) == pytest.approx(ratio, rel=1e-9)
+        for _ in range(100):  # with the same or a larger normal force the cone promises less
+            press, angle = f * (1.0 + rng.exponential()), rng.uniform(0, np.pi / 2)
+            load = (
+                press,
+                cones.friction[i] * press * np.cos(angle),
+                cones.friction[i] * cones.spin_length[i] * press * np.sin(angle),
+            )
+            assert surface.load_ratio(*load) <= 1.0 + 1e-12
+
+
+def test_the_spin_that_only_heavier_contacts_bear_is_borne():
+    # two fingers, a torque about their line: tau = 2 mu c f^(4/3) in closed form
+    frames = np.array([[[-1, 0, 0], [0, 0, 1], [0, 1, 0]], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]], float)
+    grasp = GraspContacts([[0.02, 0, 0], [-0.02, 0, 0]], frames, 0.5, 0.004, load_exponent=1 / 3)
+    torque = 0.02
+    result = GraspForceOptimizer(grasp).solve([0, 0, 0, torque, 0, 0])
+    assert result.status is SolveStatus.SOLVED
+    force = (torque / (2 * 0.5 * 0.004)) ** 0.75
+    np.testing.assert_allclose(result.forces[:, 0], force, rtol=1e-5)
+
+
+def test_a_load_beyond_all_larger_contacts_is_proven_impossible_and_limits_are_kept():
+    rng = np.random.default_rng(9)
+    grasp, load = drawn(rng, load_exponent=1 / 3)
+    result = GraspForceOptimizer(grasp).solve(1e3 * load)
+    assert result.status is SolveStatus.INFEASIBLE
+    assert result.certificate is not None
+    assert result.margin.min() >= -1e-6

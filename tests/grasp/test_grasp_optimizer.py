@@ -1,0 +1,135 @@
+"""One class for every grasp-force problem: optimal, certain, and usable by a controller."""
+
+import math
+
+import numpy as np
+import pytest
+
+from grasp_families import Reference, around, grasp_of, instances
+from palpate.errors import InvalidValueError
+from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
+
+LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
+
+
+@pytest.fixture
+def grasp() -> GraspContacts:
+    rng = np.random.default_rng(6)
+    return grasp_of(*around(4, rng), 0.8, 0.004, rng, force_max=20.0)
+
+
+def balanced(grasp, result, load):
+    return np.abs(grasp.grasp_map @ result.forces.ravel() + load).max()
+
+
+def test_every_load_is_held_or_proven_impossible():
+    optimizers = {}
+    for each in instances(seed=21, per_family=2):
+        n = len(each.grasp)
+        optimizer = optimizers.setdefault(n, GraspForceOptimizer(each.grasp))
+        optimizer.update(each.grasp)
+        result = optimizer.solve(each.load, warm_start=False)
+        if each.factor > 1.0:
+            assert result.status is SolveStatus.SOLVED, each
+            size = np.linalg.norm(each.load[:3]) + np.linalg.norm(each.load[3:]) / 0.03
+            assert balanced(each.grasp, result, each.load) <= 1e-9 * size
+            assert result.margin.min() >= -1e-9 * size
+            reference = Reference(each.grasp).least_effort(each.load)
+            if np.isfinite(reference):
+                assert result.objective == pytest.approx(reference, rel=1e-8)
+        else:
+            assert result.status is SolveStatus.INFEASIBLE, each
+            assert result.load_factor == pytest.approx(each.factor, rel=1e-6)
+            assert (result.margin >= -1e-9 * each.grasp.force_max).all()  # limits are kept all the same
+            assert result.certificate is not None
+
+
+def test_the_dual_is_what_the_objective_grows_by(grasp):
+    optimizer, step = GraspForceOptimizer(grasp), 1e-6
+    result = optimizer.solve(LOAD)
+    for k in range(6):
+        away = step * np.eye(6)[k]
+        slope = (optimizer.solve(LOAD + away).objective - optimizer.solve(LOAD - away).objective) / (2 * step)
+        assert result.dual[k] == pytest.approx(slope, rel=1e-4, abs=1e-4)
+
+
+@pytest.mark.parametrize("objective", ["min_peak", "max_margin", "load_factor"])
+def test_no_other_objective_does_better_at_its_own(grasp, objective):
+    values = {
+        "min_peak": lambda r: -r.forces[:, 0].max(),
+        "max_margin": lambda r: r.margin.min(),
+        "load_factor": lambda r: r.load_factor if r.load_factor is not None else 1.0,
+    }
+    best = GraspForceOptimizer(grasp, objective).solve(LOAD)
+    assert best.status is SolveStatus.SOLVED
+    for other in ("min_effort", "min_peak", "max_margin"):
+        result = GraspForceOptimizer(grasp, other).solve(LOAD)
+        assert values[objective](best) >= values[objective](result) - 1e-8
+
+
+def test_the_load_factor_is_where_holding_ends(grasp):
+    factor = GraspForceOptimizer(grasp, "load_factor").solve(LOAD).load_factor
+    optimizer = GraspForceOptimizer(grasp)
+    assert optimizer.solve(LOAD * factor * (1 - 1e-6)).status is SolveStatus.SOLVED
+    assert optimizer.solve(LOAD * factor * (1 + 1e-3)).status is SolveStatus.INFEASIBLE
+
+
+def test_without_largest_forces_a_closed_grasp_holds_any_load():
+    rng = np.random.default_rng(6)
+    endless = grasp_of(*around(4, rng), 0.8, 0.004, rng)
+    result = GraspForceOptimizer(endless, "load_factor").solve(LOAD)
+    assert result.load_factor == math.inf
+    assert balanced(endless, result, LOAD) < 1e-9
+    with pytest.raises(InvalidValueError, match="max_margin"):
+        GraspForceOptimizer(endless, "max_margin")
+
+
+def test_a_load_that_slips_has_a_margin_below_zero(grasp):
+    result = GraspForceOptimizer(grasp, "max_margin").solve(100.0 * LOAD)
+    assert result.status is SolveStatus.INFEASIBLE
+    assert GraspForceOptimizer(grasp).solve(100.0 * LOAD).load_factor < 1.0
+
+
+def test_actuators_are_not_overloaded(grasp):
+    # an actuator behind each contact bears its normal force and a lever of its tangential force
+    maps = np.tile([[[1.0, 0.5, 0.0, 0.0]]], (4, 1, 1))
+    free = GraspForceOptimizer(grasp).solve(LOAD)
+    loads = np.abs(free.forces[:, 0] + 0.5 * free.forces[:, 1])
+    limits = np.full((4, 1), 0.97 * loads.max())
+    limited = GraspContacts(
+        grasp.positions, grasp.frames, grasp.friction, grasp.spin_length, 0.0, 20.0, maps, limits
+    )
+    result = GraspForceOptimizer(limited).solve(LOAD)
+    assert result.status is SolveStatus.SOLVED
+    assert balanced(limited, result, LOAD) < 1e-9
+    assert (np.abs(result.forces[:, 0] + 0.5 * result.forces[:, 1]) <= limits[:, 0] + 1e-9).all()
+    assert result.objective > free.objective
+    loose = GraspContacts(
+        grasp.positions, grasp.frames, grasp.friction, grasp.spin_length, 0.0, 20.0, maps, 2.0 * limits
+    )
+    np.testing.assert_allclose(GraspForceOptimizer(loose).solve(LOAD).forces, free.forces)
+
+
+def test_contacts_come_go_and_move(grasp):
+    optimizer = GraspForceOptimizer(grasp, "min_peak")
+    for part in ([0, 1, 2], [0, 1, 2, 3], [1, 2, 3]):
+        some = grasp.chosen(part)
+        optimizer.update(some)
+        result = optimizer.solve(LOAD)
+        fresh = GraspForceOptimizer(some, "min_peak").solve(LOAD)
+        assert result.status is fresh.status
+        if result.status is SolveStatus.SOLVED:
+            assert result.objective == pytest.approx(fresh.objective, rel=1e-7)
+            assert balanced(some, result, LOAD) < 1e-8
+
+
+def test_a_load_that_is_no_number_is_answered_and_bad_shapes_and_names_are_refused(grasp):
+    optimizer = GraspForceOptimizer(grasp)
+    assert optimizer.solve(LOAD * math.nan).status is SolveStatus.INVALID
+    assert optimizer.solve(LOAD).status is SolveStatus.SOLVED
+    with pytest.raises(InvalidValueError, match=r"must be \(6,\)"):
+        optimizer.solve(LOAD[:3])
+    with pytest.raises(InvalidValueError, match="'min_effort', 'max_margin', 'min_peak', 'load_factor'"):
+        GraspForceOptimizer(grasp, "least")
+    with pytest.raises(InvalidValueError, match="effort_weight"):
+        GraspForceOptimizer(grasp, Objective.MIN_EFFORT, 0.0)
