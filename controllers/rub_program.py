@@ -1,11 +1,13 @@
 """Which rubs tell what an unknown surface bears: loads, speeds, twists, and both at once.
 
 At every load the finger rubs there and back, then turns both ways, as fast as a slip of the same speed asks for
-once e is roughly known. At one load it rubs at other speeds, too. If exponents are wanted, slips follow that slide
-and turn at once (`palpate.friction.rubbing.stroke_plan`). What seems only to give way is rubbed again, twice as
-far each time, until it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
+once e is roughly known. At one load it rubs at other speeds, too, and as slowly as the twists there slip, if
+nothing else is as slow. If exponents are wanted, slips follow that slide and turn at once
+(`palpate.friction.rubbing.stroke_plan`). What seems only to give way is rubbed again, twice as far each time,
+until it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -19,6 +21,10 @@ SHORTEST = 0.5
 
 LEAST_SPIN = 0.2
 """[rad/s]: nothing is turned more slowly, or a twist of 0.5 s winds up and does not slip."""
+
+SLOWER = 0.85
+"""Slip speed of twists over that of the slowest stroke, below which a stroke as slow is done: where mu falls by
+0.1 per ln v, as dry friction does at most, mu would be off by 1.6 %."""
 
 LONGEST = 5.0
 """Of one way [s]: what is slower tells nothing in reasonable time."""
@@ -123,6 +129,7 @@ class Survey:
         self._felt: FeltRub | None = None
         self._frictions: dict[float, float] = {}
         self._lengths: dict[float, float] = {}
+        self._turned = 0.0
         self._rubs = self._all()
 
     def next(self, felt: FeltRub | None) -> Rub | None:
@@ -141,6 +148,7 @@ class Survey:
                 for speed in wanted.speeds:
                     if speed != wanted.speed:
                         yield from self._repeated(wanted.stroke(load, speed))
+                yield from self._as_slow_as_twists(load)
         if wanted.exponent_slips:
             yield from self._exponents()
 
@@ -165,6 +173,7 @@ class Survey:
 
     def _twists(self, load: float) -> Iterator[Rub]:
         spin, wanted = self._spin(load), self._wanted
+        self._turned = spin
         angle = min(0.5, wanted.most_angle)
         rub = Rub(load, 0.0, spin, min(max(SHORTEST, angle / spin + RAMP), LONGEST))
         while True:
@@ -185,6 +194,14 @@ class Survey:
         for _ in range(wanted.repeats - 1):
             yield rub
             yield replace(rub, spin=-rub.spin)
+
+    def _as_slow_as_twists(self, load: float) -> Iterator[Rub]:
+        """A stroke at the slip speed of twists, if no stroke is as slow: mu there may be another."""
+        if load not in self._lengths:
+            return
+        slow, wanted = self._turned * self._lengths[load], self._wanted
+        if slow < SLOWER * min(wanted.speed, *wanted.speeds, math.inf):
+            yield from self._repeated(wanted.stroke(load, slow))
 
     def _spin(self, load: float) -> float:
         """How fast to turn [rad/s]: so that it slips about as fast as strokes do."""

@@ -21,7 +21,7 @@ from palpate.controllers.orientation import carried_along
 from palpate.controllers.rub_meter import RubMeter
 from palpate.controllers.rubbing_parameters import RubbingParameters, live_rubbing
 from palpate.controllers.rubs import AirSpan, Rub, RubProgram, RubSpan
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import (
     ZERO,
@@ -45,6 +45,10 @@ HANDOVER = 0.5
 
 MOST_BOUNCES = 20
 """So often it may lose contact again before it has settled; then it gives up."""
+
+LEAST_ALONG = 0.05
+"""Of `along`, that must lie along the surface: 3 degrees, several times what a normal as felt is wrong by. Strokes
+that would go steeper into the surface take any way along it instead, one and the same for there and back."""
 
 MOST_TURN = 125.0
 """Bound on the change of angular velocity [rad/s^2]: half of what the supervisor takes for a bug."""
@@ -101,6 +105,7 @@ class RubbingController:
         self._tracker.reset()
         self._lever: Vector | None = None  # tip frame
         self._rub: Rub | None = None
+        self._along = self._parameters.along
         self._back = False
         self._began = time  # at rest at the load, before the present way
         self._wait = self._parameters.pause
@@ -185,6 +190,8 @@ class RubbingController:
         elif self._set != rub.normal_force:  # on its way
             self._wait, self._began = wanted.settle_time, now.time
         elif now.time - self._began >= self._wait:
+            if not self._back:
+                self._choose_way()
             self._enter(Phase.SCAN, now)
 
     def _next_way(self, now: Observation) -> None:
@@ -240,21 +247,21 @@ class RubbingController:
         if phase is Phase.SCAN and rub is not None:
             since = now.time - self._since
             share = -rub.share(since) if self._back else rub.share(since)
-            along = scale(share * rub.speed, self._way(normal))
+            along = scale(share * rub.speed, _along(self._along, normal))
             turn = scale(share * rub.spin, normal)
             self._measure(now, since)
         lever = rotate(now.arm.rotation_base_tip, self._lever or ZERO)
         return add_scaled(add(along, carried_along(turn, lever)), push, normal), turn
 
-    def _way(self, normal: Vector) -> Vector:
-        """Unit vector along the surface."""
-        along = self._parameters.along
-        way = add_scaled(along, -dot(along, normal), normal)
-        if norm(way) < 1e-3 * norm(along):
-            raise InvalidValueError(
-                f"along = {along}: strokes would go straight into the surface; give a direction along it"
-            )
-        return unit(way)
+    def _choose_way(self) -> None:
+        """Fix the way of the next strokes: as wanted, or any other if that goes straight into the surface."""
+        wanted, normal = self._parameters.along, self._tracker.normal
+        if norm(_projected(wanted, normal)) < LEAST_ALONG * norm(wanted):
+            steepest = max(range(3), key=lambda i: abs(normal[i]))
+            axis = [0.0, 0.0, 0.0]
+            axis[(steepest + 1) % 3] = 1.0
+            wanted = (axis[0], axis[1], axis[2])
+        self._along = wanted
 
     def _push(self, now: Observation) -> float:
         """Velocity into the object."""
@@ -285,3 +292,13 @@ class RubbingController:
         moment = rotate(rotation, finger.wrench[3:])
         torque = dot(subtract(moment, cross(lever, force)), normal)
         self._meter.add(self._back, since, add_scaled(force, pushing, normal), pushing, torque)
+
+
+def _projected(way: Vector, normal: Vector) -> Vector:
+    return add_scaled(way, -dot(way, normal), normal)
+
+
+def _along(way: Vector, normal: Vector) -> Vector:
+    """Unit vector along the surface; none where a way goes straight into it."""
+    along = _projected(way, normal)
+    return unit(along) if norm(along) > 0.0 else ZERO

@@ -121,12 +121,38 @@ def test_every_refusal_names_the_whole_path_and_the_line():
     assert part(text % "2").shapes == (Round(1.0), Round(2.0))
     assert told(part, text % "-1").startswith("shapes[1].radius_m = -1.0 m: must be")
     assert told(part, text % "-1").endswith("(line 5, column 5)")
-    assert told(part, text % "x").startswith("shapes[1].radius_m: Expected `float`, got `str` ('x') (line 5")
+    assert told(part, text % "x").startswith("shapes[1].radius_m = 'x': must be a number (line 5")
     wrong = told(part, (text % "2").replace("    radius_m", "    radius_mm"))
     assert (
         wrong
         == "shapes[1].radius_mm: unknown key; the unit stands in the key: write radius_m, in m (line 5, column 5)"
     )
+
+
+def test_a_value_of_another_type_is_refused_in_plain_english():
+    """What it is, and what it must be: with the keys of a mapping, the words that are known, a list's brackets."""
+    start = "test_file: 1\n"
+    assert told(part, start + "spare: 0.5") == (
+        "spare = 0.5: must be a mapping (`key: value` lines) with kind: and one of flat (line 2, column 1)"
+    )
+    assert told(part, start + "shapes: 3").startswith(
+        "shapes = 3: must be a list of mappings with kind: and one of"
+    )
+    assert "shapes[0] = true: must be a mapping" in told(part, start + "shapes: [true]")
+    assert told(decode, {"size": 2.5}, Plain) == "size = 2.5: must be a list, as in [2.5]"
+    assert told(decode, {"count": 1.5}, Plain) == "count = 1.5: must be a whole number"
+    assert told(decode, {"count": "3"}, Plain).startswith(
+        "count = '3': must be a whole number; write a plain number"
+    )
+    assert told(decode, {"name": 1}, Plain) == "name = 1: known: one, two"
+    assert told(decode, {"limit": "far"}, Plain) == "limit = 'far': must be a number"
+    assert told(decode, {"count": None}, Plain).startswith("count: no value: must be a whole number; write one")
+    assert told(decode, {"file": 3}, Plain) == "file = 3: must be the path of a file"
+    flat = start + "spare: {kind: flat, size_m: %s}"
+    assert told(part, flat % "[1]").startswith("spare.size_m: must be a list of length 2, got 1")
+    for text in ("{kind: flat, size_m: 2}", "[]", "x", "{kind: flat}", "{kind: flat, size_m: [x, 1]}"):
+        assert "`float`" not in told(part, f"{start}spare: {text}")
+        assert "got `" not in told(part, f"{start}spare: {text}")
 
 
 def test_a_key_of_another_kind_of_the_union_is_unknown():

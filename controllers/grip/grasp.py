@@ -134,6 +134,7 @@ class GraspController:
         self._landed: float | None = None
         self._released: tuple[float, ...] = ()
         self._lowered = self._speed = 0.0
+        self._pushed = False
         self._forget(0.0)
 
     @property
@@ -179,12 +180,15 @@ class GraspController:
 
     def _set_down(self, now: Observation) -> Command:
         p, forces = self._parameters, self.grip.step(now)
+        # twice in a row: one odd sample is no table
+        pushed = self._borne(now) < FELT_DOWN
+        met, self._pushed = pushed and self._pushed, pushed
         if self._landed is None:
             left = p.height - self._lowered
-            if left > SLOW and (self.grip.needed > self._most_needed or self._borne(now) < FELT_DOWN):
+            if left > SLOW and (self.grip.needed > self._most_needed or met):
                 self.met_early = True
                 return Command(ZERO, Phase.LOST, forces)
-            if left < -p.beyond or self._borne(now) < FELT_DOWN:
+            if left < -p.beyond or met:
                 self._landed, self._speed, self._released = now.time, 0.0, forces
             else:
                 slowest = p.landing_speed
@@ -216,7 +220,7 @@ class GraspController:
         self._since = self._trusted = time
         self._lowered = self._speed = 0.0
         self._pulls, self._most_needed, self.met_early = (), math.inf, False
-        self._landed, self._released = None, ()
+        self._landed, self._released, self._pushed = None, (), False
 
     def _go_on(self, stage: GraspStage, time: float) -> None:
         self.stage, self._since = stage, time

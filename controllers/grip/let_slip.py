@@ -19,6 +19,10 @@ JERK = 1.2
 """Of the rate that is wanted: what moves faster has just broken loose, and the servo is braking it already. To
 grip for good at that rate would end the slip short of its way: 5 mm on bristles by up to 0.4 mm, so by 0.12."""
 
+BLIND = 0.5
+"""Share of the silence that ends it, from which on the grip is let down no further: at the speed of a pivot 25 ms
+are 0.7 degrees."""
+
 
 @dataclass(frozen=True, slots=True)
 class LetSlipParameters:
@@ -141,7 +145,10 @@ class LetSlip:
         elif self.phase is Phase.HOLD and gone >= p.hold_time:
             self._go_on(Phase.LOST if self._failed else Phase.DONE, now.time)
         if self.phase is Phase.SCAN:
-            grip = min(self._servo.step(self.remaining, self.rate, least), self.grip.parameters.largest_grip)
+            if tracker.silent > BLIND * p.silence:  # how it moves is a guess by now: it is let go no further
+                least = max(least, self._forces[0])
+            most = self.grip.parameters.largest_grip
+            grip = min(self._servo.step(self.remaining, self.rate, least, most), most)
             self._forces = (grip,) * _FINGERS
         else:
             self._forces = self.grip.step(now)

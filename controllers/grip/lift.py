@@ -1,4 +1,8 @@
-"""Closes the fingers on an object, lifts it and holds it, with a slip-safe grip from the first touch on."""
+"""Closes the fingers on an object, lifts it and holds it, with a slip-safe grip from the first touch on.
+
+It is DONE with an object that all fingers feel. If they do not all touch in time, or one feels nothing, or nothing
+to be believed, for longer than `patience`, it is LOST: the hand stands still with the grip as it is.
+"""
 
 from dataclasses import dataclass
 
@@ -20,6 +24,8 @@ class LiftParameters:
         speed: With which it is lifted [m/s].
         acceleration: With which it gets there [m/s^2].
         hold_time: How long it is held [s].
+        close_time: By when all fingers must touch [s]: 40 mm at 5 mm/s, and as long again.
+        patience: How long a finger may feel nothing, or nothing to be believed, before it is given up [s].
     """
 
     first_grip: float = 3.0
@@ -28,6 +34,8 @@ class LiftParameters:
     speed: float = 0.02
     acceleration: float = 0.2
     hold_time: float = 5.0
+    close_time: float = 15.0
+    patience: float = 0.5
 
     def __post_init__(self) -> None:
         positive("first_grip", self.first_grip, "N")
@@ -35,7 +43,8 @@ class LiftParameters:
         not_negative("height", self.height, "m")
         positive("speed", self.speed, "m/s")
         positive("acceleration", self.acceleration, "m/s^2")
-        positive("hold_time", self.hold_time, "s")
+        for name in ("hold_time", "close_time", "patience"):
+            positive(name, getattr(self, name), "s")
 
 
 class LiftController:
@@ -62,7 +71,7 @@ class LiftController:
         if first > most:
             raise InvalidValueError(f"first_grip = {first:g} N: must be at most largest_grip = {most:g} N")
         self.phase = Phase.APPROACH
-        self._since = self._lifted = self._speed = 0.0
+        self._since = self._began = self._trusted = self._lifted = self._speed = 0.0
 
     @property
     def live(self) -> LiveParameters:
@@ -84,10 +93,18 @@ class LiftController:
         if self.phase is Phase.APPROACH:
             if not all(finger.touching for finger in now.fingers):
                 self._since = now.time
+                if now.time - self._began > p.close_time:
+                    self._go_on(Phase.LOST, now.time)
             elif now.time - self._since >= p.settle_time:
+                self._trusted = now.time
                 self._go_on(Phase.LIFT if p.height > 0.0 else Phase.HOLD, now.time)
             return Command(ZERO, self.phase, (p.first_grip,) * len(now.fingers))
         forces = self.grip.step(now, p.first_grip if self.phase is not Phase.HOLD else 0.0)
+        if not self.grip.faulty:
+            self._trusted = now.time
+        elif now.time - self._trusted >= p.patience and not self.phase.is_final:
+            self._speed = 0.0
+            self._go_on(Phase.LOST, now.time)
         if self.phase is Phase.LIFT:
             # as fast as lets it stop at the height
             reach = max(p.height - self._lifted, 0.0)
@@ -101,13 +118,14 @@ class LiftController:
                 self._go_on(Phase.SETTLE, now.time)
         elif self.phase is Phase.SETTLE and now.time - self._since >= p.settle_time:
             self._go_on(Phase.HOLD, now.time)
-        elif self.phase is Phase.HOLD and now.time - self._since >= p.hold_time:
+        elif self.phase is Phase.HOLD and now.time - self._since >= p.hold_time and not self.grip.faulty:
             self._go_on(Phase.DONE, now.time)
         return Command((0.0, 0.0, self._speed), self.phase, forces)
 
     def _reset(self, time: float) -> None:
         self.phase = Phase.APPROACH
-        self._since, self._lifted, self._speed = time, 0.0, 0.0
+        self._since = self._began = self._trusted = time
+        self._lifted = self._speed = 0.0
 
     def _go_on(self, phase: Phase, time: float) -> None:
         self.phase, self._since = phase, time

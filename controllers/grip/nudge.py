@@ -26,6 +26,13 @@ STILL_GROWS = 0.05
 """Share by which the load may still grow from the third to the last quarter of a stroke that slips. Without slip a
 spring of any stiffness that starts unloaded grows by 40 % (7/8 over 5/8)."""
 
+AT_FIRST = 0.02
+"""Share of a stroke that counts as its beginning: of 2 mm 40 um, a sixth of what a contact of 5 kN/m gives way."""
+
+BUILT_UP = 0.5
+"""Share of a plateau by which the load must have changed since the stroke began: all of it where it began without
+load, twice as much where it is turned round. A sensor that stands still shows plateaus, too."""
+
 MOST_LEFT = 0.9
 """Of f_t / mu f_n during the twist: above, the torque says nothing."""
 
@@ -43,6 +50,7 @@ class NudgeParameters:
         spin: With which they twist [rad/s].
         acceleration: With which stroke and twist begin and end, at most [m/s^2].
         angular_acceleration: Likewise [rad/s^2].
+        close_time: By when all fingers must touch [s], as in `LiftParameters`; or it is LOST.
         axis: Along the line through the contacts, in the hand frame.
         center: A point on it, in the hand frame [m].
     """
@@ -57,6 +65,7 @@ class NudgeParameters:
     spin: float = 0.5
     acceleration: float = 0.2
     angular_acceleration: float = 20.0
+    close_time: float = 15.0
 
     def __post_init__(self) -> None:
         for name, unit_of in (
@@ -68,6 +77,7 @@ class NudgeParameters:
             ("spin", "rad/s"),
             ("acceleration", "m/s^2"),
             ("angular_acceleration", "rad/s^2"),
+            ("close_time", "s"),
         ):
             positive(name, getattr(self, name), unit_of)
         object.__setattr__(self, "axis", unit(self.axis))
@@ -149,27 +159,33 @@ class _Part(Enum):
 
 
 class _Quarters:
-    """Means over the last two quarters of a stroke, of one finger."""
+    """Means over the beginning and the last two quarters of a stroke, of one finger."""
 
-    __slots__ = ("_count", "_sum")
+    __slots__ = ("_count", "_first", "_firsts", "_sum")
 
     def __init__(self) -> None:
         self._sum, self._count = [[0.0, 0.0], [0.0, 0.0]], [0, 0]
+        self._first, self._firsts = 0.0, 0
 
     def take(self, progress: float, value: float, residual: float) -> None:
         """Take a sample at a share of the stroke."""
-        if 0.5 <= progress < 1.0:
+        if progress < AT_FIRST:
+            self._first += value
+            self._firsts += 1
+        elif 0.5 <= progress < 1.0:
             quarter = int(progress >= 0.75)
             self._sum[quarter][0] += value
             self._sum[quarter][1] += residual
             self._count[quarter] += 1
 
     def plateau(self) -> tuple[float, float] | None:
-        """Return the mean of both over the last quarter, or None if the first of them still grew."""
-        if not all(self._count):
+        """Return the mean of both over the last quarter, or None if the first still grew, or never did."""
+        if not all(self._count) or not self._firsts:
             return None
         (before, _), (last, residual) = ((a / n, b / n) for (a, b), n in zip(self._sum, self._count, strict=True))
-        return None if abs(last) > (1.0 + STILL_GROWS) * abs(before) else (last, residual)
+        if abs(last) > (1.0 + STILL_GROWS) * abs(before):
+            return None
+        return (last, residual) if abs(last - self._first / self._firsts) > BUILT_UP * abs(last) else None
 
 
 class NudgeController:
@@ -186,7 +202,7 @@ class NudgeController:
         self._fingers, self._period, self._parameters = fingers, positive("period", period, "s"), parameters
         self._down = Ramped(parameters.stroke, parameters.speed, parameters.acceleration)
         self._twist = Ramped(parameters.angle, parameters.spin, parameters.angular_acceleration)
-        self._part, self._since = _Part.CLOSE, 0.0
+        self._part, self._since, self._began = _Part.CLOSE, 0.0, 0.0
         self.friction: tuple[float | None, ...] = ()
         self.spin_length: tuple[float | None, ...] = ()
         self._pulls: list[_Quarters] = []
@@ -201,6 +217,7 @@ class NudgeController:
     def start(self, first: Observation) -> None:
         """Take the first observation."""
         self._reset()
+        self._began = first.time
         self._go_on(_Part.CLOSE, first.time)
 
     def step(self, now: Observation) -> Command:
@@ -211,6 +228,8 @@ class NudgeController:
             case _Part.CLOSE:
                 if not all(finger.touching for finger in now.fingers):
                     self._since = now.time
+                    if now.time - self._began > p.close_time:
+                        return Command(ZERO, Phase.LOST, grips)
                 elif gone >= p.settle_time:
                     self._go_on(_Part.DOWN, now.time)
             case _Part.DOWN:

@@ -21,7 +21,8 @@ class GripParameters:
         grip_rate: How fast the grip may be raised [N/s].
         release_time: Time constant with which it is let down [s],
         release_rate: and how fast at most [N/s].
-        least_grip: [N] Below that it is never let down.
+        least_grip: [N] Below that the wanted grip is never let down. The command may be, where the fingers feel
+            more than is wanted: by `correction_share`, and never to less than half of it.
         largest_grip: [N] Above that it is never raised.
         correction_time: Time constant with which the command is corrected by what the fingers feel [s].
         correction_share: Bound on that correction, as a share of the grip.
@@ -74,6 +75,6 @@ def live_grip(parameters: GripParameters) -> LiveParameters:
     return LiveParameters(
         LiveParameter("margin", p.margin, 0.0, MOST_MARGIN, 1.0, "", "share of grip beyond what is needed"),
         LiveParameter(
-            "least_grip", p.least_grip, min(0.1, p.least_grip), p.largest_grip, 5.0, "N", "grip is never below it"
+            "least_grip", p.least_grip, min(0.1, p.least_grip), p.largest_grip, 5.0, "N", "grip wanted at least"
         ),
     )

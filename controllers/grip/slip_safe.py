@@ -80,13 +80,15 @@ class SlipSafeGrip:
         """Go on with the same object after something else has moved the fingers, with what they press now [N].
 
         What was learned of the contacts is kept, and what the gears swallow, and so are live parameters and the
-        count of slips answered. Loads felt before do not count, nor does a grip that was to be kept for a while.
+        count of slips answered. Loads felt before do not count, nor slips told before, nor a grip that was to be
+        kept for a while.
         """
         for ahead in self._ahead:
             ahead.restart()
         self.target, self.needed, self.faulty = grip, 0.0, False
         self._safe = grip
         self._floor, self._floor_until, self._answered = 0.0, -math.inf, -math.inf
+        self._resumed, self._heeded = True, False
 
     def step(self, now: Observation, at_least: float = 0.0) -> tuple[float, ...]:
         """Return with which force each finger is to press during the next period [N].
@@ -104,14 +106,21 @@ class SlipSafeGrip:
             )
         p = self.parameters
         loads = tuple(_load_of(finger) for finger in now.fingers)
+        nothing = (None,) * len(loads)
+        if self._resumed:  # what detectors heard before is a gap to them
+            self._watch.step(now.time, nothing)
+            self._resumed = False
         onsets = self._watch.step(now.time, loads)
-        self._belief.watch(now.time, loads, onsets)
+        ongoing = self._watch.slipping
+        # a load under which something goes on slipping was not held
+        self._belief.watch(now.time, nothing if ongoing and not any(onsets) else loads, onsets)
+        self._heeded |= not ongoing or any(onsets)
         wanted = self._wanted(loads)
         self.faulty = None in loads
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
             self._hold(now.time, now.time, max(self.target, self._safe * (1.0 + p.fault_raise)))
         # what a detector says of a finger that feels nothing is old
-        slips = any(onsets) or (self._watch.slipping and not self.faulty)
+        slips = any(onsets) or (ongoing and self._heeded and not self.faulty)
         if slips and now.time >= self._answered + ANSWER_TIME:
             self._answered, self.regrips = now.time, self.regrips + 1
             self._hold(now.time, now.time + p.regrip_time, max(self.target, self.needed) * (1.0 + p.regrip))
@@ -122,7 +131,7 @@ class SlipSafeGrip:
             max(wanted, self._floor) if now.time <= self._floor_until else wanted, self.target
         )
         self._correct(loads)
-        command = max(self.target + self._correction, 0.5 * p.least_grip)
+        command = max(self.target + self._correction, 0.5 * self.live.value("least_grip"))
         return (min(command, p.largest_grip),) * len(loads)
 
     def _towards(self, wanted: float, before: float) -> float:

@@ -67,13 +67,14 @@ class SlipServo:
         """Begin with a grip that holds [N], and one below which slip may be near [N]."""
         self._base, self._near, self.wanted = grip, near, 0.0
 
-    def step(self, remaining: float, rate: float, least: float) -> float:
+    def step(self, remaining: float, rate: float, least: float, most: float = math.inf) -> float:
         """Return the grip of the next period [N].
 
         Args:
             remaining: Way that is left [rad or m].
             rate: Along that way [rad/s or m/s].
             least: Grip below which it is not to go [N].
+            most: Above which it cannot go [N]: what it would take beyond is not added up.
         """
         p, dt = self._parameters, self._period
         if self._base > self._near:
@@ -83,7 +84,6 @@ class SlipServo:
             self._near = math.inf  # it slips already
         stoppable = math.sqrt(2.0 * p.acceleration * max(remaining, 0.0))
         self.wanted = min(p.speed, stoppable, self.wanted + p.acceleration * dt)
-        most = p.largest_change
-        change = max(-most, min(most, self._gain * (rate - self.wanted)))
-        self._base = max(self._base * (1.0 + 0.25 * p.bandwidth * change * dt), least)
-        return max(self._base * (1.0 + change), least)
+        change = max(-p.largest_change, min(p.largest_change, self._gain * (rate - self.wanted)))
+        self._base = max(min(self._base * (1.0 + 0.25 * p.bandwidth * change * dt), most), least)
+        return max(min(self._base * (1.0 + change), most), least)

@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from palpate.friction import LimitSurface
+    from palpate.friction import ContactLoad, LimitSurface, Slip
     from palpate.sensing import Contact, Contacts, ContactStatus, contact_from_wrench, contacts_from_wrenches
     from palpate.surfaces import (
         Capsule,
@@ -30,6 +30,7 @@ __all__ = [
     "CompliantTip",
     "Composite",
     "Contact",
+    "ContactLoad",
     "ContactStatus",
     "Contacts",
     "Cylinder",
@@ -42,6 +43,7 @@ __all__ = [
     "Patch",
     "Plane",
     "RoundedBox",
+    "Slip",
     "Sphere",
     "Superellipsoid",
     "contact_from_wrench",
@@ -65,7 +67,7 @@ _SURFACES = (
     "Superellipsoid",
 )
 _HOME = {name: "palpate.surfaces" if name in _SURFACES else "palpate.sensing" for name in __all__}
-_HOME["LimitSurface"] = "palpate.friction"
+_HOME |= dict.fromkeys(("ContactLoad", "LimitSurface", "Slip"), "palpate.friction")
 
 
 def __getattr__(name: str) -> object:

@@ -3,11 +3,13 @@
 import os
 import sys
 
+from palpate.experiments import start_up
 from palpate.one_thread import LINEAR_ALGEBRA
 
 
 def main() -> int:
     """Run the command with the words that were typed; returns its exit code."""
+    start_up.begin()
     for name, value in LINEAR_ALGEBRA.items():
         os.environ.setdefault(name, value)
     from palpate.cli import main as command  # only now: it loads numpy

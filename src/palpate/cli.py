@@ -12,7 +12,8 @@ import tyro
 
 from palpate import __version__
 from palpate.errors import InvalidValueError, PalpateError
-from palpate.experiments.calibrate_config import CalibrateConfig
+from palpate.experiments import start_up
+from palpate.experiments.calibrate_config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.experiments.compare_config import CompareConfig
 from palpate.experiments.contact_config import ContactConfig
 from palpate.experiments.explore_config import ExploreConfig
@@ -33,6 +34,16 @@ DESCRIPTION = (
     "palpate: hybrid force control with the sense of touch. "
     "Try `palpate explore`, then open the report it names; `palpate explore --help` explains every option."
 )
+
+
+CALIBRATION = (
+    "Find out about a force/torque sensor, and keep it in its sensor file.\n\n"
+    "In this order: `new` makes the file; `matrix` finds the calibration matrix from known loads (only for a "
+    "sensor that gives raw channels); `payload` finds what it carries; `tare` finds the bias, before every "
+    "use.\n\n"
+    "Example: palpate calibrate new sensor.yaml --preset nano17"
+)
+"""What `palpate calibrate` says of itself."""
 
 
 class Command(NamedTuple):
@@ -60,10 +71,12 @@ class Group(NamedTuple):
     Attributes:
         commands: By the word that follows.
         summary: One line.
+        about: More of them, for their help; the summary, if not given.
     """
 
     commands: Mapping[str, Command]
     summary: str
+    about: str = ""
 
 
 COMMANDS: Mapping[str, Command | Group] = {
@@ -105,10 +118,31 @@ COMMANDS: Mapping[str, Command | Group] = {
         "palpate.experiments.compare_command:run_compare",
         "Compare a map with a reference mesh: errors, coverage, normals.",
     ),
-    "calibrate": Command(
-        CalibrateConfig,
-        "palpate.experiments.calibrate:run_calibrate",
+    "calibrate": Group(
+        {
+            "new": Command(
+                NewSensorConfig,
+                "palpate.experiments.calibrate:run_calibrate",
+                "Make a first sensor file, with comments and units, to start from.",
+            ),
+            "matrix": Command(
+                MatrixConfig,
+                "palpate.experiments.calibrate:run_calibrate",
+                "Find the calibration matrix from known loads.",
+            ),
+            "payload": Command(
+                PayloadConfig,
+                "palpate.experiments.calibrate:run_calibrate",
+                "Find mass, centre of mass and bias from static poses.",
+            ),
+            "tare": Command(
+                TareConfig,
+                "palpate.experiments.calibrate:run_calibrate",
+                "Find the bias from readings at rest: from a CSV file, or live.",
+            ),
+        },
         "Find out about a force/torque sensor, and keep it in its sensor file.",
+        CALIBRATION,
     ),
     "log": Group(
         {
@@ -163,8 +197,8 @@ MISTAKE = 2
 UNFINISHED = 1
 """Exit code for an experiment that did not finish."""
 
-INTERRUPTED = 130
-"""Exit code after Ctrl-C: 128 + SIGINT, the shell's convention."""
+INTERRUPTED = start_up.INTERRUPTED
+"""Exit code after Ctrl-C."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -197,7 +231,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(commands: Mapping[str, Command | Group], typed: str, about: str, arguments: Sequence[str]) -> int:
     chosen = commands.get(arguments[0]) if arguments else None
     if isinstance(chosen, Group):
-        return _run(chosen.commands, f"{typed} {arguments[0]}", chosen.summary, arguments[1:] or ["--help"])
+        about = chosen.about or chosen.summary
+        return _run(chosen.commands, f"{typed} {arguments[0]}", about, arguments[1:] or ["--help"])
     if isinstance(chosen, Command):
         return _carry_out(chosen, f"{typed} {arguments[0]}", arguments[1:])
     # help, or a mistake: show the commands, one line each
@@ -215,7 +250,9 @@ def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> int:
         options["default"] = _function(command.defaults)(arguments)
     config: Any = read_typed(command.config, typed, arguments, **options)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    return int(_function(command.runner)(config.settled if command.defaults else config))
+    runner = _function(command.runner)
+    start_up.over()
+    return int(runner(config.settled if command.defaults else config))
 
 
 def _function(name: str) -> Any:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from palpate.errors import shown
 from palpate.nearest_name import nearest
-from palpate.strict_types import choices
+from palpate.strict_types import choices, item_type, known_keys, records, tags, type_at
 from palpate.strict_yaml import Key, place_of
 
 LONGEST_SHOWN = 60
@@ -50,6 +50,8 @@ def not_among(given: object, known: Sequence[str]) -> str:
 _PLACE = re.compile(r" - at `\$([^`]*)`$")
 _STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]")
 _MISSING = re.compile(r"Object missing required field `(.*)`")
+_TYPE = re.compile(r"`([a-z]+(?: \| [a-z]+)*)`")
+_MISTYPED = re.compile(rf"Expected {_TYPE.pattern}, got `[a-z]+`")
 _NAME_IN_FRONT = re.compile(r"([A-Za-z_]\w*)(?= |,|\[|:)")
 
 
@@ -70,8 +72,14 @@ def refusal(message: str, path: tuple[Key, ...], found: object, kind: object) ->
         return Refusal((*path, missing[1]), f": missing; give a line `{missing[1]}: ...`")
     if message.startswith("Invalid enum value"):
         return Refusal(path, not_among(value, [str(choice) for choice in choices(kind, path)]))
-    if message.startswith(("Expected ", "Invalid ")):
-        return Refusal(path, f": {message}{_given(message, value)}{_advice(message, value)}")
+    mistyped = _MISTYPED.fullmatch(message)
+    if mistyped:
+        return Refusal(path, _mistyped(mistyped[1].split(" | "), path, value, kind))
+    if message.startswith("Expected "):  # a size or a limit: "Expected `array` of length 3, got 2"
+        told = _TYPE.sub(lambda found: _alternatives(found[1].split(" | ")), message.removeprefix("Expected "))
+        return Refusal(path, f": must be {told}")
+    if message.startswith("Invalid "):
+        return Refusal(path, f": {message}")
     name = _NAME_IN_FRONT.match(message)
     if name and isinstance(value, dict) and name[1] in value:
         # a type's own check starts with the key: "mass_kg = -1 kg: must be ..."
@@ -88,15 +96,60 @@ def _at(found: object, path: Sequence[Key]) -> object:
     return found
 
 
-def _given(message: str, value: object) -> str:
-    return f" ({shown(value)})" if isinstance(value, str) and "got `str`" in message else ""
+_TYPES = {
+    "float": "a number",
+    "int": "a whole number",
+    "bool": "true or false",
+    "str": "text",
+    "array": "a list",
+    "object": "a mapping (`key: value` lines)",
+    "path": "the path of a file",
+}
+"""What msgspec's names of types are to people who write YAML."""
 
 
-def _advice(message: str, value: object) -> str:
-    if message.startswith("Expected `str`"):
+def _alternatives(names: Sequence[str]) -> str:
+    """Return one or several of msgspec's types in words; that a value may be left out goes without saying."""
+    kept = [name for name in names if name != "null" and not (name == "int" and "float" in names)]
+    return " or ".join(_TYPES.get(name, name) for name in kept)
+
+
+def _mistyped(names: Sequence[str], path: Sequence[Key], value: object, kind: object) -> str:
+    """Return what is wrong with a value of another type than one of these."""
+    words = choices(kind, path)
+    if words and value is not None and all(isinstance(word, str) for word in words):
+        return not_among(value, words)
+    given = "" if not path else ": no value" if value is None else f" = {_written(value)}"
+    return f"{given}: must be {_wanted(names, value, type_at(kind, path))}{_advice(names, value)}"
+
+
+def _wanted(names: Sequence[str], value: object, kind: object) -> str:
+    """Return what a value of another type should have been, with the keys if it should have some."""
+    told = _alternatives(names)
+    if "object" in names and records(kind):
+        return f"{told} with {_keys(records(kind))}"
+    if "array" not in names:
+        return told
+    if records(item_type(kind)):
+        return f"{told} of mappings with {_keys(records(item_type(kind)))}"
+    return told if value is None or isinstance(value, dict) else f"{told}, as in [{_written(value)}]"
+
+
+def _keys(kinds: Sequence[type]) -> str:
+    tag, named = tags(kinds)
+    return f"{tag}: and one of {', '.join(named)}" if tag else f"the keys {', '.join(known_keys(kinds[0]))}"
+
+
+def _written(value: object) -> str:
+    """Return a value about as it stands in the file."""
+    return str(value).lower() if isinstance(value, bool) else shown(value)
+
+
+def _advice(names: Sequence[str], value: object) -> str:
+    if value is None:
+        return "; write one, or leave the key out if it has a default"
+    if "str" in names and isinstance(value, bool | int | float):
         return "; put it in quotes"
-    if isinstance(value, str) and re.match(r"\s*[-+]?\.?\d", value):
+    if {"int", "float"} & set(names) and isinstance(value, str) and re.match(r"\s*[-+]?\.?\d", value):
         return "; write a plain number in SI units, with a decimal point and nothing behind it"
-    if "got `null`" in message:
-        return "; write a value, or leave the key out if it has a default"
     return ""

@@ -58,13 +58,19 @@ def item_type(kind: object) -> object:
     return next((item_type(option) for option in arguments if item_type(option) is not None), None)
 
 
-def choices(kind: object, path: Sequence[Key]) -> tuple[typing.Any, ...]:
-    """The words that a `Literal` or an enumeration allows, where a path leads."""
+def type_at(kind: object, path: Sequence[Key]) -> object:
+    """The type where a path leads; None if nothing is known of that."""
     for step in path:
         if isinstance(step, int):
             kind = item_type(kind)
         else:
             kind = next((known_keys(record)[step] for record in records(kind) if step in known_keys(record)), None)
+    return kind
+
+
+def choices(kind: object, path: Sequence[Key]) -> tuple[typing.Any, ...]:
+    """The words that a `Literal` or an enumeration allows, where a path leads."""
+    kind = type_at(kind, path)
     if isinstance(kind, type) and issubclass(kind, enum.Enum):
         return tuple(member.value for member in kind)
     return typing.get_args(kind)

@@ -103,3 +103,17 @@ def test_what_counts_as_grown_goes_with_what_was_borne_before():
     assert not steady.met_early
     grown, _, _ = lowered(lambda left: (WEIGHT, torque))
     assert grown.met_early
+
+
+def test_one_odd_sample_on_the_way_is_neither_edge_nor_table():
+    lefts_seen = []
+
+    def spiked(left):
+        lefts_seen.append(left)
+        return (-50.0, 0.0) if len(lefts_seen) == 100 else (WEIGHT, 0.0)
+
+    controller, commands, lefts = lowered(spiked)
+    assert lefts[99] > SLOW
+    assert not controller.met_early
+    assert lefts[-1] < 0.0
+    assert max(force for command in commands for force in command.grip_force) < 1.01 * commands[0].grip_force[0]

@@ -49,3 +49,16 @@ def test_too_few_slips_for_exponents_are_refused_before_anything_moves(count):
 def test_a_rub_of_no_finite_spin_is_refused(spin):
     with pytest.raises(InvalidValueError, match="spin"):
         Rub(1.0, 0.0, spin, 0.5)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(1e-3, 8e-3), st.sampled_from([(), (0.0025, 0.02)]))
+def test_the_slowest_stroke_is_about_as_slow_as_twists_slip(e, speeds):
+    """mu falls with the speed on many a surface: e goes by mu at the twists' own."""
+    asked = asked_of(SurveyWanted((1.0, 2.0, 4.0), 0.01, speeds), e, 0.0)
+    turned = next(abs(rub.spin) for rub in asked if rub.spin and rub.normal_force == 2.0)
+    slowest = min(rub.speed for rub in asked if rub.speed)
+    assert slowest <= e * turned / 0.85 * (1.0 + 1e-9)
+    # and where strokes were as slow anyway, there is none more
+    count = sum(rub.speed > 0.0 for rub in asked)
+    assert count == 3 + len(speeds) + (e * turned < 0.85 * min((0.01, *speeds)))

@@ -185,9 +185,14 @@ def test_contact_that_is_lost_for_good_ends_the_run_at_rest():
     assert len(controller.spans) % 2 == 0 or not controller.spans[-1].back
 
 
-def test_strokes_straight_into_the_surface_are_refused():
-    with pytest.raises(InvalidValueError, match="straight into the surface"):
-        rubbed(RubbedPlane(), SLIDE, parameters=replace(WANTED, along=(0.0, 0.0, 1.0)))
+@pytest.mark.parametrize("tilt", [0.0, 0.02])
+def test_strokes_straight_into_the_surface_go_along_it_there_and_back_all_the_same(tilt):
+    """No controller may raise in mid-run; friction is that of any other way."""
+    controller, rows = rubbed(RubbedPlane(tilt=tilt), SLIDE, parameters=replace(WANTED, along=(0.0, 0.0, 1.0)))
+    assert rows.phase[-1] is Phase.DONE
+    assert len(controller.spans) == 2
+    plain, _ = rubbed(RubbedPlane(tilt=tilt), SLIDE)
+    assert felt(controller)[0].friction == pytest.approx(felt(plain)[0].friction, rel=0.02)
 
 
 def test_the_same_samples_give_the_same_commands():

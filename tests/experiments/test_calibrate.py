@@ -9,15 +9,14 @@ import sys
 import msgspec
 import numpy as np
 import pytest
-import tyro
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from palpate.cli import COMMANDS, Group, main
 from palpate.errors import InvalidValueError
 from palpate.experiments.calibrate import run_calibrate
 from palpate.experiments.calibrate_config import (
-    CalibrateConfig,
     MatrixConfig,
     NewSensorConfig,
     PayloadConfig,
@@ -26,6 +25,7 @@ from palpate.experiments.calibrate_config import (
 from palpate.experiments.calibrate_data import read_csv, specific_forces, wrenches
 from palpate.experiments.calibrate_live import BiasedBackend, stage_backend, take_readings
 from palpate.experiments.sensor_presets import preset_sensor
+from palpate.experiments.typed_options import read_typed
 from palpate.runtime import Command
 from palpate.sensing.compensation import Payload
 from palpate.sensing.ft import HEALTHY, FTPipeline, PayloadEntry, load_sensor_file, save_sensor_file
@@ -57,7 +57,7 @@ def sensor_in(folder, sensor=NANO):
 
 
 def run(task):
-    return run_calibrate(CalibrateConfig(task))
+    return run_calibrate(task)
 
 
 def refused(task, *words):
@@ -589,8 +589,30 @@ def test_options_that_cannot_be_are_refused(kind, options, word):
 # --- the command line --------------------------------------------------------------------------------------------
 
 
-def parsed(*arguments):
-    return tyro.cli(CalibrateConfig, args=arguments).task
+def parsed(name, *arguments):
+    group = COMMANDS["calibrate"]
+    assert isinstance(group, Group)
+    return read_typed(group.commands[name].config, f"palpate calibrate {name}", arguments)
+
+
+def test_what_cannot_be_is_said_of_the_command_that_was_typed(capsys):
+    """Of `palpate calibrate matrix`, not of a task, which nobody has typed."""
+    with pytest.raises(SystemExit) as ended:
+        main(["calibrate", "matrix", "--loads", "a.csv", "--sensor", "s.yaml", "--raw-range", "10", "-10"])
+    assert ended.value.code == 2
+    told = " ".join(capsys.readouterr().err.split())
+    assert "Error parsing palpate calibrate matrix: raw_range = 10 -10: give the lower one first" in told
+    assert "task" not in told
+
+
+def test_help_tells_the_order_and_lists_every_step(capsys):
+    for typed in ([], ["--help"]):
+        with pytest.raises(SystemExit) as ended:
+            main(["calibrate", *typed])
+        assert ended.value.code == 0
+        told = " ".join(capsys.readouterr().out.split())
+        for word in ("In this order:", "new", "matrix", "payload", "tare", "Example: palpate calibrate new"):
+            assert word in told
 
 
 def test_the_examples_in_the_help_texts_are_understood():

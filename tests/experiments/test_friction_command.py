@@ -14,6 +14,7 @@ from palpate.cli import main
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction_command import run_friction
 from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.friction_figures import key_figures
 from palpate.experiments.friction_file import (
     Finding,
     FrictionFile,
@@ -25,7 +26,7 @@ from palpate.experiments.friction_file import (
 from palpate.experiments.friction_library import library_of
 from palpate.experiments.friction_plan import plan, plan_from_texts
 from palpate.experiments.friction_pooled import growth_of, pooled
-from palpate.experiments.friction_report import friction_report, key_figures
+from palpate.experiments.friction_report import friction_report
 from palpate.experiments.friction_run import evaluate_log, find_friction
 from palpate.experiments.friction_strokes import FreeAir
 from palpate.experiments.friction_text import friction_text, read_friction_config
@@ -55,9 +56,15 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def evaluated(folder):
+    """What its log tells."""
+    return evaluate_log(read_log(log_in(folder)))
+
+
+@pytest.fixture(scope="module")
 def sticking():
     """A run on a skin that gives way for longer than the finger may rub."""
-    return find_friction(FrictionConfig(quick=True, loads=(4.0,), skin_stiffness=40.0))
+    return find_friction(FrictionConfig(quick=True, loads=(4.0,), skin_stiffness=40.0, most_travel=0.012))
 
 
 @pytest.fixture(scope="module")
@@ -93,11 +100,10 @@ def test_what_is_kept_reads_back_to_the_same_and_is_a_limit_surface(folder):
     assert surface.spin_length == file.spin_length.value
 
 
-def test_its_log_replays_bit_for_bit_and_tells_the_same_again(folder):
+def test_its_log_replays_bit_for_bit_and_tells_the_same_again(folder, evaluated):
     assert replay_log(folder).identical
-    found = evaluate_log(read_log(log_in(folder)))
     kept = load_friction_file(folder / "friction.yaml")
-    for again, at in zip(found.loads, kept.loads, strict=True):
+    for again, at in zip(evaluated.loads, kept.loads, strict=True):
         assert isinstance(again.friction, FrictionMeasured)
         assert isinstance(again.spin, SpinMeasured)
         assert again.friction.friction.value == at.friction.value
@@ -309,18 +315,38 @@ def test_the_same_plan_comes_of_its_texts():
         ({"loads": (0.1,)}, "must be at least"),
         ({"loads": (2.0, 3.0), "fit_exponents": True}, "at least twice the least"),
         ({"friction": 0.5, "static_friction": 0.4}, "static_friction = 0.4: must be at least friction"),
-        ({"norm_exponent": 2.5}, "norm_exponent = 2.5"),
         ({"object": "sphere", "size": (0.1, 0.1)}, "a sphere takes 1"),
         ({"object": "sphere", "most_travel": 0.02}, "most_travel = 0.02 m: must be at most 0.006 m"),
         ({"speed": 0.2}, "rub more slowly"),
         ({"travel": 0.05}, "travel = 0.05 m: must be at most 0.025 m"),
         ({"robot": "stage", "fit_exponents": True}, "it cannot turn its tip"),
-        ({"repeats": 0}, "repeats = 0"),
     ],
 )
 def test_what_cannot_be_is_refused_with_a_remedy(fields, message):
     with pytest.raises(InvalidValueError, match=message):
         plan(FrictionConfig(**fields))
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"norm_exponent": 3.0}, "norm_exponent = 3: must lie between 1"),
+        ({"load_exponent": 1.0}, "load_exponent = 1: must be at most 0.3333"),
+        ({"spin_length": 3.0}, "spin_length = 3 m: must be at most 0.1 m; 3 mm are 0.003"),
+        ({"friction": 50.0}, "friction = 50: must be at most 10"),
+        ({"skin_stiffness": 1e-3}, "skin_stiffness = 0.001 N/m: must be at least 1 N/m"),
+        ({"speed": 1e-6}, "speed = 1e-06 m/s: must be at least 0.0001 m/s"),
+        ({"speeds": (0.01, 1e-6)}, "speeds = 1e-06 m/s"),
+        ({"object": "sphere", "size": (40.0,)}, "size = 40 m: must be at most 2 m; for 40 mm give 0.04"),
+        ({"tip": (8.0,)}, "tip = 8 m: .*for 8 mm give 0.008"),
+        ({"calibration": 5.0}, "calibration = 5: must be at most 0.2; 0.01 stands for 1 %"),
+        ({"repeats": 0}, "repeats = 0: must be from 1 to 100"),
+        ({"repeats": 100000}, "repeats = 100000: must be from 1 to 100"),
+    ],
+)
+def test_what_no_surface_and_no_run_can_be_is_refused_before_anything_is_built(fields, message):
+    with pytest.raises(InvalidValueError, match=message):
+        FrictionConfig(**fields)
 
 
 def test_strokes_that_are_too_long_for_a_sphere_are_left_out_and_named():
@@ -364,8 +390,8 @@ def test_what_rubbing_wrote_holds_an_object_that_is_pulled_at(tmp_path, mu, e):
     grasp = carry_out(plan_grasp(GraspConfig(friction_file=path, friction=mu, spin_length=e)))
     assert grasp.slip < 2e-5
     assert grasp.spin < math.radians(0.2)
-    # 1.12 of margin, and what 1.7 instead of MuJoCo's 2 for p costs
-    assert 1.1 < grasp.grip_ratio < 1.3
+    # 1.12 of margin, and what 1, the worst that p may be, instead of MuJoCo's 2 costs
+    assert 1.1 < grasp.grip_ratio < 1.75
 
 
 @pytest.mark.slow
@@ -425,8 +451,7 @@ def test_intervals_hold_the_truth_over_many_surfaces():
     assert np.mean(close) >= 0.95
 
 
-def test_strokes_that_slipped_are_told_from_those_that_did_not(folder, sticking):
-    found = evaluate_log(read_log(log_in(folder)))
-    assert all(isinstance(at.friction, FrictionMeasured) for at in found.loads)
-    assert not any(isinstance(at.spin, SpinBound) for at in found.loads)
+def test_strokes_that_slipped_are_told_from_those_that_did_not(evaluated):
+    assert all(isinstance(at.friction, FrictionMeasured) for at in evaluated.loads)
+    assert not any(isinstance(at.spin, SpinBound) for at in evaluated.loads)
     assert replace(FrictionConfig(), quick=True).rubbed_loads == (1.0, 4.0)

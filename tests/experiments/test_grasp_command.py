@@ -127,7 +127,7 @@ def test_what_rubbing_found_is_planned_with_and_kept_for_the_replay(tmp_path):
     file = tmp_path / "friction.yaml"
     file.write_text(friction_file_text(found(finding(0.45, 0.44, 0.46), finding(0.003, 0.0029, 0.0031))))
     planned = plan(GraspConfig(friction_file=file))
-    assert planned.believed == LimitSurface(0.45, 0.003)
+    assert planned.believed == LimitSurface(0.45, 0.003, 0.0, 1.0)  # p is assumed: the least of its range
     file.unlink()
     assert plan_from_texts(planned.texts()) == planned
 
@@ -151,6 +151,7 @@ def test_a_configuration_reads_back_as_it_was_written(known):
         ({"offset": 0.05}, "within the object"),
         ({"ignore_spin": True, "against_ignoring_spin": True}, "leave one out"),
         ({"friction": -1.0}, "friction"),
+        ({"margin": 50.0}, "margin = 50: must be at most 3; 0.12 stands for 12 %"),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_remedy(values, told):
@@ -218,7 +219,9 @@ def test_help_teaches(capsys):
 
 def test_mistakes_are_told_in_one_line(tmp_path, capsys):
     assert main(["grasp", "--friction-file", str(tmp_path / "none.yaml"), "--out", str(tmp_path)]) == 2
-    assert "friction_file" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert told.startswith("palpate: friction file ")
+    assert told.count("none.yaml") == 1, "a path is said once"
 
 
 # --- faults

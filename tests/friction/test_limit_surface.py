@@ -8,9 +8,8 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from palpate import LimitSurface, Sphere, contact_from_wrench
+from palpate import ContactLoad, LimitSurface, Slip, Sphere, contact_from_wrench
 from palpate.errors import InvalidValueError
-from palpate.friction import ContactLoad, Slip
 from palpate.spatial import add_scaled, rotate, scale
 
 EXPONENTS = st.sampled_from([1.0, 1.1, 1.5, 2.0]) | st.floats(1.0, 2.0)
@@ -323,3 +322,87 @@ def test_the_load_of_a_contact_has_its_signs():
 def test_a_surface_that_cannot_be_is_refused_by_name(name, value):
     with pytest.raises(InvalidValueError, match=name):
         LimitSurface(**{"friction": 0.5, "spin_length": 0.004, name: value})
+
+
+@settings(deadline=None)
+@given(journeys(), st.integers(-900, 900), st.integers(-900, 900))
+@example(
+    (LimitSurface(0.5, 0.003), ContactLoad(2.0, (0.1, 0.0, 0.0), 1e-4), ContactLoad(0.1, (0.3, 0.0, 0.0), 1e-4)),
+    900,
+    0,
+)
+@example(
+    (LimitSurface(0.5, 0.003), ContactLoad(2.0, (0.1, 0.0, 0.0), 1e-4), ContactLoad(0.1, (0.3, 0.0, 0.0), 1e-4)),
+    -900,
+    900,
+)
+def test_the_distance_to_slip_does_not_depend_on_the_unit_of_force(journey, of_load, of_rate):
+    """Neither does it over- or underflow: e is the same length at the same load, whatever that is called."""
+    surface, load, direction = journey
+    gamma = surface.load_exponent
+    other = LimitSurface(
+        surface.friction, surface.spin_length * 2.0 ** (-gamma * of_load), gamma, surface.norm_exponent
+    )
+    assume(of(surface, load) < 0.999)  # on the surface, rounding decides
+    there, way = times(2.0**of_load, load), times(2.0**of_rate, direction)
+    assume(times(2.0**-of_load, there) == load and times(2.0**-of_rate, way) == direction)  # to the last bit
+    found = other.distance_to_slip(there, way)
+    wanted = surface.distance_to_slip(load, direction)
+    if wanted == math.inf:
+        assert found > 1e12 or found == math.inf
+        return
+    try:
+        wanted = math.ldexp(wanted, of_load - of_rate)
+    except OverflowError:
+        wanted = math.inf
+    assert found == pytest.approx(wanted, rel=1e-6, abs=1e-300)
+
+
+def times(factor, load):
+    return ContactLoad(factor * load.normal_force, scale(factor, load.tangential_force), factor * load.spin_torque)
+
+
+NOT_NUMBERS = ["a", "0.5", None, [0.5], np.array([0.5]), np.array([0.5, 0.6]), 1j]
+
+
+@pytest.mark.parametrize("wrong", NOT_NUMBERS, ids=repr)
+def test_only_single_numbers_are_taken(wrong):
+    """An array would give a margin for each component of a force, a text passes for the number it spells."""
+    for name in ("friction", "spin_length", "load_exponent", "norm_exponent"):
+        with pytest.raises(InvalidValueError, match=f"{name}.*must be one number"):
+            LimitSurface(**{"friction": 0.5, "spin_length": 0.003, name: wrong})
+    surface = LimitSurface(0.5, 0.003, 0.2, 1.0)
+    for function in (surface.load_ratio, surface.margin):
+        for i, name in enumerate(("normal_force", "tangential_force", "spin_torque")):
+            load = [2.0, 0.5, 1e-4]
+            load[i] = wrong
+            with pytest.raises(InvalidValueError, match=f"{name}.*must be one number"):
+                function(*load)
+    for i, name in enumerate(("tangential_force", "spin_torque")):
+        load = [0.5, 1e-4]
+        load[i] = wrong
+        with pytest.raises(InvalidValueError, match=name):
+            surface.least_normal_force(*load)
+    with pytest.raises(InvalidValueError, match="normal_force"):
+        surface.spin_length_at(wrong)
+
+
+def test_numbers_of_any_type_are_the_same_number():
+    """Of numpy, too, and whole ones; what comes out is a plain float."""
+    plain = LimitSurface(1.0, 0.5, 0.25, 2.0)
+    for kind in (int, np.float32, np.float64, np.array):
+        surface = LimitSurface(kind(1), np.float32(0.5), np.float64(0.25), kind(2))
+        assert surface == plain
+        for value in (
+            surface.friction,
+            surface.load_ratio(kind(2), kind(1), kind(0)),
+            surface.margin(kind(2), 1, 0),
+        ):
+            assert type(value) is float
+        assert surface.load_ratio(kind(2), kind(1), kind(0)) == 0.5
+
+
+def test_a_torque_alone_only_spins_however_small_it_is():
+    slip = LimitSurface(0.5, 0.004, 0.2, 1.01).slip_direction(ContactLoad(1e299, (0.0, 0.0, 0.0), -5e-309))
+    assert slip.velocity == (0.0, 0.0, 0.0)
+    assert slip.spin == pytest.approx(-1.0 / LimitSurface(0.5, 0.004, 0.2).spin_length_at(1e299))

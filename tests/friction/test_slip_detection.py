@@ -197,7 +197,7 @@ def test_a_load_that_follows_the_ripple_slips_and_one_that_does_not_sticks(share
     assert times_told(sticking, held) == []
     told = times_told(slipping, moving)
     assert told
-    assert told[0] <= 15
+    assert told[0] <= 22  # in the worst phase half of the samples are without ripple
 
 
 def test_within_the_weakest_surface_nothing_slips_however_it_ripples():

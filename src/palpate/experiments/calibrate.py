@@ -65,15 +65,15 @@ def run_calibrate(config: CalibrateConfig) -> int:
         OSError: The sensor file cannot be written; it is as it was.
     """
     console = Console(highlight=False, soft_wrap=True)
-    match config.task:
+    match config:
         case NewSensorConfig():
-            _new(config.task, console)
+            _new(config, console)
         case MatrixConfig():
-            _matrix(config.task, console)
+            _matrix(config, console)
         case PayloadConfig():
-            _payload(config.task, console)
+            _payload(config, console)
         case TareConfig():
-            _tare(config.task, console)
+            _tare(config, console)
     return 0
 
 

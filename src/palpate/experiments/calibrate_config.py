@@ -206,24 +206,8 @@ class NewSensorConfig:
     """Of your sensor."""
 
 
-@dataclass(frozen=True, slots=True)
-class CalibrateConfig:
-    """Find out about a force/torque sensor, and keep it in its sensor file.
-
-    In this order: `new` makes the file; `matrix` finds the calibration matrix from known loads (only for a sensor
-    that gives raw channels); `payload` finds what it carries; `tare` finds the bias, before every use.
-
-    Example: palpate calibrate new sensor.yaml --preset nano17
-    """
-
-    task: Annotated[
-        Annotated[NewSensorConfig, tyro.conf.subcommand(name="new")]
-        | Annotated[MatrixConfig, tyro.conf.subcommand(name="matrix")]
-        | Annotated[PayloadConfig, tyro.conf.subcommand(name="payload")]
-        | Annotated[TareConfig, tyro.conf.subcommand(name="tare")],
-        tyro.conf.arg(name=""),
-    ]
-    """What to find out."""
+CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | TareConfig
+"""What is to be found out."""
 
 
 def _no_name_twice(channels: tuple[str, ...]) -> None:

@@ -10,7 +10,7 @@ from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.friction_config import FrictionConfig
 from palpate.experiments.grasp_config import GraspConfig
 from palpate.experiments.regulate_config import RegulateConfig
-from palpate.strict_decode import decode, decode_some, load_text, read_mapping
+from palpate.strict_decode import decode, decode_some, load, read_mapping
 from palpate.yaml_text import yaml_text
 
 if TYPE_CHECKING:
@@ -90,12 +90,9 @@ def load_overlay(path: Path, kind: type) -> dict[str, object]:
         InvalidValueError: The file cannot be read, or as in `read_overlay`; the message names the file.
     """
     try:
-        text = load_text(path, "an experiment file")
-        values = read_overlay(text, kind)
+        values = load(path, lambda text: read_overlay(text, kind), "an experiment file")
     except OSError as error:
         raise InvalidValueError(f"config = {path}: cannot be read: {error.strerror}") from None
-    except InvalidValueError as error:
-        raise InvalidValueError(f"{path}: {error}") from None
     robot = values.get("robot")
     if isinstance(robot, str) and (path.parent / robot).is_file():
         values["robot"] = str(path.parent / robot)

@@ -10,10 +10,10 @@ from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import exploration_report
 from palpate.experiments.explored_map import STEPS
 from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import run_progress, step_progress
-from palpate.experiments.run_told import INTERRUPTED, STOPPED, log_writer, tell_of
+from palpate.experiments.progress import doing, step_progress
+from palpate.experiments.run_told import INTERRUPTED, kept_if_interrupted, log_writer, run_shown, tell_of
 from palpate.reporting import summary_table
-from palpate.runtime import Ending, result_until
+from palpate.runtime import Ending
 
 
 def run_explore(config: ExploreConfig) -> int:
@@ -25,31 +25,27 @@ def run_explore(config: ExploreConfig) -> int:
     Raises:
         InvalidValueError: The configuration cannot be realised, pressing has found nothing, or the folder cannot
             be written.
-        KeyboardInterrupt: While it pressed, before the exploration had begun: there is nothing to write yet.
+        KeyboardInterrupt: While it pressed, before the exploration had begun: there is nothing to write yet; or
+            while the report was made.
         OSError: A file cannot be written.
     """
     console = Console()
-    with console.status("planning"):
+    with doing(console, "planning"):
         planned = plan(config)
     make_folder(config.out)
     if config.identify:
-        with console.status("pressing, to find stiffness and delay"):
+        with doing(console, "pressing, to find stiffness and delay"):
             planned = prepared(planned)
     attempt = Attempt(planned)
-    log, interrupted = log_writer(planned), False
-    with run_progress(console, planned.expected_duration) as observer:
-        try:
-            result = attempt.run((observer,), (log,))
-        except KeyboardInterrupt as interruption:
-            found = result_until(interruption)
-            if found is None:
-                raise
-            result, interrupted = found, True
-            console.print(STOPPED)
-    with step_progress(console, STEPS) as tell:
-        exploration = attempt.found(result, tell)
-    with console.status("drawing the report"):
-        files = write_exploration(exploration, config.out)
+    log = log_writer(planned)
+    result, interrupted = run_shown(
+        console, planned.expected_duration, lambda observer: attempt.run((observer,), (log,))
+    )
+    with kept_if_interrupted(result):
+        with step_progress(console, STEPS) as tell:
+            exploration = attempt.found(result, tell)
+        with doing(console, "drawing the report"):
+            files = write_exploration(exploration, config.out)
     console.print(summary_table(exploration_report(exploration)))
     _warn_of_walls(console, planned)
     tell_of(console, result, files)

@@ -3,14 +3,15 @@
 from rich.console import Console
 
 from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.friction_library import library_of
 from palpate.experiments.friction_plan import plan
 from palpate.experiments.friction_report import friction_report
 from palpate.experiments.friction_run import Attempt, write_rubbing
 from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import run_progress
-from palpate.experiments.run_told import INTERRUPTED, log_writer, tell_of
+from palpate.experiments.progress import doing
+from palpate.experiments.run_told import INTERRUPTED, kept_if_interrupted, log_writer, run_shown, tell_of
 from palpate.reporting.friction_report import friction_table
-from palpate.runtime import Ending, result_until
+from palpate.runtime import Ending
 
 
 def run_friction(config: FrictionConfig) -> int:
@@ -21,26 +22,24 @@ def run_friction(config: FrictionConfig) -> int:
 
     Raises:
         InvalidValueError: The configuration cannot be realised, or the folder not be written.
+        KeyboardInterrupt: While nothing had been rubbed yet, or while the report was made.
         OSError: A file cannot be written.
     """
     console = Console()
-    with console.status("planning"):
+    library_of(config)  # a library that cannot be read is refused before anything is built
+    with doing(console, "planning"):
         planned = plan(config)
-    attempt, interrupted = Attempt(planned), False
+    attempt = Attempt(planned)
     make_folder(config.out)
     log = log_writer(planned)
-    with run_progress(console, planned.expected_duration) as observer:
-        try:
-            result = attempt.run((observer,), (log,))
-        except KeyboardInterrupt as interruption:
-            until = result_until(interruption)
-            if until is None:
-                raise
-            result, interrupted = until, True
-    with console.status("evaluating"):
-        rubbing = attempt.found(result)
-    with console.status("drawing the report"):
-        files = write_rubbing(rubbing, config.out)
+    result, interrupted = run_shown(
+        console, planned.expected_duration, lambda observer: attempt.run((observer,), (log,))
+    )
+    with kept_if_interrupted(result):
+        with doing(console, "evaluating"):
+            rubbing = attempt.found(result)
+        with doing(console, "drawing the report"):
+            files = write_rubbing(rubbing, config.out)
     console.print(friction_table(friction_report(rubbing)))
     if rubbing.recognised is not None:
         console.print(rubbing.recognised.words, highlight=False, markup=False)

@@ -6,6 +6,8 @@ from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.experiments.explore_config import LARGEST_SEED, LONGEST_PERIOD, MOST_FORCE
+from palpate.experiments.explore_objects import check_length
+from palpate.friction.limit_surface import LimitSurface
 
 RubbedName = Literal["plate", "box", "sphere"]
 
@@ -19,6 +21,21 @@ SIZES: dict[RubbedName, tuple[float, ...]] = {
 
 EXPONENT_SLIPS = 18
 """There and back: with 3 % scatter they tell p within 0.15 and gamma within 0.05 in 95 % of all trials."""
+
+LARGEST_FRICTION, LARGEST_SPIN_LENGTH = 10.0, 0.1
+"""Of what is simulated, e in m: as far as friction files and libraries reach."""
+
+SLOWEST_RUB = 1e-4
+"""[m/s] The least travel takes 40 s then; what moves so slowly creeps, and only looks like slip."""
+
+SOFTEST_SKIN = 1.0
+"""[N/m] It gives way by far more than a finger may rub before the least load slips."""
+
+LARGEST_CALIBRATION = 0.2
+"""More is no calibration, or in per cent."""
+
+MOST_REPEATS = 100
+"""They tell a tenth of the noise, in an hour of rubbing."""
 
 STIFFNESS = 4e3
 """Of a rubber fingertip on something hard [N/m]."""
@@ -133,10 +150,14 @@ class FrictionConfig:
         for name, unit in (("load_exponent", ""), ("viscous_friction", "s/m"), ("force_noise", "N")):
             if getattr(self, name) is not None:
                 not_negative(name, getattr(self, name), unit)
+        self._check_surface()
         if self.moment_noise is not None:
             not_negative("moment_noise", self.moment_noise, "N m")
         not_negative("drift", self.drift, "N/min")
-        not_negative("calibration", self.calibration, "")
+        if not_negative("calibration", self.calibration, "") > LARGEST_CALIBRATION:
+            raise InvalidValueError(
+                f"calibration = {self.calibration:g}: must be at most {LARGEST_CALIBRATION:g}; 0.01 stands for 1 %"
+            )
         wanted = len(SIZES[self.object])
         if len(self.size) not in (0, wanted):
             told = " ".join(f"{length:g}" for length in SIZES[self.object])
@@ -144,20 +165,39 @@ class FrictionConfig:
                 f"size: {len(self.size)} numbers; a {self.object} takes {wanted} [m], for example {told}"
             )
         for length in self.size:
-            positive("size", length, "m")
+            check_length("size", length)
         if len(self.tip) not in (0, 1, 3):
             raise InvalidValueError(f"tip: {len(self.tip)} numbers; give one (radius) or three (semi-axes) [m]")
         for length in self.tip:
-            positive("tip", length, "m")
+            check_length("tip", length)
         self._check_loads()
-        for speed in self.speeds:
-            positive("speeds", speed, "m/s")
-        if self.repeats < 1:
-            raise InvalidValueError(f"repeats = {self.repeats}: must be at least 1")
+        for name, speed in (("speed", self.speed), *(("speeds", each) for each in self.speeds)):
+            if positive(name, speed, "m/s") < SLOWEST_RUB:
+                raise InvalidValueError(
+                    f"{name} = {speed:g} m/s: must be at least {SLOWEST_RUB:g} m/s; slower, strokes take minutes "
+                    "and creep looks like slip"
+                )
+        if not 1 <= self.repeats <= MOST_REPEATS:
+            raise InvalidValueError(f"repeats = {self.repeats}: must be from 1 to {MOST_REPEATS}")
         if not 0 <= self.seed <= LARGEST_SEED:
             raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
         if self.period is not None and self.period > LONGEST_PERIOD:
             raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
+
+    def _check_surface(self) -> None:
+        """Refuse what no surface can be now, not once everything is built."""
+        if self.friction > LARGEST_FRICTION:
+            raise InvalidValueError(f"friction = {self.friction:g}: must be at most {LARGEST_FRICTION:g}")
+        if self.spin_length > LARGEST_SPIN_LENGTH:
+            raise InvalidValueError(
+                f"spin_length = {self.spin_length:g} m: must be at most {LARGEST_SPIN_LENGTH:g} m; 3 mm are 0.003"
+            )
+        if self.skin_stiffness is not None and self.skin_stiffness < SOFTEST_SKIN:
+            raise InvalidValueError(
+                f"skin_stiffness = {self.skin_stiffness:g} N/m: must be at least {SOFTEST_SKIN:g} N/m"
+            )
+        p = 2.0 if self.norm_exponent is None else self.norm_exponent
+        LimitSurface(self.friction, self.spin_length, self.load_exponent or 0.0, p)
         if self.static_friction is not None and self.static_friction < self.friction:
             raise InvalidValueError(
                 f"static_friction = {self.static_friction:g}: must be at least friction = {self.friction:g}, the "

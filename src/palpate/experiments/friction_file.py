@@ -25,7 +25,7 @@ class How(StrEnum):
     MEASURED = "measured"
     """It slipped: value and 95 % interval are what was seen."""
     BOUND = "bound"
-    """It never slipped: `value` and `lower` are the largest load that was borne, there is no upper end."""
+    """It is at least that: `value` and `lower` are the largest that was borne or felt, there is no upper end."""
     ASSUMED = "assumed"
     """Nobody has measured it: the usual value and its range."""
 
@@ -73,8 +73,9 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         spin_length: c, e at 1 N [m]; None if nothing is known of spinning.
         load_exponent: gamma.
         norm_exponent: p.
-        static_friction: mu at which slip begins, where it is another than `friction`.
-        loads: What was found at each load.
+        static_friction: mu at which slip begins, where it is another than `friction`; a bound where mu still rose
+            at the slowest speed.
+        loads: What was found at each load: what lies beyond the least and the largest nobody has rubbed.
         speeds: And at each speed, of one load.
     """
 
@@ -103,6 +104,16 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         if self.spin_length is not None:
             self.limit_surface()  # refuses exponents that cannot be
 
+    @property
+    def spun_loads(self) -> tuple[float, float] | None:
+        """Least and largest normal force at which e was measured [N]: beyond, its growth is a guess."""
+        spun = [
+            load.normal_force
+            for load in self.loads
+            if load.spin_length is not None and load.spin_length.how is How.MEASURED
+        ]
+        return (min(spun), max(spun)) if spun else None
+
     def limit_surface(self) -> LimitSurface:
         """Return what the contact bears, as far as it is known.
 
@@ -110,8 +121,14 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
             InvalidValueError: Nothing is known of spinning.
         """
         if self.spin_length is None:
+            if any(load.torque_ratio is not None for load in self.loads):
+                raise InvalidValueError(
+                    "spin_length_m: not known, for the finger turned, but did not slip both along the surface and "
+                    "about its normal; rub again with lighter loads, or farther (palpate friction --loads, "
+                    "--most-travel)"
+                )
             raise InvalidValueError(
-                "spin_length_m: not known, for the finger did not spin on the surface; rub with a robot that "
+                "spin_length_m: not known, for the finger did not turn on the surface; rub with a robot that "
                 "turns its tip (palpate friction --robot turning-stage)"
             )
         return LimitSurface(

@@ -8,20 +8,18 @@ import numpy as np
 
 from palpate.experiments.friction_strokes import FreeAir, RubbedPair
 from palpate.friction.p_norm import dual_point
-from palpate.friction.rubbing.estimate import Estimate, SensorErrors
+from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.sliding import SETTLING, FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.speed_curve import SpeedCurve, SpeedPoint, fit_speed_curve
+from palpate.friction.rubbing.speed_ratio import friction_ratio, spin_friction
 from palpate.friction.rubbing.stroke import TwoWay
-from palpate.friction.rubbing.surface_fit import FittedSurface, SlipLoad, fit_limit_surface
-from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, measure_spin
+from palpate.friction.rubbing.surface_fit import PLACE_ERROR, FittedSurface, SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
 
 ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3
 """Of p where nobody has measured it: that of pressure as under elastic bodies, from a sphere's to uniform, and how
 far rubber is from it (1.1 to 2 were measured)."""
-
-PLACE_ERROR = 1e-4
-"""How far beside the contact a twist may turn [m]: the noise of the centroid, filtered."""
 
 LEFT_DRIFT = 0.1
 """Of how far the sensor's zero went, what is left of it when it is taken to go evenly."""
@@ -52,7 +50,7 @@ class AtLoad:
     Attributes:
         load: Asked for [N].
         friction: mu at the main speed, or a lower bound.
-        spin: e, or a lower bound of mu e; None if it did not turn, or no mu is known to go with it.
+        spin: e, or a lower bound of mu e; None if it did not turn.
     """
 
     load: float
@@ -134,10 +132,10 @@ def found_by(
         if isinstance(each.friction, FrictionMeasured)
     ]
     curve = fit_speed_curve(points) if len(points) > 1 else None
-    first = tuple(_at_load(pairs, load, told, curve, errors, settling) for load in loads if load in told)
+    first = tuple(_at_load(pairs, load, told, curve, points, errors, settling) for load in loads if load in told)
 
     def slips_by(p: float) -> tuple[SlipLoad, ...]:
-        return _slips(pairs, told, first, speeds, curve, speed, settling, p)
+        return _slips(pairs, told, first, speeds, curve, points, speed, settling, p)
 
     slips = slips_by(ASSUMED_EXPONENT)
     mixed = any(pair.rub.speed > 0.0 and pair.rub.spin != 0.0 for pair in pairs)
@@ -150,7 +148,9 @@ def found_by(
     slips = slips_by(fitted.surface.norm_exponent)
     fitted = fit_limit_surface(slips, place_error=place)
     p, sd = fitted.surface.norm_exponent, fitted.standard_deviations[3]
-    again = tuple(_at_load(pairs, load, told, curve, errors, settling, p, sd) for load in loads if load in told)
+    again = tuple(
+        _at_load(pairs, load, told, curve, points, errors, settling, p, sd) for load in loads if load in told
+    )
     return FrictionFound(again, speeds, curve, slips, fitted)
 
 
@@ -195,6 +195,7 @@ def _at_load(
     load: float,
     told: dict[float, FrictionMeasured | FrictionBound],
     curve: SpeedCurve | None,
+    points: Sequence[SpeedPoint],
     errors: SensorErrors,
     settling: float,
     p: float = ASSUMED_EXPONENT,
@@ -206,21 +207,24 @@ def _at_load(
     # of those that the survey did; slips for the exponents come later, and are judged with them
     fastest = abs(twists[0].rub.spin) if twists else 0.0
     kept = [each.pair for each in twists if each.rub.duration == longest and abs(each.rub.spin) == fastest]
-    if not isinstance(friction, FrictionMeasured) or not kept:
+    if not kept:
         return AtLoad(load, friction, None)
+    if not isinstance(friction, FrictionMeasured):
+        return AtLoad(load, friction, bound_spin(kept, friction.normal, errors, settling))
 
     def measured(known: FrictionMeasured) -> SpinMeasured | SpinBound:
         return measure_spin(kept, known, errors, settling, norm_exponent=p, norm_exponent_error=p_error)
 
+    # where they were done: beside the strokes' middle, where a bent surface has another normal
+    here = np.mean([stroke.contact.mean(axis=0) for pair in kept for stroke in pair.both], axis=0)
+    friction = replace(friction, normal=friction.normal_at(here))
     spin = measured(friction)
     if curve is not None and curve.creep_excluded and isinstance(spin, SpinMeasured):
         # mu at the speed of these twists, e omega, not at that of the strokes
-        slow = spin.spin_length.value * abs(spin.spin)
-        share = curve.friction_at(slow) / curve.friction_at(friction.speed)
-        mu = friction.friction
-        scaled = Estimate(share * mu.value, share * mu.noise, share * mu.model, mu.freedom)
-        spin = measured(replace(friction, friction=scaled))
-    return AtLoad(load, friction, spin)
+        turning = spin.torque_ratio.value * abs(spin.spin)
+        own, slow = spin_friction(curve, points, turning, friction.friction, friction.speed)
+        spin = measured(replace(friction, friction=own, speed=slow))
+    return AtLoad(load, told[load], spin)
 
 
 def _slips(
@@ -229,6 +233,7 @@ def _slips(
     loads: Sequence[AtLoad],
     over_speed: Sequence[AtSpeed],
     curve: SpeedCurve | None,
+    points: Sequence[SpeedPoint],
     speed: float,
     settling: float,
     p: float,
@@ -244,14 +249,15 @@ def _slips(
             continue
         if rub.spin == 0.0 and rub.speed in others:
             continue  # strokes at other speeds have another mu
-        slip = slip_load(each.pair, friction.normal, lengths[rub.normal_force], settling)
+        here = np.mean([stroke.contact.mean(axis=0) for stroke in each.pair.both], axis=0)
+        slip = slip_load(each.pair, friction.normal_at(here), lengths[rub.normal_force], settling)
         if slip is None:
             continue
         if curve is not None and curve.creep_excluded:
             a, b = slip.speed, lengths[rub.normal_force] * slip.spin
             x, y = dual_point(a, b, p)  # dissipated power over mu f_n
             slow = a * x + b * y
-            share = curve.friction_at(speed) / curve.friction_at(slow)
+            share = 1.0 / friction_ratio(curve, points, slow, speed).value
             slip = replace(
                 slip,
                 tangential_force=share * slip.tangential_force,

@@ -3,19 +3,20 @@
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.experiments.friction_figures import key_figures
 from palpate.experiments.friction_file import Finding, FrictionFile, How
+from palpate.experiments.friction_found import FrictionFound
+from palpate.experiments.friction_recognised import recognition_report
 from palpate.experiments.friction_run import RubbingRun
 from palpate.experiments.friction_summary import measured_lengths
-from palpate.experiments.friction_words import bound_words, outcome, settings
+from palpate.experiments.friction_words import bound_reason, outcome, settings
 from palpate.friction import LimitSurface
 from palpate.friction.rubbing.stroke import Stroke
 from palpate.friction.rubbing.twisting import SpinMeasured
-from palpate.reporting import KeyFigure, TimeSeries
+from palpate.reporting import TimeSeries
 from palpate.reporting.friction_data import (
     FrictionReport,
-    MaterialMatch,
     Measured,
-    RecognitionReport,
     StrokeCurve,
     SurfacePoints,
 )
@@ -58,68 +59,16 @@ def friction_report(rubbing: RubbingRun) -> FrictionReport:
         speeds=() if file is None else _speeds(rubbing, file),
         curve=_curve(rubbing),
         surface=None if file is None or not found.slips else _surface(rubbing, file),
-        recognition=_recognition(rubbing),
+        recognition=recognition_report(rubbing),
     )
-
-
-def key_figures(rubbing: RubbingRun) -> tuple[KeyFigure, ...]:
-    """Return the figures that matter, most important first."""
-    file, planned = rubbing.file, rubbing.planned
-    run = (KeyFigure("simulated time", rubbing.run.duration, "s"),)
-    if file is None:
-        return run
-    plant = planned.plant
-    truth = {
-        "mu": planned.true_friction(file.speed),
-        "gamma": 0.0 if plant is None else plant.load_exponent,
-        "p": 2.0 if plant is None else plant.norm_exponent,
-    }
-    slipped = file.friction.how is How.MEASURED
-    note = f"slipping at {1e3 * file.speed:.3g} mm/s" if slipped else ""
-    figures = [_figure("friction mu", file.friction, truth["mu"], note=note)]
-    if file.static_friction is not None:
-        static = None if plant is None else plant.static_friction
-        figures.append(_figure("static friction", file.static_friction, static))
-    if file.spin_length is not None:
-        true_length = planned.true_spin_length(1.0)
-        figures.append(_figure("spin length e at 1 N", file.spin_length, true_length, "mm", 1e3))
-        figures.append(_figure("growth of e with load, gamma", file.load_exponent, truth["gamma"]))
-        figures.append(_figure("norm exponent p", file.norm_exponent, truth["p"]))
-    curve = rubbing.found.curve
-    if curve is not None:
-        slope = "constant" if curve.viscous_friction == 0.0 and curve.stribeck_speed == np.inf else "see picture"
-        creep = f"; crept at {', '.join(f'{1e3 * v:.2g}' for v in curve.creeping)} mm/s" if curve.creeping else ""
-        figures.append(KeyFigure("friction over speed", slope, "", f"{len(rubbing.found.speeds)} speeds{creep}"))
-    known = rubbing.recognised
-    if known is not None:
-        figures.append(KeyFigure("surface", known.material, "", f"by the library {planned.config.library}"))
-    return (*figures, *run)
-
-
-def _figure(
-    name: str, found: Finding, true: float | None, unit: str = "", factor: float = 1.0, note: str = ""
-) -> KeyFigure:
-    parts = []
-    if found.how is How.MEASURED:
-        upper = f"to {factor * found.upper:.4g}" if np.isfinite(found.upper) else "upwards"
-        parts.append(f"95 %: {factor * found.lower:.4g} {upper}")
-    elif found.how is How.BOUND:
-        parts.append("it never slipped: a lower bound")
-    else:
-        parts.append("assumed, not measured" + ("; --fit-exponents measures it" if name.endswith(" p") else ""))
-    if note:
-        parts.append(note)
-    if true is not None:
-        parts.append(f"true {factor * true:.4g}")
-    value: float | str = factor * found.value
-    if found.how is How.BOUND:
-        value = bound_words(factor * found.value)
-    return KeyFigure(name, value, unit, "; ".join(parts))
 
 
 def _frictions(rubbing: RubbingRun, file: FrictionFile) -> tuple[Measured, ...]:
     true = rubbing.planned.true_friction(file.speed)
-    return tuple(_told(at.normal_force, at.friction, true) for at in file.loads)
+    return tuple(
+        _told(at.normal_force, at.friction, true, bound_reason(each.friction))
+        for at, each in zip(file.loads, rubbing.found.loads, strict=True)
+    )
 
 
 def _lengths(rubbing: RubbingRun, file: FrictionFile) -> tuple[Measured, ...]:
@@ -133,7 +82,8 @@ def _lengths(rubbing: RubbingRun, file: FrictionFile) -> tuple[Measured, ...]:
 
 def _speeds(rubbing: RubbingRun, file: FrictionFile) -> tuple[Measured, ...]:
     return tuple(
-        _told(each.speed, each.friction, rubbing.planned.true_friction(each.speed)) for each in file.speeds
+        _told(each.speed, each.friction, rubbing.planned.true_friction(each.speed), bound_reason(at.friction))
+        for each, at in zip(file.speeds, rubbing.found.speeds, strict=True)
     )
 
 
@@ -143,8 +93,8 @@ def _growth(rubbing: RubbingRun, file: FrictionFile) -> tuple[float, float] | No
     return file.spin_length.value, file.load_exponent.value
 
 
-def _told(at: float, found: Finding, true: float | None) -> Measured:
-    return Measured(at, found.value, found.lower, found.upper, true, found.how is How.BOUND)
+def _told(at: float, found: Finding, true: float | None, why: str = "") -> Measured:
+    return Measured(at, found.value, found.lower, found.upper, true, found.how is How.BOUND, why)
 
 
 def _strokes(rubbing: RubbingRun) -> tuple[StrokeCurve, ...]:
@@ -219,36 +169,13 @@ def _surface(rubbing: RubbingRun, file: FrictionFile) -> SurfacePoints | None:
         found.fitted is not None,
         points,
         np.abs(points) * relative,
-        np.array([slip.normal_force for slip in found.slips]),
+        np.array([_asked(found, slip.normal_force) for slip in found.slips]),
     )
 
 
-def _recognition(rubbing: RubbingRun) -> RecognitionReport | None:
-    known = rubbing.recognised
-    if known is None:
-        return None
-    found = known.recognition
-    likelihood = found.known.log_likelihood[:-1]
-    order = np.lexsort((-likelihood, -found.posterior)).tolist()
-    matches = tuple(
-        MaterialMatch(
-            found.library.names[i],
-            float(likelihood[i] - likelihood.max()),
-            float(found.posterior[i]),
-            float(found.fit[i]),
-        )
-        for i in order
-    )
-    setting = ""
-    if known.confusion is not None:
-        count, shown = len(found.library.materials), len(known.confusion.truths)
-        drawn = int(known.confusion.counts[0].sum())
-        of = "each material" if shown == count else f"each of the {shown} likeliest of {count} materials"
-        setting = (
-            f"The rubs of this run, drawn {drawn} times for {of} as the library says that it scatters: "
-            f"{100.0 * known.confusion.right:.3g} % of the answers are right."
-        )
-    return RecognitionReport(known.words, matches, known.confusion, setting)
+def _asked(found: FrictionFound, normal_force: float) -> float:
+    """The load that was asked for where this was felt [N]."""
+    return min((at.load for at in found.loads), key=lambda load: abs(load - normal_force))
 
 
 def _article(name: str) -> str:

@@ -1,5 +1,6 @@
 """Find out about the friction of a simulated surface: configuration in, result, files and report out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -145,14 +146,19 @@ def shortfall_words(survey: Survey) -> tuple[str, ...]:
     said = []
     for loads, how in ((survey.stuck_sliding, "along the surface"), (survey.stuck_turning, "about the normal")):
         if loads:
-            told = " and ".join(f"{load:g}" for load in loads)
-            said.append(f"At {told} N no slip {how} was seen, as far as the finger may go.")
+            told = listed([f"{load:g}" for load in loads])
+            said.append(f"At {told} N it did not slip {how} long enough to be seen, as far as the finger may go.")
     if not survey.exponents_told:
         said.append(
             "Exponents were not measured: that takes slips of both kinds at two loads, the larger at least "
             f"{LEAST_LOAD_SPAN:g} times the smaller."
         )
     return tuple(said)
+
+
+def listed(words: Sequence[str]) -> str:
+    """Return words as a list in a sentence: "1, 2 and 4"."""
+    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
 
 
 def evaluate_log(log: Log) -> FrictionFound:

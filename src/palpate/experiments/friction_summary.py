@@ -17,6 +17,7 @@ from palpate.experiments.friction_found import (
     FrictionFound,
 )
 from palpate.experiments.friction_pooled import growth_of, pooled
+from palpate.experiments.friction_static import static_finding
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
@@ -25,9 +26,6 @@ from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 
 SIGMAS = 1.959964
 """Of a 95 % interval of a normal distribution."""
-
-STATIC_RISE = 1.02
-"""Static over kinetic friction, from which on it is told apart: less, measuring at one speed does no harm."""
 
 LEAST_EXPONENT, LARGEST_EXPONENT = 1.0, 2.0
 """Of p: diamond and ellipse."""
@@ -47,7 +45,8 @@ def friction_file(
     if not found.loads:
         return None
     friction = _friction(found)
-    length, gamma, p = _spinning(found, friction)
+    static = static_finding(found)
+    length, gamma, p = _spinning(found, max(friction.upper, 0.0 if static is None else static.upper))
     if found.fitted is not None:
         # mu is that of the strokes: their interval knows the sensor
         surface, (_, c_sd, gamma_sd, p_sd) = found.fitted.surface, found.fitted.standard_deviations
@@ -67,7 +66,7 @@ def friction_file(
         spin_length=length,
         load_exponent=gamma,
         norm_exponent=p,
-        static_friction=_static(found),
+        static_friction=static,
         loads=tuple(_at_load(each) for each in found.loads),
         speeds=tuple(
             SpeedFinding(
@@ -97,15 +96,25 @@ def _friction(found: FrictionFound) -> Finding:
     )
 
 
-def _spinning(found: FrictionFound, friction: Finding) -> tuple[Finding | None, Finding, Finding]:
-    """c, gamma and p from pure twists."""
+def _spinning(found: FrictionFound, most: float) -> tuple[Finding | None, Finding, Finding]:
+    """c, gamma and p from pure twists.
+
+    Args:
+        found: By one run.
+        most: The largest mu that a torque may have been borne with; infinite where only a least is known.
+    """
     gamma = Finding(value=0.0, lower=0.0, upper=LARGEST_LOAD_EXPONENT, how=How.ASSUMED)
     p = Finding(value=ASSUMED_EXPONENT, lower=LEAST_EXPONENT, upper=LARGEST_EXPONENT, how=How.ASSUMED)
     known = measured_lengths(found.loads)
     if not known:
-        bounds = [each.spin.least_torque_ratio for each in found.loads if isinstance(each.spin, SpinBound)]
-        if friction.how is How.MEASURED and bounds and max(bounds) > 0.0:
-            return _bound(max(bounds) / friction.value), gamma, p
+        # at 1 N, for the largest gamma that may be, and the largest mu
+        bounds = [
+            each.spin.least_torque_ratio / max(1.0, each.spin.normal_force) ** gamma.upper
+            for each in found.loads
+            if isinstance(each.spin, SpinBound)
+        ]
+        if math.isfinite(most) and bounds and max(bounds) > 0.0:
+            return _bound(max(bounds) / most), gamma, p
         return None, gamma, p
     forces, lengths = [force for force, _ in known], [length for _, length in known]
     if max(forces) < 0.99 * LEAST_LOAD_SPAN * min(forces):
@@ -118,23 +127,6 @@ def _spinning(found: FrictionFound, friction: Finding) -> tuple[Finding | None, 
     # at an end of its range: c goes with that
     at_one = [_scaled(length, force**-exponent) for force, length in known]
     return _measured(pooled(at_one)), gamma, p
-
-
-def _static(found: FrictionFound) -> Finding | None:
-    """Return mu at which slip begins, where that is more than in slip."""
-    told = [each.friction for each in found.loads] + [each.friction for each in found.speeds]
-    seen = [each for each in told if isinstance(each, FrictionMeasured) and each.static_friction is not None]
-    if seen:
-        highest = max(seen, key=lambda each: each.static_friction or 0.0)
-        mu, static = highest.friction, highest.static_friction or 0.0
-        return _about(static, static * mu.standard_deviation / mu.value)
-    curve = found.curve
-    if curve is None or curve.static_friction < STATIC_RISE * curve.kinetic_friction:
-        return None
-    felt = [each.friction.friction for each in found.speeds if isinstance(each.friction, FrictionMeasured)]
-    lower = max(mu.interval()[0] for mu in felt)
-    # as the curve goes on towards rest: nobody has felt it there
-    return Finding(value=max(curve.static_friction, lower), lower=lower, upper=math.inf, how=How.MEASURED)
 
 
 def _at_load(at: AtLoad) -> LoadFinding:

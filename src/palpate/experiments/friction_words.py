@@ -1,10 +1,14 @@
 """What the report on friction says in words: outcome and settings."""
 
 from palpate.experiments.friction_file import How
-from palpate.experiments.friction_run import RubbingRun
-from palpate.friction.rubbing.sliding import FrictionMeasured
+from palpate.experiments.friction_run import RubbingRun, listed
+from palpate.experiments.friction_strokes import FreeAir
+from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
 from palpate.runtime import Ending
+
+LEAST_MOVED = 0.01
+"""[mN] Of a sensor's zero that is worth a figure: a thousandth of its noise."""
 
 
 def outcome(rubbing: RubbingRun) -> str:
@@ -13,13 +17,13 @@ def outcome(rubbing: RubbingRun) -> str:
     rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
     count = len(rubbing.pairs)
     if result.ending is Ending.DONE:
-        said = [f"Finished after {result.duration:.1f} s: {count} rubs there and back; {rest}."]
+        said = [f"Finished after {result.duration:.1f} s: {_rubs(count)} there and back; {rest}."]
     elif result.ending is Ending.TRIPPED:
-        said = [f"Stopped by the supervisor after {count} rubs: {result.why}; {rest}."]
+        said = [f"Stopped by the supervisor after {_rubs(count)}: {result.why}; {rest}."]
     elif result.ending is Ending.LOST and not count:
         said = [f"Not finished: nothing was found where the surface was looked for; {rest}."]
     else:
-        said = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s and {count} rubs; {rest}."]
+        said = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s and {_rubs(count)}; {rest}."]
     if rubbing.lost:
         times = "once" if rubbing.lost == 1 else f"{rubbing.lost} times"
         said.append(f"Contact was lost {times}.")
@@ -28,10 +32,7 @@ def outcome(rubbing: RubbingRun) -> str:
     if rubbing.planned.left_out:
         speeds = ", ".join(f"{1e3 * speed:g}" for speed in rubbing.planned.left_out)
         said.append(f"Strokes at {speeds} mm/s were left out: they would go too far on this object.")
-    if any(
-        each.friction.stick_slip for each in rubbing.found.loads if isinstance(each.friction, FrictionMeasured)
-    ):
-        said.append("It stuck and slipped by turns: mu is the kinetic one.")
+    said += _sticking(rubbing)
     return " ".join(said)
 
 
@@ -40,26 +41,76 @@ def bound_words(value: float) -> str:
     return f"at least {value:.3g}"
 
 
+def no_spin_length(rubbing: RubbingRun) -> str | None:
+    """Return why e is not known, or no more than bounded, in words; None if it was measured."""
+    spins = [each.spin for each in rubbing.found.loads]
+    if any(isinstance(spin, SpinMeasured) for spin in spins):
+        return None
+    if rubbing.planned.wanted.most_spin == 0.0:
+        return "the robot does not turn its tip"
+    doubts = [spin.doubt for spin in spins if isinstance(spin, SpinBound)]
+    if not doubts:
+        return "no twist was done to its end"
+    if SpinDoubt.FRICTION_UNKNOWN in doubts:
+        return "it slipped about the normal, but mu is not known, and twists tell mu e alone"
+    if SpinDoubt.SLID in doubts:
+        return "the finger slid more than it spun"
+    if rubbing.file is not None and rubbing.file.spin_length is None:
+        return "it did not slip about the normal, as far as it turned, nor is it known how large mu may be"
+    return "it did not slip about the normal, as far as it turned"
+
+
+def bound_reason(friction: FrictionMeasured | FrictionBound) -> str:
+    """Return why strokes gave no more than a bound, in words; "" if they gave more."""
+    if isinstance(friction, FrictionMeasured):
+        return ""
+    return "it slipped too shortly, or one way only" if friction.partly else "it never slipped"
+
+
+def _rubs(count: int) -> str:
+    return "1 rub" if count == 1 else f"{count} rubs"
+
+
+def _sticking(rubbing: RubbingRun) -> list[str]:
+    told = [(each.load, each.friction) for each in rubbing.found.loads]
+    if any(isinstance(each, FrictionMeasured) and each.stick_slip for _, each in told):
+        return ["It stuck and slipped by turns: mu is the kinetic one."]
+    at = [
+        f"{1e3 * each.speed:g}"
+        for each in rubbing.found.speeds
+        if isinstance(each.friction, FrictionMeasured) and each.friction.stick_slip
+    ]
+    if at:
+        return [f"At {listed(at)} mm/s it stuck and slipped by turns."]
+    few = any(isinstance(each, FrictionMeasured) and each.turns is not None for _, each in told)
+    return ["It stuck and let go a few times: mu is what is between."] if few else []
+
+
 def _bounds(rubbing: RubbingRun) -> list[str]:
     file = rubbing.file
     if file is None:
         return ["Nothing is known of its friction."]
     said = []
     if file.friction.how is How.BOUND:
-        said.append(
-            f"It never slipped along the surface: mu is at least {file.friction.value:.3g}, and nobody knows how "
-            "much more."
+        partly = any(
+            isinstance(each.friction, FrictionBound) and each.friction.partly for each in rubbing.found.loads
         )
-    spins = [each.spin for each in rubbing.found.loads]
-    if any(isinstance(spin, SpinBound) for spin in spins) and not any(
-        isinstance(spin, SpinMeasured) for spin in spins
-    ):
-        slid = any(isinstance(spin, SpinBound) and spin.doubt is SpinDoubt.SLID for spin in spins)
-        why = "The finger slid more than it spun" if slid else "It never slipped about the normal"
-        said.append(f"{why}: what is told of e is a lower bound.")
-    elif file.spin_length is None and file.friction.how is How.MEASURED:
-        said.append("The robot does not turn its tip: nothing is known of e.")
+        how = (
+            "It began to slip along the surface, but not for long enough there and back to measure it"
+            if partly
+            else "It never slipped along the surface"
+        )
+        said.append(f"{how}: mu is at least {file.friction.value:.3g}, and nobody knows how much more.")
+    why = no_spin_length(rubbing)
+    if why is not None:
+        known = "nothing is known of e" if file.spin_length is None else "what is told of e is a lower bound"
+        said.append(f"{why[0].upper()}{why[1:]}: {known}.")
     return said
+
+
+def _millinewtons(air: FreeAir) -> str:
+    moved = 1e3 * float(abs(air.moved[:3]).max())
+    return f"{moved:.2f} mN" if moved >= LEAST_MOVED else f"less than {LEAST_MOVED:g} mN"
 
 
 def settings(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
@@ -71,7 +122,7 @@ def settings(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
     rubs = "the friction plant" if config.on_plant else "MuJoCo's friction"
     speeds = ", ".join(f"{1e3 * speed:g}" for speed in sorted({wanted.speed, *wanted.speeds}))
     air = rubbing.air
-    zero = "not felt" if air is None else f"taken off; it moved by {1e3 * float(abs(air.moved[:3]).max()):.2g} mN"
+    zero = "not felt" if air is None else f"taken off; it moved by {_millinewtons(air)}"
     return (
         ("object", f"{config.object}, {size} mm"),
         ("rubs by", f"{rubs}: mu {config.friction:g}, e at 1 N {1e3 * config.spin_length:g} mm"),

@@ -12,6 +12,7 @@ from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.noted_watch import SlipAlarm
 from palpate.errors import FloatArray
 from palpate.experiments.grasp_least import least_grip
+from palpate.experiments.grasp_nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp_plan import PERIOD, GraspPlan
 from palpate.experiments.grasp_truth import STAGES, GraspTruth, GraspTruthRecorder
 from palpate.experiments.output_folder import make_folder
@@ -66,6 +67,7 @@ class Grasp:
         regrips: How often the grip answered one.
         beside: What became of the same with a control that ignores spin, if that was asked for.
         met_early: Whether it met something on the way down that it did not stand on.
+        nudged: What a nudge before the lift found, per finger; empty without.
     """
 
     planned: GraspPlan
@@ -75,6 +77,7 @@ class Grasp:
     regrips: int
     beside: "Grasp | None" = field(default=None)
     met_early: bool = False
+    nudged: tuple[NudgeFinding, ...] = ()
 
     @cached_property
     def counted(self) -> BoolArray:
@@ -100,9 +103,18 @@ class Grasp:
 
     @property
     def dropped(self) -> bool:
-        """Whether the object was lost."""
+        """Whether the object was lost, or never lifted."""
         lost = self.truth.touching[self.counted].sum(axis=1).min(initial=self.truth.fingers) < 2
-        return bool(lost) or self.slip > DROPPED or not self.counted.any()
+        return bool(lost) or self.slip > DROPPED or not self.counted.any() or self.left_behind
+
+    @property
+    def left_behind(self) -> bool:
+        """Whether it had not come along with the fingers when something began to pull."""
+        if not self.counted.any():
+            return False
+        height, wanted = self.truth.height, self.planned.config.lift_height
+        lifted = float(height[int(self.counted.argmax())] - height[0])
+        return wanted - lifted > min(DROPPED, 0.5 * wanted)
 
     @cached_property
     def least(self) -> FloatArray:
@@ -184,8 +196,8 @@ class GraspAttempt:
             InvalidValueError: It cannot be simulated.
         """
         self._planned = planned
-        self._backend, self._watch = planned.backend(), planned.watch()
-        self.controller = planned.controller(self._watch)
+        self._backend, self._watch, self._belief = planned.backend(), planned.watch(), planned.belief()
+        self.controller = planned.controller(self._watch, self._belief)
         self._truth = GraspTruthRecorder(self._backend, self.controller, planned.times.begin)
 
     def run(
@@ -216,7 +228,8 @@ class GraspAttempt:
         """Return what came of a run that went like `result`."""
         watch, control = self._watch, self.controller
         truth, regrips = self._truth.truth(), control.grip.regrips
-        return Grasp(self._planned, result, truth, watch.alarms, regrips, beside, control.met_early)
+        nudged = self._belief.found if isinstance(self._belief, NotedNudge) else ()
+        return Grasp(self._planned, result, truth, watch.alarms, regrips, beside, control.met_early, nudged)
 
 
 def carry_out(planned: GraspPlan, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> Grasp:

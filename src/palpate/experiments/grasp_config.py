@@ -24,8 +24,17 @@ WIDEST = 0.031
 LARGEST_PULL = 8.0
 """[N] With offset and little friction it takes more grip than the fingers have."""
 
+HIGHEST_LIFT = 0.3
+"""[m] What a vertical slide that carries a hand of this size travels."""
+
+FASTEST_LIFT = 0.25
+"""[m/s] The supervisor's limit (reduced speed of ISO 10218-1:2011, section 5.6.2)."""
+
 FASTEST_SHAKE = 40.0
 """[Hz]; the control is ahead of a load that shakes with 5 to 10 Hz, faster ones it can only bear a margin for."""
+
+LARGEST_MARGIN = 3.0
+"""Of the grip, as its controller has it (`palpate.controllers.grip.parameters`)."""
 
 RISES: dict[LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
 """How long the load grows, shakes, or is waited for, if nothing else is said [s]."""
@@ -71,7 +80,7 @@ class GraspConfig:
     Example, the same without a nudge: planned for the worst, with slip listened for:
     palpate grasp --known untouched
 
-    Example, what rubbing has found first (palpate friction --friction 0.5 --spin-length 0.004):
+    Example, what rubbing has found first (palpate friction): the object then rubs as that surface does
     palpate grasp --friction-file runs/friction/friction.yaml
 
     Example, three fingers and a sphere:
@@ -87,10 +96,16 @@ class GraspConfig:
     """Of the object [kg]."""
     fingers: int = 2
     """How many the hand has: 2 (a parallel gripper) or 3."""
-    friction: float = 0.5
-    """True friction coefficient mu between fingertips and object."""
-    spin_length: float = 0.004
-    """True e: largest spin torque per largest friction force [m]."""
+    friction: float | None = None
+    """True friction coefficient mu between fingertips and object. Left out, as the next three: what
+    --friction-file says, else 0.5."""
+    spin_length: float | None = None
+    """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
+    norm_exponent: float | None = None
+    """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
+    an ellipse of constant size is rubbed by the friction plant."""
+    load_exponent: float | None = None
+    """True gamma: e grows as load^gamma, 0 to 1/3. Left out, and nothing found: 0."""
     plant: bool = False
     """Rub by the friction plant, whose contacts stick on bristles and tell when they slip, not by MuJoCo."""
     known: Knowledge = "touched"
@@ -102,7 +117,8 @@ class GraspConfig:
     believed_spin_length: float | None = None
     """e that is believed at first [m]."""
     friction_file: Path | None = None
-    """A friction.yaml of `palpate friction`: what is believed comes from there."""
+    """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
+    object, as far as that is not typed."""
     load: LoadName = "ramp"
     """What pulls at the object once it is lifted: a force that grows, that jumps, one that shakes up and down and
     sideways, or nothing."""
@@ -142,9 +158,24 @@ class GraspConfig:
             positive(name, getattr(self, name), unit)
         for name, unit in _NOT_NEGATIVE.items():
             not_negative(name, getattr(self, name), unit)
-        for name, unit in (("believed_friction", ""), ("believed_spin_length", "m"), ("rise", "s"), ("pull", "N")):
+        if self.margin > LARGEST_MARGIN:
+            raise InvalidValueError(
+                f"margin = {self.margin:g}: must be at most {LARGEST_MARGIN:g}; 0.12 stands for 12 %"
+            )
+        for name, unit in _POSITIVE_IF_GIVEN.items():
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name), unit)
+        if self.load_exponent is not None:
+            not_negative("load_exponent", self.load_exponent, "")
+        if self.lift_height > HIGHEST_LIFT:
+            raise InvalidValueError(
+                f"lift_height = {self.lift_height:g} m: must be at most {HIGHEST_LIFT:g} m, what the lift travels"
+            )
+        if self.lift_speed > FASTEST_LIFT:
+            raise InvalidValueError(
+                f"lift_speed = {self.lift_speed:g} m/s: must be at most {FASTEST_LIFT:g} m/s, as the "
+                "supervisor has it"
+            )
         self._check_hand()
         self._check_load()
         if self.friction_file is not None and (self.believed_friction or self.believed_spin_length):
@@ -232,13 +263,21 @@ class GraspConfig:
 
 _POSITIVE = {
     "mass": "kg",
-    "friction": "",
-    "spin_length": "m",
     "shake_frequency": "Hz",
     "lift_height": "m",
     "lift_speed": "m/s",
     "force_noise": "N",
     "moment_noise": "N m",
+}
+
+_POSITIVE_IF_GIVEN = {
+    "friction": "",
+    "spin_length": "m",
+    "norm_exponent": "",
+    "believed_friction": "",
+    "believed_spin_length": "m",
+    "rise": "s",
+    "pull": "N",
 }
 
 _NOT_NEGATIVE = {"pull_before": "N", "offset": "m", "margin": "", "drift": "N/s"}

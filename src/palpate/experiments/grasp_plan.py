@@ -1,5 +1,6 @@
 """A grasp, planned: everything that a run, or its replay, needs."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -7,26 +8,35 @@ from types import MappingProxyType
 from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.grasp import Carry, GraspController, GraspStage, SetDownParameters
 from palpate.controllers.grip.lift import LiftController, LiftParameters
-from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin, NeedWithSpin
+from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin
 from palpate.controllers.grip.noted_watch import NotedWatch, UnheededWatch
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.rippled import RippledGrip
+from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction_file import friction_file_text, load_friction_file
-from palpate.experiments.grasp_belief import RIPPLE, belief_of, believed_surface, slips_of
+from palpate.experiments.grasp_belief import (
+    NUDGING_GRIP,
+    RIPPLE,
+    belief_of,
+    believed_surface,
+    largest_rubbed,
+    slips_of,
+    tip_radius,
+)
 from palpate.experiments.grasp_config import GraspConfig
 from palpate.experiments.grasp_scene import PullTimes, hand_of, load_of, pull_times, scene_of, sensor_of
+from palpate.experiments.grasp_strength import LARGEST_GRIP, check_weight
+from palpate.experiments.grasp_surface import true_surface, with_surface
 from palpate.experiments.grasp_text import GRASP_TEXT, KNOWN_TEXT, grasp_text, read_grasp
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime import Limits, Touch
 from palpate.runtime.touch import Finger
 from palpate.sensing.compensation import Payload
 from palpate.sim.hand.backend import HandBackend
-from palpate.sim.hand.hand import Hand
 from palpate.spatial import ZERO, Vector
-from palpate.surfaces import Sphere
 
 PERIOD = 1e-3
 """[s]: what the simulated hand's bus and the detectors of slip are made for."""
@@ -37,22 +47,11 @@ LIFT_ACCELERATION = 0.3
 LOWERING_SPEED = 0.02
 """[m/s] From that it stops within a millisecond with 20 m/s^2, within the limits."""
 
-NUDGING_GRIP = 2.0
-"""[N] 2 mu e f_n is then less than tips over a box of 0.1 kg, with mu 0.65 and e 6 mm too: 16 of 24 mNm."""
-
-NUDGING_SPIN = 0.24
-"""[rad/s] The nudge's twist begins at once: 92 mm from the palm that is 22 m/s^2 within a millisecond, and
-240 rad/s^2, just within the limits."""
-
 CONTACT_TIME = 0.15
 """[s] From the first touch to all of them, and what servos and their bus take."""
 
 SPARE = 0.3
 """[s] From when it should be held to when something pulls."""
-
-LARGEST_GRIP = 17.0
-"""[N] 12 mm before the sensor that is 0.20 N m, of the 0.25 it can measure; a grip that jumps there with 300 N/s
-overshoots by an eighth."""
 
 LIMITS = Limits(force=24.0, grip_force=24.0, moment=0.25)
 """As the sensors', and above the largest grip that is commanded."""
@@ -65,11 +64,12 @@ class GraspPlan:
     """A grasp, planned.
 
     Attributes:
-        config: What was asked for.
+        config: What was asked for, and what the simulated surface is, in numbers.
         believed: What the contacts are believed to bear at first.
         times: When it is pulled.
         lift: How it is lifted.
         known: What rubbing had found, as text; empty if nothing was rubbed.
+        rubbed: Up to which normal force e was measured [N]: beyond, it is planned with as if it grew no more.
     """
 
     config: GraspConfig
@@ -77,11 +77,12 @@ class GraspPlan:
     times: PullTimes
     lift: LiftParameters
     known: str = ""
+    rubbed: float = math.inf
 
     @property
     def true(self) -> LimitSurface:
         """What the contacts really bear."""
-        return LimitSurface(self.config.friction, self.config.spin_length)
+        return true_surface(self.config)
 
     @property
     def limits(self) -> Limits:
@@ -115,17 +116,22 @@ class GraspPlan:
 
     def watch(self) -> NotedWatch:
         """Return a fresh listener for slip; a grip that ignores spin does not listen to it."""
-        slips = slips_of(self.config, self.believed, tip_radius(hand_of(self.config)), PERIOD)
+        slips = slips_of(self.config, self.believed, hand_of(self.config).tip, PERIOD)
         return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
 
-    def controller(self, watch: NotedWatch | None = None) -> GraspController:
+    def belief(self) -> SurfaceBelief:
+        """Return afresh what is planned with, and how that learns."""
+        return belief_of(self.config, self.believed)
+
+    def controller(self, watch: NotedWatch | None = None, belief: SurfaceBelief | None = None) -> GraspController:
         """Return a fresh controller.
 
         Args:
             watch: Who listens for slip; one of its own if not given.
+            belief: What is planned with; one of its own if not given.
         """
-        config = self.config
-        belief, need = belief_of(config, self.believed), need_of(config)
+        config, belief = self.config, belief or self.belief()
+        need: GripNeed = NeedWithoutSpin() if config.ignore_spin else NeedWithinRubbed(self.rubbed)
         grip = self._grip(belief, watch or self.watch(), need)
         lift = LiftController(grip, PERIOD, self.lift)
         carry: Carry = lift
@@ -155,31 +161,35 @@ class GraspPlan:
         return {**texts, KNOWN_TEXT: self.known} if self.known else texts
 
 
-def need_of(config: GraspConfig) -> GripNeed:
-    """Return how a load's need is reckoned."""
-    return NeedWithoutSpin() if config.ignore_spin else NeedWithSpin()
-
-
 def plan(config: GraspConfig) -> GraspPlan:
     """Return a grasp, planned.
 
     Raises:
-        InvalidValueError: The friction file cannot be read, or something cannot be.
+        InvalidValueError: The friction file cannot be read, something cannot be, or the hand cannot hold so much.
     """
+    true_surface(config)  # refuses what was typed: below, it would be the file's fault
     if config.friction_file is None:
-        return plan_with(config, NOTHING)
-    try:
-        found = load_friction_file(config.friction_file)
-        return plan_with(config, {KNOWN_TEXT: friction_file_text(found)})
-    except InvalidValueError as error:
-        raise InvalidValueError(f"friction_file = {config.friction_file}: {error}") from None
+        planned = plan_with(config, NOTHING)
+    else:
+        found = load_friction_file(config.friction_file)  # which names the file where it is wrong
+        try:
+            planned = plan_with(config, {KNOWN_TEXT: friction_file_text(found)})
+        except InvalidValueError as error:
+            raise InvalidValueError(f"friction_file = {config.friction_file}: {error}") from None
+    check_weight(planned.config)
+    return planned
 
 
 def plan_with(config: GraspConfig, texts: Mapping[str, str]) -> GraspPlan:
-    """Return a grasp, planned with what a log's texts say of friction."""
+    """Return a grasp, planned with what a log's texts say of friction.
+
+    Raises:
+        InvalidValueError: Something in the texts is wrong.
+    """
+    config = with_surface(config, texts)
     believed = believed_surface(config, texts)
     hand = hand_of(config)
-    gap = hand.opening - tip_radius(hand) - config.half_width
+    gap = hand.opening - tip_radius(hand.tip) - config.half_width
     closed = max(gap, 0.0) / hand.closing_speed + CONTACT_TIME
     rise = config.lift_height / config.lift_speed + config.lift_speed / LIFT_ACCELERATION
     lift = LiftParameters(height=config.lift_height, speed=config.lift_speed, acceleration=LIFT_ACCELERATION)
@@ -188,24 +198,16 @@ def plan_with(config: GraspConfig, texts: Mapping[str, str]) -> GraspPlan:
         begin += nudge_time()
     times = pull_times(config, begin)
     lift = replace(lift, hold_time=times.gone - begin + 2.0 * SPARE)
-    return GraspPlan(config, believed, times, lift, texts.get(KNOWN_TEXT, ""))
-
-
-def tip_radius(hand: Hand) -> float:
-    """Return the radius of a hand's fingertips [m], which are spheres."""
-    surface = hand.tip.surface
-    assert isinstance(surface, Sphere)
-    return float(surface.radius)
+    return GraspPlan(config, believed, times, lift, texts.get(KNOWN_TEXT, ""), largest_rubbed(texts))
 
 
 def _nudging(center: Vector) -> NudgeParameters:
-    return NudgeParameters(NUDGING_GRIP, center, spin=NUDGING_SPIN)
+    return NudgeParameters(NUDGING_GRIP, center)
 
 
 def nudge_time() -> float:
     """Return how long a nudge takes, from the last finger's touch [s]."""
-    p = _nudging(ZERO)
-    return 2.0 * p.settle_time + p.stroke / p.speed + 2.0 * p.angle / p.spin
+    return _nudging(ZERO).duration
 
 
 def plan_from_texts(texts: Mapping[str, str]) -> GraspPlan:

@@ -18,6 +18,8 @@ FIXED: Mapping[str, str] = {
     "mass": _FELT,
     "friction": _FELT,
     "spin_length": _FELT,
+    "norm_exponent": _FELT,
+    "load_exponent": _FELT,
     "plant": _FELT,
     "fingers": "the samples are as recorded, of the fingers that there were",
     "load": _PULLED,

@@ -3,8 +3,9 @@
 import numpy as np
 
 from palpate.experiments.grasp import Grasp
+from palpate.experiments.grasp_figures import compared, key_figures
 from palpate.experiments.grasp_truth import STAGES
-from palpate.experiments.grasp_words import account, compared, key_figures, outcome, settings, title
+from palpate.experiments.grasp_words import account, outcome, settings, title
 from palpate.reporting.grasp_data import GraspReport, GraspSeries
 
 

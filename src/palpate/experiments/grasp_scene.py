@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_surface import rubbed_by_plant, true_surface
 from palpate.kinematics.pose import Pose
 from palpate.sim import Box, CylinderObject, Lift, SceneObject, SphereObject, TurningStage
 from palpate.sim.friction.law import FrictionLaw
@@ -126,14 +127,23 @@ def scene_of(config: GraspConfig) -> GraspScene:
     Raises:
         InvalidValueError: They cannot be simulated so.
     """
-    mu, e = config.friction, config.spin_length
+    true = true_surface(config)
+    mu, e = true.friction, true.spin_length
+    law = FrictionLaw(
+        mu,
+        mu,
+        spin_length=e,
+        load_exponent=true.load_exponent,
+        norm_exponent=true.norm_exponent,
+        stiffness=BRISTLE,
+    )
     return build_grasp_scene(
         hand_of(config),
         HeldObject(shape_of(config), config.mass, _pose(config)),
         GraspContact(friction=mu, spin_length=e),
         carrier=TurningStage() if config.known == "nudged" else Lift(),
         table=Table(-config.half_height),
-        friction=FrictionLaw(mu, mu, spin_length=e, stiffness=BRISTLE) if config.plant else None,
+        friction=law if rubbed_by_plant(config) else None,
     )
 
 

@@ -1,16 +1,11 @@
 """What the report on a grasp says in words and figures."""
 
-import math
-
-import numpy as np
-
 from palpate.experiments.grasp import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp_config import SPREADS, GraspConfig
-from palpate.friction.limit_surface import LimitSurface
-from palpate.reporting.data import KeyFigure
+from palpate.experiments.grasp_foretold import foretold
+from palpate.experiments.grasp_surface import rubbed_by_plant
+from palpate.experiments.grasp_unit_text import MILLI, bears, in_degrees, in_mm, in_percent
 from palpate.runtime import Ending
-
-MILLI = 1e3
 
 
 def title(grasp: Grasp) -> str:
@@ -19,7 +14,7 @@ def title(grasp: Grasp) -> str:
     fingers = {2: "two", 3: "three"}[config.fingers]
     pulled = {
         "ramp": "pulled at ever harder",
-        "step": "pulled at of a sudden",
+        "step": "suddenly pulled at",
         "shake": "shaken",
         "none": "just held",
     }[config.load]
@@ -31,7 +26,9 @@ def outcome(grasp: Grasp) -> str:
     """Return how it ended."""
     result = grasp.run
     rest = "the hand is at rest" if result.stopped else "THE HAND DID NOT COME TO REST"
-    if result.ending is Ending.DONE:
+    if result.ending is Ending.DONE and grasp.dropped:
+        ended = f"The hand went on to the end, and opened after {result.duration:.1f} s; {rest}."
+    elif result.ending is Ending.DONE:
         ended = f"Set down and let go after {result.duration:.1f} s; {rest}."
     elif grasp.met_early:
         ended = (
@@ -52,67 +49,19 @@ def outcome(grasp: Grasp) -> str:
     if not grasp.counted.any():
         return f"{ended} Nothing was held long enough to be pulled at."
     if grasp.dropped:
-        return f"The object was dropped. {ended}"
+        return f"The object was {'left behind' if grasp.left_behind else 'dropped'}. {ended}"
     if grasp.slip > SLIPPED or grasp.spin > SPUN:
-        return f"The object slipped by {_mm(grasp.slip)} and spun by {_degrees(grasp.spin)}. {ended}"
+        return f"The object slipped by {in_mm(grasp.slip)} and spun by {in_degrees(grasp.spin)}. {ended}"
     return f"The object neither slipped nor spun. {ended}"
-
-
-def key_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
-    """Return the key figures."""
-    counted = grasp.counted & np.isfinite(grasp.least)
-    most = float(grasp.felt[counted].max()) if counted.any() else math.nan
-    figures = [
-        KeyFigure("dropped", "yes" if grasp.dropped else "no", "", ""),
-        KeyFigure(
-            "slip", MILLI * grasp.slip, "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2
-        ),
-        KeyFigure("spin", math.degrees(grasp.spin), "degrees", f"likewise; above {math.degrees(SPUN):g}", 2),
-        KeyFigure("grip over the least", grasp.grip_ratio, "", "mean over mean, while pulled", 3),
-        KeyFigure("tightest", grasp.tightest, "", "smallest of that at any instant; below 1 it slips", 3),
-        KeyFigure("largest grip", most, "N", "true, mean of the fingers, while pulled", 3),
-        KeyFigure("alarms while pulled", float(len(grasp.pulled_alarms)), "", _who_tells(grasp.planned.config)),
-        KeyFigure("slips answered", float(grasp.regrips), "", "by a firmer grip, in the whole run"),
-    ]
-    figures += [
-        KeyFigure(
-            f"alarm after slip, finger {onset.finger + 1}", MILLI * onset.latency, "ms", _late(onset.latency), 3
-        )
-        for onset in grasp.onsets
-    ]
-    return tuple(figures)
-
-
-def compared(grasp: Grasp) -> tuple[tuple[str, str, str], ...]:
-    """Return figures beside those of a control that ignores spin; empty without it."""
-    other = grasp.beside
-    if other is None:
-        return ()
-    return (
-        ("", "with spin", "ignoring spin"),
-        ("dropped", _yes(grasp.dropped), _yes(other.dropped)),
-        ("slip", _mm(grasp.slip), _mm(other.slip)),
-        ("spin", _degrees(grasp.spin), _degrees(other.spin)),
-        ("grip over the least", f"{grasp.grip_ratio:.3g}", f"{other.grip_ratio:.3g}"),
-    )
 
 
 def account(grasp: Grasp) -> tuple[str, ...]:
     """Return what was seen, in words."""
     config, planned = grasp.planned.config, grasp.planned
-    of_mu, of_e = SPREADS[config.known]
-    told = {
-        "touched": "That is what a touch told before",
-        "nudged": "A nudge before the lift then told it closer",
-        "untouched": "Nobody has touched it before: the grip is planned for the least that is likely",
-    }[config.known]
-    if planned.known:
-        source = f"What was believed comes from {config.friction_file}, with its intervals."
-    else:
-        source = f"{told}; the truth lies within {of_mu:.0%} and {of_e:.0%} of what was believed at first."
     said = [
-        f"Contacts truly bore {_bears(planned.true)}, and were believed to bear {_bears(planned.believed)}. "
-        f"{source}"
+        f"Contacts truly bore {bears(planned.true)}, and were believed to bear {bears(planned.believed)} at "
+        f"first. {_source(grasp)}",
+        *foretold(planned),
     ]
     if grasp.counted.any():
         said.append(_of_grip(grasp))
@@ -129,7 +78,7 @@ def account(grasp: Grasp) -> tuple[str, ...]:
         fate = (
             "dropped it"
             if other.dropped
-            else f"let it spin by {_degrees(other.spin)} and slip by {_mm(other.slip)}"
+            else f"let it spin by {in_degrees(other.spin)} and slip by {in_mm(other.slip)}"
         )
         said.append(
             f"The same with Coulomb's law alone, f_n = f_t / mu with the same margin, {fate}: a pull "
@@ -147,11 +96,11 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
     return (
         ("object", f"{config.object}, {size} mm, {config.mass:g} kg"),
         ("hand", f"{config.fingers} fingers"),
-        ("friction is simulated by", "the friction plant" if config.plant else "MuJoCo"),
-        ("friction is", config.known),
+        ("friction is simulated by", "the friction plant" if rubbed_by_plant(config) else "MuJoCo"),
+        ("friction is", _known(config)),
         ("load", _load(config)),
         ("lifted", f"{MILLI * config.lift_height:g} mm, at {MILLI * config.lift_speed:g} mm/s"),
-        ("margin", f"{config.margin:.0%}"),
+        ("margin", in_percent(config.margin)),
         ("control", "ignores spin" if config.ignore_spin else "limit surface"),
         (
             "sensors",
@@ -163,6 +112,27 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
     )
 
 
+def _source(grasp: Grasp) -> str:
+    """Where what was believed at first comes from, and what became of that."""
+    planned = grasp.planned
+    config = planned.config
+    if planned.known:
+        return f"What was believed comes from {config.friction_file}."
+    told = {
+        "touched": "That is what a touch told before",
+        "nudged": "A nudge before the lift then told it closer",
+        "untouched": "Nobody has touched it before: the grip is planned for the least that is likely",
+    }[config.known]
+    if config.believed_friction or config.believed_spin_length:
+        return f"{told}; what was believed was typed."
+    of_mu, of_e = SPREADS[config.known]
+    return f"{told}; the truth lies within {in_percent(of_mu)} and {in_percent(of_e)} of what was believed."
+
+
+def _known(config: GraspConfig) -> str:
+    return config.known if config.friction_file is None else f"told by {config.friction_file}"
+
+
 def _of_grip(grasp: Grasp) -> str:
     over = f"{grasp.grip_ratio:.3g} times the least that theory allows ({grasp.tightest:.3g} at the tightest)"
     if grasp.dropped:
@@ -170,18 +140,6 @@ def _of_grip(grasp: Grasp) -> str:
     if grasp.slip > SLIPPED or grasp.spin > SPUN:
         return f"The grip was {over}: at some instants a contact bore less than its load, and gave way."
     return f"The grip was {over}, so that every load stayed within its limit surface."
-
-
-def _who_tells(config: GraspConfig) -> str:
-    if config.known == "touched":
-        return "a load that comes up to the limit surface believed in"
-    return "a load that follows the ripple on the grip"
-
-
-def _late(latency: float) -> str:
-    if math.isnan(latency):
-        return "never told"
-    return "before it slipped" if latency < 0.0 else "after the truth"
 
 
 def _load(config: GraspConfig) -> str:
@@ -192,19 +150,3 @@ def _load(config: GraspConfig) -> str:
         shake = f"{config.largest_pull:g} N at {config.shake_frequency:g} Hz, up and down and sideways"
         return f"{config.pull_before:g} N down and {shake}, {beside}, for {config.rising:g} s"
     return f"{config.pull_before:g} to {config.largest_pull:g} N down in {config.rising:g} s, {beside}"
-
-
-def _bears(surface: LimitSurface) -> str:
-    return f"mu = {surface.friction:.3g}, e = {MILLI * surface.spin_length:.3g} mm"
-
-
-def _yes(what: bool) -> str:
-    return "yes" if what else "no"
-
-
-def _mm(length: float) -> str:
-    return f"{MILLI * length:.2g} mm"
-
-
-def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.2g} degrees"

@@ -1,8 +1,8 @@
-"""A progress bar for a run."""
+"""What is shown while something takes its time: bars on a terminal, lines where the output is captured."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -10,12 +10,51 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from palpate.runtime import Command, Observation, Observer, Sample
 
 REFRESH = 0.1
-"""Wall time between two updates [s]."""
+"""Wall time between two updates of a bar [s]."""
+
+LINE_INTERVAL = 10.0
+"""Wall time between two lines of a run [s], where the output is captured: CI takes longer silence for a hang."""
 
 
 @contextmanager
-def run_progress(console: Console, expected_duration: float) -> Iterator[Observer]:
-    """Show how far a run of about `expected_duration` [s] is; yields the observer that feeds the bar."""
+def doing(console: Console, what: str) -> Iterator[None]:
+    """Show what is being done: it comes and goes on a terminal, and is a line elsewhere."""
+    if console.is_terminal:
+        with console.status(what):
+            yield
+    else:
+        _line(console, what)
+        yield
+
+
+def run_progress(console: Console, expected_duration: float) -> AbstractContextManager[Observer]:
+    """Show how far a run of about `expected_duration` [s] is; gives the observer that feeds what is shown."""
+    return (_run_bar if console.is_terminal else _run_lines)(console, expected_duration)
+
+
+@contextmanager
+def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]:
+    shown = time.perf_counter()
+    _line(console, f"running, about {expected_duration:.0f} s of simulated time")
+
+    def observe(sample: Sample, now: Observation, command: Command) -> None:
+        nonlocal shown
+        wall = time.perf_counter()
+        if wall - shown > LINE_INTERVAL:
+            shown = wall
+            _line(console, f"{now.time:.0f} of about {expected_duration:.0f} s simulated, {command.phase.value}")
+
+    yield observe
+
+
+def _line(console: Console, text: str) -> None:
+    # whoever reads the output may have had enough, upon which rich exits: that must cost neither run nor report
+    with suppress(OSError, SystemExit):
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+@contextmanager
+def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -40,6 +79,9 @@ def run_progress(console: Console, expected_duration: float) -> Iterator[Observe
 @contextmanager
 def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
     """Show which of some steps is being worked on; yields what is told the name of each when it begins."""
+    if not console.is_terminal:
+        yield lambda step: _line(console, step)
+        return
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

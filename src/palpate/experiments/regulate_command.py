@@ -3,14 +3,14 @@
 from rich.console import Console
 
 from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import run_progress
+from palpate.experiments.progress import doing
 from palpate.experiments.regulate import Attempt, prepared, write_regulation
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_plan import plan
 from palpate.experiments.regulate_report import regulation_report
-from palpate.experiments.run_told import INTERRUPTED, STOPPED, log_writer, tell_of
+from palpate.experiments.run_told import INTERRUPTED, kept_if_interrupted, log_writer, run_shown, tell_of
 from palpate.reporting.regulation_report import regulation_table
-from palpate.runtime import Ending, result_until
+from palpate.runtime import Ending
 
 
 def run_regulate(config: RegulateConfig) -> int:
@@ -22,27 +22,22 @@ def run_regulate(config: RegulateConfig) -> int:
     Raises:
         InvalidValueError: The configuration cannot be realised, pressing has found nothing, or the folder not be
             written.
-        KeyboardInterrupt: While it pressed, before the regulation had begun: there is nothing to write yet.
+        KeyboardInterrupt: While it pressed, before the regulation had begun: there is nothing to write yet; or
+            while the report was made.
         OSError: A file cannot be written.
     """
     console = Console()
-    with console.status("planning"):
+    with doing(console, "planning"):
         planned = plan(config)
     make_folder(config.out)
-    with console.status("pressing, to find stiffness and delay"):
+    with doing(console, "pressing, to find stiffness and delay"):
         planned, found = prepared(planned)
-    attempt, interrupted = Attempt(planned, found), False
+    attempt = Attempt(planned, found)
     log = log_writer(planned)
-    with run_progress(console, planned.expected_duration) as observer:
-        try:
-            result = attempt.run((observer,), (log,))
-        except KeyboardInterrupt as interruption:
-            until = result_until(interruption)
-            if until is None:
-                raise
-            result, interrupted = until, True
-            console.print(STOPPED)
-    with console.status("working out figures, and drawing the report"):
+    result, interrupted = run_shown(
+        console, planned.expected_duration, lambda observer: attempt.run((observer,), (log,))
+    )
+    with kept_if_interrupted(result), doing(console, "working out figures, and drawing the report"):
         regulation = attempt.found(result)
         files = write_regulation(regulation, config.out)
     console.print(regulation_table(regulation_report(regulation)))

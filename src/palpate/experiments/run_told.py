@@ -1,13 +1,16 @@
-"""What is said on the terminal when a run is over, and where its log is written."""
+"""What is said on the terminal of a run, until it is over or interrupted, and where its log is written."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
 from rich.console import Console
 
+from palpate.experiments.progress import run_progress
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
-from palpate.runtime import RunResult
+from palpate.runtime import Observer, RunResult, result_until
 from palpate.runtime.log import LogWriter, new_log_path
 
 INTERRUPTED = 130
@@ -43,6 +46,52 @@ def log_writer(planned: Recordable) -> LogWriter:
     """Return the writer of a log from which the run can be replayed."""
     path = new_log_path(planned.config.out, datetime.now())  # local time: people look for it by their clock
     return LogWriter(path, {**planned.texts(), VERSIONS_TEXT: versions_text()})
+
+
+def run_shown(
+    console: Console, expected_duration: float, run: Callable[[Observer], RunResult]
+) -> tuple[RunResult, bool]:
+    """Carry out a run and show how far it is; a Ctrl-C ends it, but not what is made of it afterwards.
+
+    Args:
+        console: Where.
+        expected_duration: Of the run [s].
+        run: Moves the robot, observed by what it is given.
+
+    Returns:
+        How it went, and whether it was interrupted.
+
+    Raises:
+        KeyboardInterrupt: Before there was anything to tell of, or for the second time.
+    """
+    with run_progress(console, expected_duration) as observer:
+        try:
+            return run(observer), False
+        except KeyboardInterrupt as interruption:
+            until = result_until(interruption)
+            if until is None:
+                raise
+            console.print(STOPPED)
+            return until, True
+
+
+@contextmanager
+def kept_if_interrupted(result: RunResult) -> Iterator[None]:
+    """While figures and report are made of a run: say after a Ctrl-C what there is of it without them.
+
+    Raises:
+        KeyboardInterrupt: At a Ctrl-C, with what is to be said.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
+        recording = result.recording
+        path = None if recording is None else recording.path
+        kept = "there is no log" if path is None else f"its log is kept: {path} (palpate view shows it)"
+        raise KeyboardInterrupt(
+            f"interrupted while the report was made, which is not finished; the run was over, {rest}; {kept}"
+        ) from None
 
 
 def tell_of(console: Console, result: RunResult, files: tuple[Path, ...]) -> None:

@@ -12,19 +12,21 @@ from palpate.experiments.explore_plan import ExplorationPlan
 from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explore_report import outcome
 from palpate.experiments.explored_map import STEPS
+from palpate.experiments.grasp_plan import GraspPlan
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.plan_watch import PlanWatch
-from palpate.experiments.progress import step_progress
+from palpate.experiments.progress import doing, step_progress
 from palpate.experiments.run_told import INTERRUPTED, STOPPED, log_writer
 from palpate.experiments.view_config import ViewConfig
 from palpate.experiments.view_growth import plans_of_log, surface_view
+from palpate.experiments.view_held import held_poses
 from palpate.experiments.view_pictures import write_still, write_video
-from palpate.experiments.view_plan import recorded_plan, view_scene, watched_plan
+from palpate.experiments.view_plan import ViewedPlan, recorded_plan, simulated_model, view_scene, watched_plan
 from palpate.runtime import Ending, result_until
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
-from palpate.viewing import LOOPBACK, LiveView, Player, ViewUnavailableError, frames_of_log
+from palpate.viewing import LOOPBACK, Frames, LiveView, Player, ViewUnavailableError, frames_of_log
 
 FAILED = 1
 """Exit code where there is nothing to see: no renderer, no port, a run that did not finish."""
@@ -94,10 +96,11 @@ def _show(config: ViewConfig, console: Console) -> int:
         if path is not None:
             _check_folder(path)
     log = read_log(log_in(config.log))
-    planned, frames = recorded_plan(log), frames_of_log(log)
-    scene, model = view_scene(planned), planned.backend.scene.model
+    planned = recorded_plan(log)
+    scene, model = view_scene(planned), simulated_model(planned)
     if log.damage is not None:
         _say(console, f"{log.path}: {log.damage}; what can be read is shown")
+    frames = _frames(log, planned, console)
     if config.picture is not None:
         write_still(model, scene, frames, config.picture)
         _say(console, f"Written: {config.picture}")
@@ -107,7 +110,7 @@ def _show(config: ViewConfig, console: Console) -> int:
     if config.picture is not None or config.video is not None:
         return 0
     plans: Sequence[PlanChange] = ()
-    if isinstance(planned, ExplorationPlan):  # a regulation makes no map and goes nowhere of its own
+    if isinstance(planned, ExplorationPlan):  # nothing else makes a map, or goes anywhere of its own
         plans = _plans(log, console)
         scene = replace(scene, surface=surface_view(planned))
     with Player(scene, frames, config.speed, config.host, config.port, plans) as player:
@@ -119,10 +122,32 @@ def _show(config: ViewConfig, console: Console) -> int:
     return 0
 
 
+def _frames(log: Log, planned: ViewedPlan, console: Console) -> Frames:
+    """What every period shows; of a grasp with the held object, as far as that can be told."""
+    if not isinstance(planned, GraspPlan):
+        return frames_of_log(log)
+    with doing(console, "working out where the object was"):
+        held = held_poses(log, planned)
+    if not held.known:
+        _say(
+            console,
+            f"{log.path}: where the object was is not shown: no log says it, and the simulation does not start as "
+            "it did (another palpate, or another MuJoCo); it stands where it stood at the start",
+        )
+    elif not held.complete:
+        last = log.rows[held.known - 1, log.codec.columns["time"]].item()
+        _say(
+            console,
+            f"{log.path}: where the object was is known until {last:.2f} s, for from there on the simulation does "
+            "not go as it did (another MuJoCo, or periods are missing); afterwards it stands where it was last",
+        )
+    return frames_of_log(log, held.rows)
+
+
 def _plans(log: Log, console: Console) -> Sequence[PlanChange]:
     """Where the tip was going, worked out again from the log; what cannot be is not shown."""
     try:
-        with console.status("working out where the tip was going"):
+        with doing(console, "working out where the tip was going"):
             return plans_of_log(log)
     except InvalidValueError as error:
         _say(console, f"{log.path}: the plan is not shown: {error}")

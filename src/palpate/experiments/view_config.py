@@ -14,7 +14,7 @@ LogPlace = Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="L
 
 @dataclass(frozen=True, slots=True)
 class ViewConfig:
-    """Watch a run in the browser: tip, object, contact force, the map as it grows, forces as plots.
+    """Watch a run in the browser: tip or hand, object, contact forces, the map as it grows, forces as plots.
 
     With a log, its run is played again. Without one, an exploration is carried out in simulation while it is
     watched, and recorded. Ctrl-C ends the view.
@@ -23,11 +23,14 @@ class ViewConfig:
 
     Example: palpate view runs/explore --speed 2
 
+    Example: palpate view runs/grasp --speed 0.5
+
     Example: palpate view runs/explore --video run.gif --speed 10
     """
 
     log: LogPlace = None
-    """Log file (.mcap) of `palpate explore` or `palpate regulate`; a folder stands for its latest.mcap."""
+    """Log file (.mcap) of `palpate explore`, `regulate`, `friction` or `grasp`; a folder stands for its
+    latest.mcap."""
     speed: float = 1.0
     """How many times as fast as in reality; inf: as fast as it can be computed."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
@@ -40,7 +43,8 @@ class ViewConfig:
     port: int = 8080
     """Port to listen on; 0 for one that is free."""
     picture: Annotated[Path | None, tyro.conf.arg(metavar="FILE.PNG")] = None
-    """Of a log: write a still of the scan's last contact, drawn by the simulator, instead of opening a view."""
+    """Of a log: write a still of its last contact, of a grasp where it grips hardest, drawn by the simulator,
+    instead of opening a view."""
     video: Annotated[Path | None, tyro.conf.arg(metavar="FILE.GIF")] = None
     """Of a log: write a video of it likewise, --speed times as fast as in reality."""
 

@@ -27,6 +27,8 @@ MOST_PICTURES = 3000
 def write_still(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: Path) -> None:
     """Write a picture of a run's last contact: of the scan's, if there was one; of the run's end without any.
 
+    Of a hand it is that in which it grips hardest: at its last contact it lets go.
+
     Args:
         model: Of the scene.
         scene: What there is to see, as `palpate.experiments.view_scenes` makes it of this model.
@@ -39,7 +41,7 @@ def write_still(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: P
         OSError: The file cannot be written.
     """
     _check_any(frames)
-    index = _last_contact(frames)
+    index = _last_contact(frames) if frames.layout.fingers == 1 else _hardest_grip(frames)
     with _renderer(model, scene, (frames.posture(index),)) as renderer:
         picture = _picture(renderer, scene, frames, index)
     write_png(picture, path)
@@ -90,6 +92,12 @@ def _last_contact(frames: Frames) -> int:
         if chosen.any():
             return int(np.flatnonzero(chosen)[-1])
     return len(frames) - 1
+
+
+def _hardest_grip(frames: Frames) -> int:
+    contacts = [frames.finger(i) for i in range(frames.layout.fingers)]
+    forces = [np.where(contact.touching, contact.normal_force, 0.0) for contact in contacts]
+    return int(np.argmax(np.min(forces, axis=0)))
 
 
 def _renderer(model: mujoco.MjModel, scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:

@@ -5,11 +5,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
+import mujoco
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import load_overlay
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_plan import ExplorationPlan, plan
+from palpate.experiments.friction_plan import FrictionPlan
+from palpate.experiments.grasp_plan import GraspPlan
+from palpate.experiments.grasp_scene import scene_of
 from palpate.experiments.regulate_plan import RegulationPlan
 from palpate.experiments.regulate_view import regulation_scene
 from palpate.experiments.replay_kinds import kind_of
@@ -26,6 +30,9 @@ from palpate.viewing import ViewScene
 
 DEFAULT_ROBOT = "stage"
 """As in `ExploreConfig`."""
+
+ViewedPlan = ExplorationPlan | RegulationPlan | FrictionPlan | GraspPlan
+"""What there is a view of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +70,7 @@ def watched_plan(words: Sequence[str], config: Path | None, speed: float) -> Exp
     return plan(ExploreConfig(**values), paced)  # type: ignore[arg-type]  # decode_some has checked the types
 
 
-def recorded_plan(log: Log) -> ExplorationPlan | RegulationPlan:
+def recorded_plan(log: Log) -> ViewedPlan:
     """Return the plan of the run that a log is of.
 
     Raises:
@@ -76,18 +83,29 @@ def recorded_plan(log: Log) -> ExplorationPlan | RegulationPlan:
         raise InvalidValueError(
             f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
         ) from None
-    if not isinstance(planned, ExplorationPlan | RegulationPlan):
+    if not isinstance(planned, ViewedPlan):
         raise InvalidValueError(f"{log.path}: there is no view of what `{kind.command}` does")
     return planned
 
 
-def view_scene(planned: ExplorationPlan | RegulationPlan) -> ViewScene:
+def simulated_model(planned: ViewedPlan) -> mujoco.MjModel:
+    """Return the compiled scene of a run in simulation."""
+    return scene_of(planned.config).model if isinstance(planned, GraspPlan) else planned.backend.scene.model
+
+
+def view_scene(planned: ViewedPlan) -> ViewScene:
     """Return what there is to see of a run in simulation, without map and plan."""
     if isinstance(planned, RegulationPlan):
         return regulation_scene(planned)
+    model = simulated_model(planned)
+    if isinstance(planned, GraspPlan):
+        fingers = "two" if planned.config.fingers == 2 else "three"
+        return scene_view(f"A {planned.config.object} in {fingers} fingers", model)
+    if isinstance(planned, FrictionPlan):
+        return scene_view(f"Friction of a {planned.config.object}, {planned.config.robot}", model)
     config = planned.config
     title = f"Exploration of {config.article} {config.object}, {config.robot}"
-    return scene_view(title, planned.backend.scene.model, config.map_spacing)
+    return scene_view(title, model, config.map_spacing)
 
 
 def _with_lists(settings: dict[str, object]) -> dict[str, object]:

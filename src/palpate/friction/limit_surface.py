@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Real
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, not_negative, positive, shown
 from palpate.friction.contact_load import ContactLoad, Slip
 from palpate.friction.p_norm import dual_point, p_norm
 from palpate.friction.slip_distance import distance_to_surface
@@ -24,6 +25,13 @@ LARGEST_LOAD_EXPONENT = 1.0 / 3.0
 
 _NEWTON_STEPS = 30
 """Never reached: from within a factor of 2 Newton's method takes at most 6."""
+
+_EVEN = 100
+"""Loads from 2^-100 to 2^100 N are reckoned with as they are: the squares of their ratios neither over- nor
+underflow."""
+
+_LARGEST_POWER = 1000
+"""Of two, that a load is multiplied by: beyond 1023 it would be no number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +51,8 @@ class LimitSurface:
     norm_exponent: float = 2.0
 
     def __post_init__(self) -> None:
+        for name, unit in _UNITS.items():
+            object.__setattr__(self, name, _number(name, getattr(self, name), unit))
         positive("friction", self.friction, "")
         positive("spin_length", self.spin_length, "m")
         not_negative("load_exponent", self.load_exponent, "")
@@ -58,6 +68,8 @@ class LimitSurface:
 
     def spin_length_at(self, normal_force: float) -> float:
         """Return e [m] at a normal force [N]; below 0 it is that at 0."""
+        if type(normal_force) is not float:
+            normal_force = _number("normal_force", normal_force, "N")
         if self.load_exponent == 0.0:
             return self.spin_length
         return self.spin_length * float(max(normal_force, 0.0) ** self.load_exponent)
@@ -72,7 +84,12 @@ class LimitSurface:
 
         Returns:
             0 without load; infinity for a load without normal force; NaN of what is not a number.
+
+        Raises:
+            InvalidValueError: An array or a text instead of a number.
         """
+        if type(normal_force) is not float:
+            normal_force = _number("normal_force", normal_force, "N")
         size, most = self._size(normal_force, tangential_force, spin_torque), self.friction * normal_force
         if size == 0.0:
             return math.nan if math.isnan(most) else 0.0
@@ -88,7 +105,12 @@ class LimitSurface:
 
         Returns:
             Above 0 inside the surface, 0 on it, below 0 outside; -infinity if there is torque and e is 0.
+
+        Raises:
+            InvalidValueError: As in `load_ratio`.
         """
+        if type(normal_force) is not float:
+            normal_force = _number("normal_force", normal_force, "N")
         return self.friction * normal_force - self._size(normal_force, tangential_force, spin_torque)
 
     def least_normal_force(self, tangential_force: float, spin_torque: float) -> float:
@@ -103,7 +125,13 @@ class LimitSurface:
 
         Returns:
             Infinity for an infinite load, NaN of what is not a number.
+
+        Raises:
+            InvalidValueError: As in `load_ratio`.
         """
+        if not type(tangential_force) is type(spin_torque) is float:
+            tangential_force = _number("tangential_force", tangential_force, "N")
+            spin_torque = _number("spin_torque", spin_torque, "N m")
         by_force = abs(tangential_force) / self.friction
         by_torque = abs(spin_torque) / (self.friction * self.spin_length)
         gamma, p = self.load_exponent, self.norm_exponent
@@ -141,16 +169,24 @@ class LimitSurface:
         Returns:
             0 on the surface and outside, infinity if the load stays inside for ever, NaN of what is not a number.
         """
-        size = max(abs(direction.normal_force), direction.tangential_length, abs(direction.spin_torque))
-        if not 0.0 < size < math.inf:
-            pace, even = 1.0, direction
-        else:  # of about one newton or newton metre: squares of slower ones would underflow
-            pace = 2.0 ** min(-math.frexp(size)[1], 1000)
-            tangential = scale(pace, direction.tangential_force)
-            even = ContactLoad(pace * direction.normal_force, tangential, pace * direction.spin_torque)
-        return pace * distance_to_surface(
-            self.friction, self.spin_length, self.load_exponent, self.norm_exponent, load, even
+        of_load, of_rate = _power(load), _power(direction)
+        if abs(of_load) <= _EVEN:
+            of_load = 0
+        gamma = self.load_exponent
+        # the same surface in another unit of force: e = c f_n^gamma is the same length
+        spin_length = self.spin_length * 2.0 ** (-gamma * of_load) if of_load else self.spin_length
+        found = distance_to_surface(
+            self.friction,
+            spin_length,
+            gamma,
+            self.norm_exponent,
+            _times(of_load, load) if of_load else load,
+            _times(of_rate, direction),
         )
+        try:
+            return math.ldexp(found, of_rate - of_load)
+        except OverflowError:
+            return math.inf  # farther than numbers reach
 
     def slip_direction(self, load: ContactLoad) -> Slip:
         """Return how the object slips over the finger under a load on the surface (elsewhere: on it, scaled).
@@ -168,10 +204,10 @@ class LimitSurface:
             return Slip(scale(1.0 / force, load.tangential_force), 0.0) if force > 0.0 else Slip(ZERO, 0.0)
         if e == 0.0:
             return Slip(ZERO, math.copysign(math.inf, load.spin_torque))
+        if force == 0.0:
+            return Slip(ZERO, math.copysign(1.0 / e, load.spin_torque))
         size = p_norm(force, torque / e, p)
         spin = math.copysign((torque / (e * size)) ** (p - 1.0) / e, load.spin_torque)
-        if force == 0.0:
-            return Slip(ZERO, spin)
         return Slip(scale((force / size) ** (p - 1.0) / force, load.tangential_force), spin)
 
     def load_for_slip(self, normal_force: float, slip: Slip) -> ContactLoad:
@@ -203,7 +239,43 @@ class LimitSurface:
 
     def _size(self, normal_force: float, tangential_force: float, spin_torque: float) -> float:
         """|(f_t, tau / e)|_p [N]."""
+        if not type(tangential_force) is type(spin_torque) is float:
+            tangential_force = _number("tangential_force", tangential_force, "N")
+            spin_torque = _number("spin_torque", spin_torque, "N m")
         if spin_torque == 0.0:
             return abs(tangential_force)
         e = self.spin_length_at(normal_force)
         return p_norm(abs(tangential_force), abs(spin_torque) / e, self.norm_exponent) if e != 0.0 else math.inf
+
+
+_UNITS = {"friction": "", "spin_length": "m", "load_exponent": "", "norm_exponent": ""}
+
+
+def _number(name: str, value: object, unit: str) -> float:
+    """Return a number of whatever type as a float.
+
+    Raises:
+        InvalidValueError: It is an array, a text or anything else: a text would pass comparisons that come later,
+            an array would come out as a margin per component.
+    """
+    if isinstance(value, Real):
+        return float(value)
+    shape = getattr(value, "shape", None)
+    if shape == ():  # numpy's array of no dimension
+        return float(value)  # type: ignore[arg-type]  # whatever has a shape converts, or says so
+    given = f" = {shown(value)}" if shape is None else f" has shape {shape}"
+    many = shape is not None or isinstance(value, list | tuple)
+    several = "; take several one by one, and of a force its length" if many else ""
+    raise InvalidValueError(f"{name}{given}: must be one number" + (f" [{unit}]" if unit else "") + several)
+
+
+def _power(load: ContactLoad) -> int:
+    """Return by which power of two a load comes to about one newton or newton metre; 0 if that makes no sense."""
+    size = max(abs(load.normal_force), load.tangential_length, abs(load.spin_torque))
+    return min(-math.frexp(size)[1], _LARGEST_POWER) if 0.0 < size < math.inf else 0
+
+
+def _times(power: int, load: ContactLoad) -> ContactLoad:
+    """Return a load times a power of two, to the last bit."""
+    factor = 2.0**power
+    return ContactLoad(factor * load.normal_force, scale(factor, load.tangential_force), factor * load.spin_torque)

@@ -19,7 +19,8 @@ class Measured:
         lower: End of the interval.
         upper: The other; infinite for a bound.
         true: As it is simulated, if that is known.
-        bound: Whether it never slipped.
+        bound: Whether it is a lower bound.
+        why: Of a bound: why it is no more, in words.
     """
 
     at: float
@@ -28,6 +29,7 @@ class Measured:
     upper: float
     true: float | None = None
     bound: bool = False
+    why: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +63,7 @@ class SurfacePoints:
         exponent_measured: Whether p of `surface` was measured, not assumed.
         points: f_t / (mu f_n) and tau / (mu e f_n), shape (n, 2).
         errors: Half of the 95 % interval of each, shape (n, 2).
-        loads: Normal force of each, shape (n,) [N].
+        loads: Normal force that was asked for at each, shape (n,) [N].
     """
 
     surface: LimitSurface

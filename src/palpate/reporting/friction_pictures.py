@@ -5,11 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from palpate.errors import FloatArray
 from palpate.reporting.envelope import envelope
 from palpate.reporting.friction_data import Measured, StrokeCurve, SurfacePoints
+from palpate.reporting.interval_words import interval_words
 from palpate.reporting.style import (
     HEIGHT_COLOURS,
     INK,
@@ -50,7 +52,16 @@ def stroke_picture(strokes: Sequence[StrokeCurve], friction: Sequence[Measured])
     slipped = [each for each in friction if not each.bound]
     if slipped:
         low, high = min(each.lower for each in slipped), max(each.upper for each in slipped)
-        axes.axhspan(low, high, color=WANTED, alpha=0.18, linewidth=0, label="95 % intervals")
+        # narrower than a line, often: with an edge, and in front
+        axes.axhspan(
+            low,
+            high,
+            facecolor=(*to_rgb(WANTED), 0.3),
+            edgecolor=WANTED,
+            linewidth=0.8,
+            zorder=3,
+            label=f"95 %: {interval_words(0.5 * (low + high), low, high).partition(': ')[2]}",
+        )
     true = friction[0].true if friction else None
     if true is not None:
         axes.axhline(true, color=TRUE, linewidth=1.2, linestyle=(0, (5, 3)), label="true")
@@ -62,9 +73,20 @@ def stroke_picture(strokes: Sequence[StrokeCurve], friction: Sequence[Measured])
         title="Friction along the strokes",
         caption=(
             "There (solid) and back (dashed) at each load. What only gives way rises all along; what slips stays "
-            "level, and only that part counts."
+            "level, and only that part counts" + _counted(friction)
         ),
         full=figure,
+    )
+
+
+def _counted(friction: Sequence[Measured]) -> str:
+    bounds = [f"{each.at:.3g}" for each in friction if each.bound]
+    if not bounds:
+        return "."
+    told = ", ".join(bounds)
+    return (
+        f", if it does so both ways and for long enough: not at {told} N. There mu is a lower bound, and the "
+        "normal, by which heights are told here, is known to a few degrees only."
     )
 
 
@@ -107,7 +129,7 @@ def surface_picture(found: SurfacePoints) -> Picture:
         title="Limit surface",
         caption=(
             "Loads in full slip over what the contact bears of tangential force and of torque alone, with 95 % "
-            "intervals. Loads inside the line are borne."
+            "intervals, where these are wider than the dot. Loads inside the line are borne."
         ),
         full=figure,
     )
@@ -153,8 +175,21 @@ def speed_picture(speeds: Sequence[Measured], curve: FloatArray | None) -> Pictu
     legend_above(figure, [axes], columns=4)
     return Picture(
         title="Friction over speed",
-        caption="Dry friction hardly changes with the speed; what creeps, as grease does, is proportional to it.",
+        caption=f"{_over_speed(speeds)} What creeps, as grease does, is proportional to the speed.",
         full=figure,
+    )
+
+
+def _over_speed(speeds: Sequence[Measured]) -> str:
+    slipped = [each for each in speeds if not each.bound]
+    if len(slipped) < 2:
+        return "mu at each speed, as far as it slipped."
+    low, high = min(slipped, key=lambda each: each.value), max(slipped, key=lambda each: each.value)
+    if high.lower <= low.upper:
+        return "mu is the same at all speeds, within its intervals."
+    return (
+        f"mu goes from {low.value:.3g} at {MILLI * low.at:.3g} mm/s to {high.value:.3g} at "
+        f"{MILLI * high.at:.3g} mm/s."
     )
 
 

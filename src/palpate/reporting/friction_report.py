@@ -8,6 +8,7 @@ from rich.table import Table
 
 from palpate.atomic_file import replacing
 from palpate.reporting.friction_data import FrictionReport, Measured, RecognitionReport
+from palpate.reporting.interval_words import interval_words, value_words
 from palpate.reporting.terminal import key_figures
 
 MOST_MATCHES = 20
@@ -116,9 +117,10 @@ def _rows(
     for each in told:
         true = "" if each.true is None else f"; true {factor * each.true:.4g}"
         if each.bound:
-            value, note = f"at least {factor * each.value:.3g}", "it never slipped: a lower bound"
+            why = each.why or "it never slipped"
+            value, note = f"at least {factor * each.value:.3g}", f"{why}: a lower bound"
         else:
-            value = f"{factor * each.value:.4g}"
-            note = f"95 %: {factor * each.lower:.4g} to {factor * each.upper:.4g}"
+            of_it = factor * each.value, factor * each.lower, factor * each.upper
+            value, note = value_words(*of_it), interval_words(*of_it)
         rows.append((f"{name} at {at_factor * each.at:.3g} {at_unit}", value, unit, note + true))
     return rows

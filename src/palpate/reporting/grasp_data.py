@@ -60,7 +60,7 @@ class GraspReport:
         title: Heading.
         outcome: How it ended, a sentence or more.
         summary: Key figures, most important first.
-        compared: Name, figure, figure of the control that ignores spin; empty if there is none.
+        compared: Name, figure, figure of the control that ignores spin, unit; empty if there is none.
         account: What was seen, a paragraph each.
         settings: Name and value with unit of each setting.
         surface: What the contacts really bear.
@@ -72,7 +72,7 @@ class GraspReport:
     title: str
     outcome: str
     summary: tuple[KeyFigure, ...]
-    compared: tuple[tuple[str, str, str], ...]
+    compared: tuple[tuple[str, str, str, str], ...]
     account: tuple[str, ...]
     settings: tuple[tuple[str, str], ...]
     surface: LimitSurface

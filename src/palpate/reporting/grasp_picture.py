@@ -53,7 +53,9 @@ def grip_picture(series: GraspSeries, note: str = "") -> Picture:
         title=f"Grip against the least{note}",
         caption=(
             "Normal force of each finger (mean), as it was wanted and as it was, and the least that the true load "
-            "needs with the true friction, shared as best it can be; known while the object is held in the air."
+            "needs with the true friction, shared as best it can be; known while the object is held in the air. "
+            "At the end the table pushes the object up between the fingers, and the grip that is wanted against "
+            "that jumps: it is not done. From there on the hand keeps the grip that it had, until it lets go."
         ),
         full=_grip(series, Width.FULL),
         narrow=_grip(series, Width.HALF),

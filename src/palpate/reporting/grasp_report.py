@@ -39,7 +39,7 @@ def grasp_html(report: GraspReport) -> str:
     loads = load_pictures(report.surface, series)
     ignoring = []
     if beside is not None and len(beside.time) > 1:
-        figures = table(report.compared, ("name", "value", "value"))
+        figures = table(report.compared, ("name", "value", "value", "unit"))
         drawn = [grip_picture(beside, IGNORING), slip_picture(beside, IGNORING)]
         drawn += load_pictures(report.surface, beside, IGNORING)
         ignoring = [figures, picture_cards(drawn)]
@@ -63,6 +63,8 @@ def grasp_html(report: GraspReport) -> str:
 def grasp_table(report: GraspReport) -> Table:
     """Return key figures for the terminal, texts as they are."""
     table = key_figures(report.title, report.outcome, report.summary)
-    for name, own, other in report.compared[1:]:
-        table.add_row(Text(f"{name}, ignoring spin"), Text(other), Text(""), Text(f"with spin {own}"))
+    for name, own, other, unit in report.compared[1:]:
+        table.add_row(
+            Text(f"{name}, ignoring spin"), Text(other), Text(unit), Text(f"with spin {own} {unit}".strip())
+        )
     return table

@@ -237,9 +237,23 @@ class Frames:
         )
 
 
-def frames_of_log(log: Log) -> Frames:
-    """Return what a view shows of a log. Where free bodies were, no log says."""
-    layout = FrameLayout(len(log.layout.channels), log.layout.joints, log.layout.hand_joints or 0)
+def frames_of_log(log: Log, free_poses: FloatArray | None = None) -> Frames:
+    """Return what a view shows of a log.
+
+    Args:
+        log: The log.
+        free_poses: Where free bodies were, which no log says: position [m] and quaternion (w, x, y, z) of each,
+            base frame, one after the other, shape (n, 7 bodies). Left out: the frames do not say.
+
+    Raises:
+        InvalidValueError: These poses have another shape.
+    """
+    free = 0 if free_poses is None else free_poses.shape[-1] // PER_BODY
+    if free_poses is not None and free_poses.shape != (len(log), PER_BODY * free):
+        raise InvalidValueError(
+            f"free_poses has shape {free_poses.shape}: must be ({len(log)}, {PER_BODY} for each body)"
+        )
+    layout = FrameLayout(len(log.layout.channels), log.layout.joints, log.layout.hand_joints or 0, free)
     columns, rows = log.codec.columns, np.zeros((len(log), layout.width))
 
     def of(name: str) -> FloatArray:
@@ -265,6 +279,8 @@ def frames_of_log(log: Log) -> Frames:
         rows[:, layout.arm_columns] = of("arm.joint_position")
     if layout.hand_joints:
         rows[:, layout.hand_columns] = of("hand.joint_position")
+    if free_poses is not None:
+        rows[:, layout.free_columns] = free_poses
     return frames
 
 

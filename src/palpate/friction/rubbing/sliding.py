@@ -16,15 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.friction.rubbing.bend import Bend, bend_of
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
-from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, slip_evidence
+from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, ends_level, slip_evidence
+from palpate.friction.rubbing.stick_slip import LEAST_TURNS, StickSlip, stick_slip
 from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay, batch_means, steady_part
 
 SETTLING = 0.1
 """How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
-
-STICK_SLIP_NOISE = 2.0
-"""How many times more than the sensor's noise the ratio must vary to be called stick-slip."""
 
 LATEST_SLIP = 0.15
 """Share of a stroke's steady part within which slip has begun, if it counts as slip: a resistance that turns from
@@ -34,13 +33,18 @@ that share if the other stroke slips at once. The rest is for noise."""
 SEEN_RISE = 2.0
 """By how many of its standard deviations a rise must lie above 0 for the share before that to be left out."""
 
+LATE_SHARES = (LATEST_SLIP, 2.0 * LATEST_SLIP)
+"""Of a motion's steady part, how much of its beginning is left out where the resistance still rises: slip that is
+seen with little doubt begins within the first, with noise or a kink within the second (0.19 was seen)."""
+
+STUCK_SHARE = 0.4
+"""Standard deviation of the kinetic mu in stick-slip, over how far the static one lies above the mean: of a
+sawtooth the mean is the kinetic one, or 1 to 5 % more, as a prototype found; where the friction plant chatters, it
+was seen to be off by 0.65 of that."""
+
 STRETCHES = 10
 """Of a stroke, over which loads are averaged to see what was borne: noise is down by 5 at 500 Hz, and 10 % of the
 travel is lost."""
-
-STATIC_QUANTILE = 0.98
-"""Of the ratio in stick-slip, which is the static coefficient: a prototype found 1.00 to 1.01 times it over many
-cycles; over some ten, 1.10 was seen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,24 +53,35 @@ class FrictionMeasured:
 
     Attributes:
         friction: mu in slip; the kinetic one where it sticks and slips.
-        static_friction: mu at which slip begins, seen in stick-slip; None otherwise.
+        turns: How it stuck and slipped, None if it did not.
         normal: Out of the finger into the object, base coordinates, shape (3,).
         normal_force: Mean [N].
         speed: Of the slip, mean [m/s].
         evidence: That it slipped.
+        bend: How the normal turns along the strokes.
     """
 
     friction: Estimate
-    static_friction: float | None
+    turns: StickSlip | None
     normal: FloatArray
     normal_force: float
     speed: float
     evidence: SlipEvidence
+    bend: Bend
+
+    def normal_at(self, place: FloatArray) -> FloatArray:
+        """Return the normal at a place near the strokes, base coordinates [m], shape (3,)."""
+        return self.bend.normal_at(self.normal, place)
 
     @property
     def stick_slip(self) -> bool:
         """Whether it stuck and slipped by turns."""
-        return self.static_friction is not None
+        return self.turns is not None and self.turns.times >= LEAST_TURNS
+
+    @property
+    def static_friction(self) -> float | None:
+        """Static mu, at which slip begins, as stick-slip shows it; None otherwise."""
+        return self.turns.ratio if self.turns is not None and self.stick_slip else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,12 +93,14 @@ class FrictionBound:
         normal: As well as such strokes tell it, base coordinates, shape (3,).
         normal_force: Mean [N].
         evidence: Why this counts as no slip.
+        partly: Whether a way or more ended in slip all the same: too short a slip, or one way only, to tell mu.
     """
 
     least_friction: float
     normal: FloatArray
     normal_force: float
     evidence: SlipEvidence
+    partly: bool = False
 
 
 def measure_friction(
@@ -117,7 +134,8 @@ def measure_friction(
     normal_force = float(np.mean([pair.normal_force for pair in pairs]))
     if not evidence.slipped:
         least = least_friction([stroke.force for pair in strokes for stroke in pair.both], errors.force_noise)
-        return FrictionBound(least, normal, normal_force, evidence)
+        partly = any(ends_level(each) for each in resistances)
+        return FrictionBound(least, normal, normal_force, evidence, partly)
 
     mu = float(np.mean([pair.friction for pair in pairs]))
     # half the sum of two independent means, over the pairs
@@ -125,22 +143,26 @@ def measure_friction(
     noise = 0.5 * math.sqrt(float(np.sum(variances))) / len(pairs)
     # there, back, back, there cancels a steady drift: then these have both signs
     wait = float(np.mean([math.copysign(pair.wait, pair.way @ pairs[0].way) for pair in pairs]))
+    turns = stick_slip(resistances, mu, errors.force_noise * math.hypot(1.0, mu) / normal_force)
     model = math.hypot(
         errors.calibration * mu,
         mu * errors.force_zero / normal_force,
         0.5 * errors.force_drift * wait / normal_force,
+        # between sticking and slipping the mean lies somewhere from kinetic to static
+        0.0 if turns is None else STUCK_SHARE * max(0.0, turns.ratio - mu),
     )
-    ratio = np.concatenate([each.ratio for each in resistances])
-    sensor = errors.force_noise * math.hypot(1.0, mu) / normal_force
-    spread = math.sqrt(float(np.mean([each.ratio.var() for each in resistances])))
-    static = float(np.quantile(ratio, STATIC_QUANTILE)) if spread > STICK_SLIP_NOISE * sensor else None
     return FrictionMeasured(
         Estimate(mu, noise, model, 7.0 * len(resistances)),
-        static,
+        turns,
         normal,
         normal_force,
         float(np.mean([pair.speed for pair in pairs])),
         evidence,
+        bend_of(
+            (pairs[0].there.contact, pairs[0].back.contact),
+            (pairs[0].there.force, pairs[0].back.force),
+            pairs[0].way,
+        ),
     )
 
 
@@ -168,6 +190,7 @@ class _Rub:
     """The steady part of a stroke, as far as both directions rubbed there."""
 
     force: FloatArray
+    contact: FloatArray
     travel: FloatArray
     direction: FloatArray
     speed: float
@@ -223,6 +246,7 @@ def _kept(stroke: Stroke, place: FloatArray, part: slice, low: float, high: floa
     velocity = stroke.contact_velocity[part][inside]
     return _Rub(
         stroke.force[part][inside],
+        stroke.contact[part][inside],
         np.abs(place[part][inside] - start),
         way,
         float((velocity @ way).mean()),

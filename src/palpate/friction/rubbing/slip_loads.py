@@ -3,9 +3,9 @@
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.friction.rubbing.sliding import SETTLING
+from palpate.friction.rubbing.sliding import LATE_SHARES, SEEN_RISE, SETTLING
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
-from palpate.friction.rubbing.stroke import Stroke, TwoWay, steady_part
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay, steady_part
 from palpate.friction.rubbing.surface_fit import SlipLoad
 
 
@@ -26,8 +26,16 @@ def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: fl
     there, back = (_Slip(stroke, normal, spin_length, settling) for stroke in pair.both)
     if float(there.slip @ back.slip) > -0.8 * float(np.linalg.norm(there.slip) * np.linalg.norm(back.slip)):
         raise InvalidValueError("the second motion does not reverse the first: must go and turn the same way back")
-    if not slip_evidence([there.resistance, back.resistance]).slipped:
+    evidence = slip_evidence([there.resistance, back.resistance])
+    if not evidence.slipped:
         return None
+    for left_out in LATE_SHARES:
+        shortest = min(len(each.resistance.travel) for each in (there, back))
+        if evidence.rise <= SEEN_RISE * evidence.uncertainty or (1.0 - left_out) * shortest < LEAST_SAMPLES:
+            break
+        # the beginning, where it did not slip yet
+        there, back = (_Slip(stroke, normal, spin_length, settling, left_out) for stroke in pair.both)
+        evidence = slip_evidence([there.resistance, back.resistance])
     slip = 0.5 * (there.slip - back.slip)
     load = 0.5 * (there.load - back.load)
     normal_force = 0.5 * (there.normal_force + back.normal_force)
@@ -41,9 +49,14 @@ def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: fl
 
 
 class _Slip:
-    """The steady part of one motion: slip (velocity, e spin) and load over normal force, shape (4,) each."""
+    """The steady part of one motion, but for a share of its beginning.
 
-    def __init__(self, stroke: Stroke, normal: FloatArray, spin_length: float, settling: float) -> None:
+    Slip is (velocity, e spin), load is over normal force, shape (4,) each.
+    """
+
+    def __init__(
+        self, stroke: Stroke, normal: FloatArray, spin_length: float, settling: float, left_out: float = 0.0
+    ) -> None:
         velocity = stroke.contact_velocity
         velocity = velocity - np.outer(velocity @ normal, normal)
         spin = stroke.angular_velocity @ normal
@@ -53,6 +66,7 @@ class _Slip:
             raise InvalidValueError("the finger does not move in this stroke: must be a motion in one direction")
         way = mean / np.linalg.norm(mean)
         part = steady_part(stroke.time, slips @ way, settling)
+        part = slice(part.start + round(left_out * (part.stop - part.start)), part.stop)
         travel = np.concatenate([[0.0], np.cumsum((slips @ way)[:-1] * np.diff(stroke.time))])
         force = stroke.force[part]
         pushing = -(force @ normal)

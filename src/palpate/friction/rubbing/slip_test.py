@@ -29,6 +29,10 @@ SIGMAS_ABOVE_NOTHING = 4.0
 """By how many the resistance to every single stroke must lie above 0."""
 
 
+LEVEL_END = 0.3
+"""Share of a single way at whose end a plateau is looked for."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Resistance:
     """What resisted a stroke over its steady part; n samples.
@@ -85,3 +89,18 @@ def slip_evidence(strokes: Sequence[Resistance]) -> SlipEvidence:
     rise, uncertainty = float(np.sum(rises)) / total, math.sqrt(float(np.sum(variances))) / total
     slipped = sure and rise < LARGEST_RISE + 2.0 * uncertainty and rise + SIGMAS_BELOW_ELASTIC * uncertainty < 1.0
     return SlipEvidence(slipped, rise, uncertainty)
+
+
+def ends_level(stroke: Resistance) -> bool:
+    """Return whether a single way that rose at first no longer rises at its end: it began to slip.
+
+    That is not enough to measure by: something that gives way ever less ends level, too.
+    """
+    s, r = batch_means(stroke.travel, 20), batch_means(stroke.ratio, 20)
+    last = round(len(s) * (1.0 - LEVEL_END))
+    at, end = s[last:] - s[last:].mean(), r[last:]
+    spread = float((at**2).sum())
+    slope = float(at @ end) / spread
+    off = math.sqrt(float(((end - end.mean() - slope * at) ** 2).sum()) / (len(at) - 2) / spread)
+    risen = float(end.mean() - r[0]) / float(s[last:].mean() - s[0])
+    return risen > SIGMAS_ABOVE_NOTHING * off and slope + 2.0 * off < LARGEST_RISE * risen

@@ -25,6 +25,9 @@ boundary lubrication changes mu by tens of per cent over decades of speed."""
 LEAST_CREEP_LOSS = 0.02
 """How much less mu must be than at the next faster speed to be called creep: below, it does no harm."""
 
+_COARSE, _FINE = 60, 41
+"""Values of v_s that are tried: over all of the range, and between neighbours of the best of these."""
+
 
 @dataclass(frozen=True, slots=True)
 class SpeedPoint:
@@ -89,8 +92,26 @@ def fit_speed_curve(points: Sequence[SpeedPoint]) -> SpeedCurve:
     v = np.array([point.speed for point in kept])
     mu = np.array([point.friction.value for point in kept])
     sd = np.maximum([point.friction.noise for point in kept], 1e-4 * mu)
-    best, found = math.inf, (float(np.average(mu, weights=sd**-2)), 0.0, math.inf, 0.0)
-    for stribeck in (None, *np.geomspace(0.5 * v[0], v[-1], 60).tolist()):
+    coarse = np.geomspace(0.5 * v[0], v[-1], _COARSE)
+    best = _best(v, mu, sd, (None, *coarse.tolist()))
+    if best is not None and math.isfinite(best[1][2]):
+        step = float(coarse[1] / coarse[0])
+        fine = np.geomspace(best[1][2] / step, best[1][2] * step, _FINE)
+        finer = _best(v, mu, sd, fine.tolist())
+        best = finer if finer is not None and finer[0] < best[0] else best
+    found = (float(np.average(mu, weights=sd**-2)), 0.0, math.inf, 0.0) if best is None else best[1]
+    kinetic, rise, speed, growth = found
+    return SpeedCurve(
+        kinetic, kinetic + rise, speed, growth, tuple(point.speed for point in ordered[:crept]), len(kept) > 1
+    )
+
+
+def _best(
+    v: FloatArray, mu: FloatArray, sd: FloatArray, speeds: Sequence[float | None]
+) -> tuple[float, tuple[float, float, float, float]] | None:
+    """Information, and mu_k, rise to static, v_s and growth, of the best curve with one of these v_s, or none."""
+    best = None
+    for stribeck in speeds:
         for grows in (False, True):
             columns = [np.ones_like(v)]
             if stribeck is not None:
@@ -101,15 +122,11 @@ def fit_speed_curve(points: Sequence[SpeedPoint]) -> SpeedCurve:
             if unknowns > 1 and len(v) < unknowns + 1:
                 continue
             information, weights = _information(np.column_stack(columns), mu, sd, unknowns)
-            if information < best:
-                best = information
+            if best is None or information < best[0]:
                 rise = 0.0 if stribeck is None else float(weights[1])
                 growth = float(weights[-1]) if grows else 0.0
-                found = (float(weights[0]), rise, math.inf if stribeck is None else stribeck, growth)
-    kinetic, rise, speed, growth = found
-    return SpeedCurve(
-        kinetic, kinetic + rise, speed, growth, tuple(point.speed for point in ordered[:crept]), len(kept) > 1
-    )
+                best = information, (float(weights[0]), rise, math.inf if stribeck is None else stribeck, growth)
+    return best
 
 
 def _crept(ordered: Sequence[SpeedPoint]) -> int:

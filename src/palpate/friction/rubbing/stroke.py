@@ -87,6 +87,11 @@ class Stroke:
         return np.asarray(pitch / (self.force @ normal))
 
     @property
+    def contact(self) -> FloatArray:
+        """Where the contact is, base coordinates, shape (n, 3) [m]."""
+        return np.asarray(self.position + _turned(self.rotation_base_tip, self.centroid))
+
+    @property
     def contact_velocity(self) -> FloatArray:
         """Of the finger's material at the contact, base coordinates, shape (n, 3) [m/s]."""
         arm = _turned(self.rotation_base_tip, self.centroid)

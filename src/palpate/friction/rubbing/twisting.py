@@ -17,14 +17,15 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError, not_negative
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import (
+    LATE_SHARES,
+    SEEN_RISE,
     SETTLING,
-    STATIC_QUANTILE,
-    STICK_SLIP_NOISE,
     STRETCHES,
     FrictionMeasured,
 )
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, slip_evidence
-from palpate.friction.rubbing.stroke import Stroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.stick_slip import LEAST_TURNS, stick_slip
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay, batch_means, steady_part
 
 LARGEST_SLIDE = 0.9
 """Of mu f_n, how much tangential force a twist may have: above, sqrt(1 - x^2) < 0.44 makes 1 % in mu 4 % in e."""
@@ -65,6 +66,8 @@ class SpinDoubt(Enum):
     """The torque still rose with the angle."""
     SLID = "slid"
     """The finger slid along the surface more than it spun: the twist was too far beside the contact."""
+    FRICTION_UNKNOWN = "friction unknown"
+    """It spun, but did not slip along the surface: mu e is known, neither of the two alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +116,12 @@ def measure_spin(
     not_negative("norm_exponent_error", norm_exponent_error, "")
     errors, mu = errors or SensorErrors(), friction.friction.value
     turns = [_turned(pair, friction.normal, settling) for pair in twists]
-    each = [turn for pair in turns for turn in pair]
-    evidence = slip_evidence([turn.resistance for turn in each])
-    normal_force = float(np.mean([turn.normal_force for turn in each]))
+    evidence = slip_evidence([turn.resistance for pair in turns for turn in pair])
     if not evidence.slipped:
-        least = _least_torque_ratio(twists, friction.normal, errors)
-        return SpinBound(least, normal_force, SpinDoubt.NEVER_SLIPPED, evidence)
+        return _bound(twists, friction.normal, errors, SpinDoubt.NEVER_SLIPPED, turns)
+    turns = _in_slip(twists, friction.normal, settling, turns)
+    each = [turn for pair in turns for turn in pair]
+    normal_force = float(np.mean([turn.normal_force for turn in each]))
     measured = float(np.mean([turn.torque / turn.normal_force for turn in each]))
     x = math.sqrt(float(np.mean([(turn.slide_force / turn.normal_force) ** 2 for turn in each]))) / mu
     if x > LARGEST_SLIDE:
@@ -149,14 +152,9 @@ def measure_spin(
     freedom = 7.0 * len(each)
     of_mu = friction.friction
     e = ratio / mu
-    static = None
-    spread = math.sqrt(float(np.mean([turn.resistance.ratio.var() for turn in each])))
     lever = float(np.mean([turn.lever for turn in each]))
     sensor = math.hypot(errors.moment_noise, lever * errors.force_noise) / normal_force
-    if spread > STICK_SLIP_NOISE * sensor:
-        static = (
-            float(np.quantile(np.concatenate([turn.resistance.ratio for turn in each]), STATIC_QUANTILE)) / share
-        )
+    turning = stick_slip([turn.resistance for turn in each], measured, sensor)
     return SpinMeasured(
         Estimate(
             e,
@@ -165,12 +163,37 @@ def measure_spin(
             freedom,
         ),
         Estimate(ratio, ratio * math.hypot(noise, x * steepness * of_mu.noise / mu), ratio * model, freedom),
-        static,
+        None if turning is None or turning.times < LEAST_TURNS else turning.ratio / share,
         normal_force,
         float(np.mean([turn.spin for turn in each])),
         x,
         evidence,
     )
+
+
+def bound_spin(
+    twists: Sequence[TwoWay],
+    normal: FloatArray,
+    errors: SensorErrors | None = None,
+    settling: float = SETTLING,
+) -> SpinBound:
+    """Return the largest mu e that twists bore where mu itself is not known, so that they cannot tell e.
+
+    Args:
+        twists: As for `measure_spin`.
+        normal: As well as it is known, out of the finger into the object, base coordinates, shape (3,).
+        errors: Of the sensor; those of the Nano17 class if not given.
+        settling: How long transients last, the sensor's filter and delay included [s].
+
+    Raises:
+        InvalidValueError: There are none, or one is too short or does not reverse the other.
+    """
+    if not twists:
+        raise InvalidValueError("0 twists: must be at least one there and one back")
+    turns = [_turned(pair, normal, settling) for pair in twists]
+    slipped = slip_evidence([turn.resistance for pair in turns for turn in pair]).slipped
+    doubt = SpinDoubt.FRICTION_UNKNOWN if slipped else SpinDoubt.NEVER_SLIPPED
+    return _bound(twists, normal, errors or SensorErrors(), doubt, turns)
 
 
 def torque_share(slide: float, norm_exponent: float) -> float:
@@ -191,17 +214,36 @@ class _Turn:
     lever: float
 
 
-def _turned(pair: TwoWay, normal: FloatArray, settling: float) -> tuple[_Turn, _Turn]:
+_Turns = list[tuple[_Turn, _Turn]]
+
+
+def _in_slip(twists: Sequence[TwoWay], normal: FloatArray, settling: float, turns: _Turns) -> _Turns:
+    """Leave out how every way began, as far as it did not slip yet: what remains is to rise no more."""
+    for left_out in LATE_SHARES:
+        each = [turn.resistance for pair in turns for turn in pair]
+        evidence = slip_evidence(each)
+        kept = min(len(one.travel) for one in each) * (1.0 - left_out)
+        if evidence.rise <= SEEN_RISE * evidence.uncertainty or kept < LEAST_SAMPLES:
+            break
+        turns = [_turned(pair, normal, settling, left_out) for pair in twists]
+    return turns
+
+
+def _turned(pair: TwoWay, normal: FloatArray, settling: float, left_out: float = 0.0) -> tuple[_Turn, _Turn]:
     senses = [float(np.sign((stroke.angular_velocity @ normal).mean())) for stroke in pair.both]
     if senses[0] * senses[1] != -1.0:
         raise InvalidValueError("the second twist does not reverse the first: must turn the same way back")
-    there, back = (_turn(stroke, normal, sense, settling) for stroke, sense in zip(pair.both, senses, strict=True))
+    there, back = (
+        _turn(stroke, normal, sense, settling, left_out) for stroke, sense in zip(pair.both, senses, strict=True)
+    )
     return there, back
 
 
-def _turn(stroke: Stroke, normal: FloatArray, sense: float, settling: float) -> _Turn:
+def _turn(stroke: Stroke, normal: FloatArray, sense: float, settling: float, left_out: float) -> _Turn:
+    """The steady part of a twist, but for a share of it at its beginning."""
     spin = sense * (stroke.angular_velocity @ normal)
     part = steady_part(stroke.time, spin, settling)
+    part = slice(part.start + round(left_out * (part.stop - part.start)), part.stop)
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (spin[1:] + spin[:-1]) * np.diff(stroke.time))])
     force = stroke.force[part]
     pushing = -(force @ normal)
@@ -216,6 +258,15 @@ def _turn(stroke: Stroke, normal: FloatArray, sense: float, settling: float) -> 
         sense,
         _lever(stroke.wrench[part], pushing),
     )
+
+
+def _bound(
+    twists: Sequence[TwoWay], normal: FloatArray, errors: SensorErrors, doubt: SpinDoubt, turns: _Turns
+) -> SpinBound:
+    each = [turn for pair in turns for turn in pair]
+    evidence = slip_evidence([turn.resistance for turn in each])
+    normal_force = float(np.mean([turn.normal_force for turn in each]))
+    return SpinBound(_least_torque_ratio(twists, normal, errors), normal_force, doubt, evidence)
 
 
 def _least_torque_ratio(twists: Sequence[TwoWay], normal: FloatArray, errors: SensorErrors) -> float:

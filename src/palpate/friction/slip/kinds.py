@@ -19,7 +19,8 @@ class SlipKind(StrEnum):
 def kind_of_slip(surface: LimitSurface, load: ContactLoad) -> SlipKind:
     """Return how the object slips, or would, under a load: by normality, v against e omega.
 
-    Where both are alike (p = 1: on every edge) the torque's share of the limit surface decides.
+    Where both are alike (p = 1: on every edge) the torque's share of the limit surface decides. Ask it of a
+    load that is known: nothing is greater than NaN, so that one would be a slide.
     """
     e, force, torque = surface.spin_length_at(load.normal_force), load.tangential_length, abs(load.spin_torque)
     # v : e omega = f_t^(p-1) : (tau / e)^(p-1), so that for every p > 1 it is f_t : tau / e that decides

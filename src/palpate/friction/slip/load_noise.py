@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from palpate.errors import positive
+from palpate.errors import not_negative, positive
 from palpate.friction.limit_surface import LimitSurface
 
 
@@ -30,17 +30,20 @@ class LoadNoise:
         positive("torque", self.torque, "N m")
 
     @classmethod
-    def of_touch(cls, force: float, moment: float, radius: float) -> LoadNoise:
+    def of_touch(cls, force: float, moment: float, radius: float, lever: float = 0.0) -> LoadNoise:
         """Return what a sensor's noise makes of a load whose normal touch takes from the contact centroid.
 
         Noise of the moment shifts the centroid by moment / f and so turns the normal by moment / (f R): that much
-        of f appears as tangential force, whatever f is.
+        of f appears as tangential force, whatever f is. It is the moment about the tip's centre that counts: the
+        noise of the force adds to it by its lever.
 
         Args:
             force: Of the sensor [N].
             moment: Likewise [N m].
             radius: Of the fingertip [m].
+            lever: From the sensor's origin to the tip's centre [m].
         """
+        moment = math.hypot(moment, not_negative("lever", lever, "m") * force)
         return cls(math.hypot(force, moment / positive("radius", radius, "m")), moment)
 
     def of_ratio(

@@ -18,6 +18,9 @@ from palpate.friction.slip.kinds import SlipKind, kind_of_slip
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.friction.slip.page_test import PageTest
 
+ODD = 0.3
+"""By which a load ratio may be off what was foretold; further off it makes no rate before the next is off, too."""
+
 
 @dataclass(frozen=True, slots=True)
 class MarginParameters:
@@ -78,6 +81,8 @@ class MarginCrossing:
         fading = math.exp(-period / own.memory)  # of the critically damped filter of level and rate
         self._alpha, self._beta = 1.0 - fading**2, (1.0 - fading) ** 2
         self._level, self._rate = math.nan, 0.0
+        self._odd = False
+        self._kind: SlipKind | None = None
 
     surface: LimitSurface
     """May be replaced at any time by a better one."""
@@ -94,27 +99,37 @@ class MarginCrossing:
         ratio = surface.load_ratio(normal_force, force, torque)
         if math.isnan(ratio):
             self._level = math.nan  # what comes after a gap did not come within one period
-            return kind_of_slip(surface, load) if self._test.alarm else None
+            return self._kind  # as before: of what is not known no kind can be told
         if math.isinf(ratio):
             self._level = math.nan
-            return kind_of_slip(surface, load) if self._test.add(math.inf) else None
+            return self._told(load, math.inf)
         if normal_force <= 0.0:
             self._level = math.nan
             self._test.add(-math.inf)
+            self._kind = None
             return None
         coming = ratio + self._rate_with(ratio) * own.ahead
         deviation = self._noise.of_ratio(surface, normal_force, force, torque)
         # of two normal distributions of the same width
         log_ratio = (own.slipping - own.safe) / deviation**2 * (coming - 0.5 * (own.slipping + own.safe))
-        return kind_of_slip(surface, load) if self._test.add(log_ratio) else None
+        return self._told(load, log_ratio)
+
+    def _told(self, load: ContactLoad, log_ratio: float) -> SlipKind | None:
+        self._kind = kind_of_slip(self.surface, load) if self._test.add(log_ratio) else None
+        return self._kind
 
     def _rate_with(self, ratio: float) -> float:
         """Rate of the load ratio [1/s], this sample included."""
         if math.isnan(self._level):
-            self._level, self._rate = ratio, 0.0
+            self._level, self._rate, self._odd = ratio, 0.0, False
             return 0.0
         self._level += self._rate * self._period
         ahead = ratio - self._level
+        far = abs(ahead) > ODD
+        if far and not self._odd:
+            self._odd = True
+            return 0.0
+        self._odd = far
         self._level += self._alpha * ahead
         self._rate += self._beta * ahead / self._period
         return self._rate

@@ -1,0 +1,115 @@
+"""What came of a grasp, in figures."""
+
+import math
+from statistics import fmean
+
+import numpy as np
+
+from palpate.experiments.grasp import SLIPPED, SPUN, Grasp
+from palpate.experiments.grasp_belief import NUDGING_GRIP
+from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_unit_text import MILLI
+from palpate.reporting.data import KeyFigure
+
+OF_FRICTION, OF_SPIN_LENGTH = 0.02, 2.5e-4
+"""By which share mu, and by how much e [m], is off that a nudge finds: by more in none of 40, half of them with
+MuJoCo's friction and half with the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
+
+
+def key_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
+    """Return the key figures; a dash for what was never measured."""
+    counted = grasp.counted & np.isfinite(grasp.least)
+    most = float(grasp.felt[counted].max()) if counted.any() else math.nan
+    pulled = len(grasp.pulled_alarms)
+    figures = [
+        KeyFigure("dropped", _dropped(grasp), "", ""),
+        KeyFigure("slip", _slip(grasp), "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2),
+        KeyFigure("spin", _spin(grasp), "degrees", f"likewise; above {math.degrees(SPUN):g} degrees", 2),
+        KeyFigure("grip over the least", grasp.grip_ratio, "", "mean over mean, while pulled", 3),
+        KeyFigure("tightest", grasp.tightest, "", "smallest of that at any instant; below 1 it slips", 3),
+        KeyFigure("largest grip", most, "N", "true, mean of the fingers, while pulled", 3),
+        KeyFigure("alarms while pulled", float(pulled), "", _who_tells(grasp.planned.config)),
+        KeyFigure("other alarms", float(len(grasp.alarms) - pulled), "", "from the first touch to letting go"),
+        KeyFigure("times the grip was raised", float(grasp.regrips), "", _why_raised(grasp)),
+        *_nudged(grasp),
+    ]
+    figures += [
+        KeyFigure(
+            f"alarm after slip, finger {onset.finger + 1}", MILLI * onset.latency, "ms", _late(onset.latency), 3
+        )
+        for onset in grasp.onsets
+    ]
+    return tuple(figures)
+
+
+def compared(grasp: Grasp) -> tuple[tuple[str, str, str, str], ...]:
+    """Return name, figure, that of a control that ignores spin, and unit; empty without such a control."""
+    other = grasp.beside
+    if other is None:
+        return ()
+    return (
+        ("", "with spin", "ignoring spin", ""),
+        ("dropped", _dropped(grasp), _dropped(other), ""),
+        ("slip", f"{_slip(grasp):.2g}", f"{_slip(other):.2g}", "mm"),
+        ("spin", f"{_spin(grasp):.2g}", f"{_spin(other):.2g}", "degrees"),
+        ("grip over the least", f"{grasp.grip_ratio:.3g}", f"{other.grip_ratio:.3g}", ""),
+    )
+
+
+def _dropped(grasp: Grasp) -> str:
+    if grasp.dropped:
+        return "yes"
+    gave_way = [
+        word for word, beyond in (("slipped", grasp.slip > SLIPPED), ("spun", grasp.spin > SPUN)) if beyond
+    ]
+    return f"no, but it {' and '.join(gave_way)}" if gave_way else "no"
+
+
+def _slip(grasp: Grasp) -> float:
+    return MILLI * grasp.slip if grasp.counted.any() else math.nan
+
+
+def _spin(grasp: Grasp) -> float:
+    return math.degrees(grasp.spin) if grasp.counted.any() else math.nan
+
+
+def _nudged(grasp: Grasp) -> list[KeyFigure]:
+    """What a nudge found: the mean over the fingers, against the truth."""
+    true, found = grasp.planned.true, grasp.nudged
+    if not found:
+        return []
+    frictions = [each.friction for each in found if each.friction is not None]
+    lengths = [MILLI * each.spin_length for each in found if each.spin_length is not None]
+    e = MILLI * true.spin_length_at(NUDGING_GRIP)
+    mu_off = OF_FRICTION * true.friction
+    return [
+        _found("mu, by the nudge", frictions, mu_off, "", f"true {true.friction:.3g}"),
+        _found("e, by the nudge", lengths, MILLI * OF_SPIN_LENGTH, "mm", f"true {e:.3g} mm at {NUDGING_GRIP:g} N"),
+    ]
+
+
+def _found(name: str, values: list[float], off: float, unit: str, true: str) -> KeyFigure:
+    if not values:
+        return KeyFigure(
+            name, math.nan, unit, f"nothing slipped: the least that it may be is planned with; {true}"
+        )
+    value = fmean(values)
+    return KeyFigure(name, value, unit, f"as nudges err: {value - off:.3g} to {value + off:.3g}; {true}", 3)
+
+
+def _who_tells(config: GraspConfig) -> str:
+    if config.known == "touched":
+        return "a load that comes up to the limit surface believed in"
+    return "a load that follows the ripple on the grip"
+
+
+def _why_raised(grasp: Grasp) -> str:
+    if grasp.planned.config.ignore_spin:
+        return "alarms are not heeded"
+    return "for an alarm, and again while it goes on; in the whole run"
+
+
+def _late(latency: float) -> str:
+    if math.isnan(latency):
+        return "never told"
+    return "before it slipped" if latency < 0.0 else "after the truth"

@@ -1,0 +1,371 @@
+"""A grasp by what rubbing found: what is simulated, what is planned with, and what is said of both beforehand."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.cli import main
+from palpate.errors import InvalidValueError
+from palpate.experiments.friction_file import Finding, FrictionFile, How, LoadFinding, friction_file_text
+from palpate.experiments.grasp import GraspAttempt, carry_out
+from palpate.experiments.grasp_belief import planned_with, slips_of
+from palpate.experiments.grasp_config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
+from palpate.experiments.grasp_figures import compared, key_figures
+from palpate.experiments.grasp_foretold import foretold
+from palpate.experiments.grasp_least import CLOSE, _least_of_many, least_grip
+from palpate.experiments.grasp_nudged import NotedNudge
+from palpate.experiments.grasp_plan import LIMITS, nudge_time, plan, plan_from_texts
+from palpate.experiments.grasp_scene import hand_of, scene_of
+from palpate.experiments.grasp_strength import LARGEST_GRIP, grip_for, largest_load, weight_of
+from palpate.experiments.grasp_surface import USUAL, likely, rubbed_by_plant
+from palpate.experiments.grasp_words import outcome
+from palpate.friction.contact_load import ContactLoad
+from palpate.friction.limit_surface import LimitSurface
+from palpate.runtime import Ending, Supervisor, run
+from palpate.spatial import norm
+
+SHORT = {"rise": 0.3, "lift_height": 0.01}
+
+
+def finding(value, lower=None, upper=None, how=How.MEASURED):
+    return Finding(
+        value=value,
+        lower=0.99 * value if lower is None else lower,
+        upper=1.01 * value if upper is None else upper,
+        how=how,
+    )
+
+
+ASSUMED = finding(1.7, 1.0, 2.0, How.ASSUMED)
+FLAT = finding(0.002, 0.0, 0.012)
+
+
+def found(mu=0.8, e=0.002, gamma=0.2, p=1.5, loads=(1.0, 4.0)):
+    """What rubbing says of a surface; numbers stand for findings within 1 %."""
+    mu, e, gamma, p = (each if isinstance(each, Finding) else finding(each) for each in (mu, e, gamma, p))
+    return FrictionFile(
+        palpate_friction=1,
+        provenance="a test",
+        friction=mu,
+        speed=0.01,
+        spin_length=e,
+        load_exponent=gamma,
+        norm_exponent=p,
+        loads=tuple(LoadFinding(normal_force=load, friction=mu, spin_length=e) for load in loads),
+    )
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(**values):
+        file = tmp_path / "friction.yaml"
+        file.write_text(friction_file_text(found(**values)))
+        return file
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def nudged():
+    """Nudged, lifted a little, and held."""
+    return carry_out(plan(GraspConfig(known="nudged", load="none", rise=0.1, lift_height=0.005)))
+
+
+# --- what is simulated
+
+
+def test_the_object_that_was_rubbed_is_the_one_that_is_held(written):
+    """The docs' two commands, one after the other: exponents unlike an ellipse's, and nothing said of them."""
+    planned = plan(GraspConfig(friction_file=written()))
+    assert planned.true == LimitSurface(0.8, 0.002, 0.2, 1.5)
+    assert scene_of(planned.config).rubbing  # by the friction plant: MuJoCo has ellipses only
+    grasp = carry_out(plan(GraspConfig(friction_file=written(), **SHORT)))
+    assert grasp.run.ending is Ending.DONE
+    assert not grasp.dropped
+    assert grasp.slip < 2e-5
+    assert grasp.spin < math.radians(0.2)
+    assert 1.0 < grasp.tightest < grasp.grip_ratio < 1.35
+
+
+def test_what_is_typed_goes_before_what_was_found_number_by_number(written):
+    planned = plan(GraspConfig(friction_file=written(), friction=0.6, norm_exponent=2.0))
+    assert planned.true == LimitSurface(0.6, 0.002, 0.2, 2.0)
+    assert planned.believed.friction == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("gamma", [FLAT, finding(0.0, 0.0, 1.0 / 3.0, How.ASSUMED)])
+@pytest.mark.parametrize("p", [ASSUMED, finding(1.96, 1.9, 2.0)])
+def test_exponents_that_may_be_mujocos_leave_it_to_mujoco(written, gamma, p):
+    config = plan(GraspConfig(friction_file=written(gamma=gamma, p=p))).config
+    assert not rubbed_by_plant(config)
+    assert not scene_of(config).rubbing
+    assert likely(found(gamma=gamma, p=p)) == LimitSurface(0.8, 0.002)
+
+
+def test_without_a_file_it_is_the_usual_surface_and_the_plan_says_so_in_numbers():
+    config = plan(GraspConfig()).config
+    assert plan(GraspConfig()).true == USUAL
+    assert (config.friction, config.spin_length) == (USUAL.friction, USUAL.spin_length)
+    assert rubbed_by_plant(GraspConfig(norm_exponent=1.5))
+    assert rubbed_by_plant(GraspConfig(load_exponent=0.1))
+    assert rubbed_by_plant(GraspConfig(plant=True))
+
+
+def test_a_log_remembers_what_was_simulated_when_the_file_is_gone(written):
+    file = written()
+    planned = plan(GraspConfig(friction_file=file))
+    file.unlink()
+    again = plan_from_texts(planned.texts())
+    assert again == planned
+    assert again.true == planned.true
+
+
+# --- what is planned with
+
+
+@settings(max_examples=100)
+@given(
+    st.floats(1.0, 2.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.1, 5.0),
+    st.floats(0.0, 0.03),
+    st.sampled_from([How.MEASURED, How.ASSUMED]),
+)
+def test_no_p_that_may_be_true_needs_more_grip_than_the_one_planned_with(p, below, above, force, torque, how):
+    lower, upper = p - below * (p - 1.0), p + above * (2.0 - p)
+    surface = planned_with(found(p=finding(p, lower, upper, how)))
+    for true in np.linspace(lower, upper, 5).tolist():
+        exact = replace(surface, norm_exponent=true)
+        assert surface.least_normal_force(force, torque) >= exact.least_normal_force(force, torque) * (1.0 - 1e-9)
+
+
+@pytest.mark.slow
+def test_with_p_assumed_whatever_p_there_is_it_is_held(written):
+    """The surface that shares worst, p = 1.2, though nobody has measured p."""
+    grasp = carry_out(plan(GraspConfig(friction_file=written(p=ASSUMED), norm_exponent=1.2, **SHORT)))
+    assert not grasp.dropped
+    assert grasp.slip < 2e-5
+    assert 1.0 < grasp.tightest < grasp.grip_ratio < 1.5
+
+
+def test_a_nudge_is_felt_at_its_own_grip():
+    """e grows with the grip: at 1 N it is less than what is felt at 2 N, and at 2 N that again."""
+    belief = NotedNudge(LimitSurface(0.35, 0.002, 0.25), 2.0)
+    belief.start()
+    belief.learn(0, 0.5, 0.005)
+    belief.learn(1, 0.5, None)
+    assert belief.surface(0).spin_length < 0.005
+    assert belief.surface(0).spin_length_at(2.0) == pytest.approx(0.005)
+    assert belief.surface(1).spin_length == pytest.approx(0.002)
+    assert [each.spin_length for each in belief.found] == [0.005, None]
+    belief.start()
+    assert not belief.found
+
+
+def test_a_nudge_takes_as_long_as_planned(nudged):
+    """From the last touch to the lift, and all of it before the pull: stroke and twists ramp up and down."""
+    touched = float(nudged.truth.time[int(nudged.truth.touching.all(axis=1).argmax())])
+    lifted = float(nudged.truth.time[int(np.flatnonzero(nudged.truth.height > 1e-3)[0])])
+    assert lifted - touched > nudge_time()
+    assert lifted - touched < nudge_time() + 0.7
+    assert float(nudged.truth.time[nudged.carried][0]) < nudged.planned.times.begin
+
+
+# --- slip that is listened for
+
+
+@pytest.mark.parametrize("share", [0.4, 0.5, 0.7, 1.0])
+def test_even_less_than_half_of_the_friction_that_was_believed_is_heard_to_slip(share):
+    """A contact in full slip carries mu f_n, ripple and all. 0.62 was believed, and said to be off by 30 %."""
+    config = GraspConfig(known="untouched")
+    slips = slips_of(config, LimitSurface(0.62, 0.006), hand_of(config).tip, 1e-3)
+    told = []
+    for i in range(300):
+        pressed = 1.6 + 0.1 * math.sin(2.0 * math.pi * 100.0 * 1e-3 * i)
+        load = ContactLoad(pressed, (0.0, 0.0, share * 0.62 * pressed), 0.0)
+        told.append(slips.step(1e-3 * i, (load, load))[0])
+    assert any(told)
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+def test_mu_of_half_and_e_of_two_thirds_of_what_is_believed_stay_in_the_hand(seed):
+    config = GraspConfig(
+        known="untouched",
+        friction=0.3,
+        believed_friction=0.62,
+        believed_spin_length=0.006,
+        seed=seed,
+        rise=0.5,
+        lift_height=0.02,
+    )
+    grasp = carry_out(plan(config))
+    assert grasp.run.ending is Ending.DONE
+    assert not grasp.dropped
+    assert grasp.slip < 3e-4
+    assert grasp.spin < math.radians(1.0)
+
+
+# --- what is said
+
+
+def told(config):
+    return " ".join(foretold(plan(config)))
+
+
+def test_it_is_said_beforehand_when_another_surface_is_simulated_and_what_makes_it_the_same(written):
+    said = told(GraspConfig(friction_file=written(), friction=0.5, spin_length=0.004))
+    assert "does not rub as" in said
+    assert "Leave out --friction --spin-length," in said
+    assert "mu = 0.8, e = 2 mm at 1 N, gamma = 0.2, p = 1.5 was found" in said
+    same = told(GraspConfig(friction_file=written(), friction=0.803))  # within its interval
+    assert "The simulated object rubs as" in same
+    assert not foretold(plan(GraspConfig()))
+
+
+def test_loads_beyond_those_that_were_rubbed_are_warned_of(written):
+    assert "rubbed with 4 N at most" in told(GraspConfig(friction_file=written()))
+    assert "grew no more" in told(GraspConfig(friction_file=written()))
+    assert "rubbed with" not in told(GraspConfig(friction_file=written(loads=(1.0, 12.0))))
+    assert "rubbed with" not in told(GraspConfig(friction_file=written(), load="none"))
+
+
+def test_what_an_exponent_that_nobody_measured_costs_is_said(written):
+    said = told(GraspConfig(friction_file=written(p=ASSUMED)))
+    assert "41 %" in said
+    assert "--fit-exponents" in said
+    assert "Nobody" not in told(GraspConfig(friction_file=written()))
+
+
+def test_the_command_says_it_before_the_run_and_the_report_afterwards(written, tmp_path, capsys):
+    out = tmp_path / "grasp"
+    arguments = ["--load", "none", "--rise", "0.1", "--lift-height", "0.01", "--out", str(out)]
+    assert main(["grasp", "--friction-file", str(written()), *arguments]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.index("The simulated object rubs as") < said.index("dropped")
+    assert "The simulated object rubs as" in (out / "report.html").read_text()
+
+
+# --- what the hand can do
+
+
+@settings(max_examples=50)
+@given(st.floats(0.2, 1.0), st.floats(0.0, 0.5))
+def test_the_heaviest_object_is_held_and_a_heavier_one_refused_with_what_would_do(mu, margin):
+    """Coulomb: each of two fingers bears mu f, so that 2 mu f is the most that can be carried."""
+    with pytest.raises(InvalidValueError, match="must be at most") as refused:
+        plan(GraspConfig(mass=50.0, friction=mu, margin=margin))
+    most = float(str(refused.value).split("must be at most ")[1].split()[0])
+    needed = (1.0 + margin) * grip_for(
+        GraspConfig(), LimitSurface(mu, 0.004), weight_of(GraspConfig(mass=most, friction=mu))
+    )
+    assert 0.89 * LARGEST_GRIP < needed <= LARGEST_GRIP
+    plan(GraspConfig(mass=most, friction=mu, margin=margin))
+
+
+@pytest.mark.parametrize(
+    ("values", "most"),
+    [({"lift_height": 5.0}, f"{HIGHEST_LIFT:g} m"), ({"lift_speed": 1.0}, f"{FASTEST_LIFT:g} m/s")],
+)
+def test_farther_and_faster_than_the_hand_can_go_is_refused(values, most):
+    with pytest.raises(InvalidValueError, match=most):
+        GraspConfig(**values)
+    assert LIMITS.speed == FASTEST_LIFT
+
+
+def test_a_pull_that_no_grip_of_the_hand_bears_is_warned_of():
+    assert "it will slip" in told(GraspConfig(pull=8.0, offset=0.03))
+
+
+def test_the_largest_grip_leaves_the_sensor_room_for_the_largest_load():
+    """Moment about the sensor: 12 mm before it presses the grip, 8 mm aside the load pulls, about one axis."""
+    jumped, pulled = 1.125 * LARGEST_GRIP * 0.012, 0.5 * norm(largest_load(GraspConfig(pull=8.0))[:3]) * 0.008
+    assert jumped + pulled < LIMITS.moment
+
+
+# --- the least of three, for any surface
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.floats(1.0, 2.0), st.floats(0.0, 1.0 / 3.0), st.floats(-4.0, 4.0), st.floats(-0.02, 0.02))
+def test_of_two_opposed_fingers_the_programme_finds_the_least_of_any_surface(p, gamma, y, about):
+    contacts = np.array([[0.03, 0.0, 0.0], [-0.03, 0.0, 0.0]])
+    surface, load = LimitSurface(0.5, 0.004, gamma, p), (0.0, y, -5.0, about, 0.0, 0.0)
+    first, second = (tuple(each) for each in contacts.tolist())
+    least = least_grip(surface, load, (first, second), ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
+    constant = LimitSurface(0.5, surface.spin_length_at(least), 0.0, p)
+    found = _least_of_many(constant, np.array(load), contacts, -contacts / 0.03)
+    assert found == pytest.approx(least, rel=3.0 * CLOSE)
+
+
+def test_the_least_of_three_agrees_with_itself_where_e_grows():
+    """At the grip it finds e is that of this grip; and where e grows above 1 N, less of it is needed."""
+    angles = 2.0 * math.pi / 3.0 * np.arange(3)
+    at = 0.03 * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(3)])
+    load, constant = (0.0, 0.0, -5.0, 0.02, 0.0, 0.0), LimitSurface(0.5, 0.002, 0.0, 1.5)
+    grows = replace(constant, load_exponent=0.3)
+    least = least_grip(grows, load, at.tolist(), (-at / 0.03).tolist())
+    there = replace(constant, spin_length=grows.spin_length_at(least))
+    assert _least_of_many(there, np.array(load), at, -at / 0.03) == pytest.approx(least, rel=3.0 * CLOSE)
+    assert least < least_grip(constant, load, at.tolist(), (-at / 0.03).tolist())
+
+
+# --- figures
+
+
+def figures(grasp):
+    return {figure.name: figure for figure in key_figures(grasp)}
+
+
+def test_what_was_dropped_was_not_set_down():
+    """Ten times the friction that there is: the fingers slide up the object, which stays behind on the table."""
+    grasp = carry_out(plan(GraspConfig(friction=0.05, believed_friction=0.5, rise=0.2, lift_height=0.02)))
+    assert grasp.truth.height.max() < 1e-3
+    assert grasp.dropped
+    assert figures(grasp)["dropped"].value == "yes"
+    for ending in Ending:
+        ended = replace(grasp, run=replace(grasp.run, ending=ending))
+        assert "The object was left behind" in outcome(ended)
+        assert "Set down" not in outcome(ended)
+
+
+def test_what_was_never_measured_has_no_figure():
+    """A run that ended before anything pulled: no slip of 0 mm, but none known."""
+    attempt = GraspAttempt(plan(GraspConfig()))
+    result = run(
+        attempt._backend,
+        attempt._planned.touch(),
+        attempt.controller,
+        Supervisor(LIMITS),
+        duration=0.3,
+        observers=(attempt._truth,),
+    )
+    told = figures(attempt.found(result))
+    assert all(told[name].text == "-" for name in ("slip", "spin", "grip over the least", "largest grip"))
+
+
+def test_what_a_nudge_found_is_told_against_the_truth(nudged):
+    mu, e = figures(nudged)["mu, by the nudge"], figures(nudged)["e, by the nudge"]
+    assert mu.value == pytest.approx(0.5, rel=0.02)
+    assert e.value == pytest.approx(4.0, abs=0.25)
+    for figure, true in ((mu, 0.5), (e, 4.0)):
+        low, high = (float(word) for word in figure.note.split("err: ")[1].split(";")[0].split(" to "))
+        assert low < true < high
+        assert f"true {true:g}" in figure.note
+
+
+@pytest.mark.slow
+def test_a_run_that_spun_does_not_just_say_that_it_was_not_dropped():
+    grasp = carry_out(plan(GraspConfig(rise=0.3, against_ignoring_spin=True)))
+    rows = {name: rest for name, *rest in compared(grasp)}
+    assert rows["dropped"][0] == "no"
+    assert "spun" in rows["dropped"][1]
+    assert rows["spin"][2] == "degrees"
+    assert all(float(number) >= 0.0 for number in rows["spin"][:2])
+    total = figures(grasp)["alarms while pulled"].value + figures(grasp)["other alarms"].value
+    assert total == len(grasp.alarms)
+    assert figures(grasp)["times the grip was raised"].value == 0.0 or total > 0.0

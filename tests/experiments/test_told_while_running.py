@@ -1,0 +1,182 @@
+"""What is shown while a run goes on, and what a Ctrl-C leaves: before it, in it, and while its report is made."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from rich.console import Console
+
+from palpate.cli import INTERRUPTED, main
+from palpate.experiments import friction_command, grasp_command, progress, regulate_command
+from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.friction_plan import plan
+from palpate.experiments.friction_run import Attempt
+from palpate.experiments.progress import doing, run_progress, step_progress
+from palpate.experiments.run_told import STOPPED, kept_if_interrupted, run_shown
+from palpate.runtime import Ending
+
+JUST_HELD = ("--load", "none", "--rise", "0.1", "--lift-height", "0.01")
+
+SHORT = FrictionConfig(quick=True, loads=(2.0,), robot="stage")
+
+
+def captured():
+    return Console(file=io.StringIO(), width=200)
+
+
+def lines(console):
+    return console.file.getvalue().splitlines()
+
+
+# --- progress where the output is captured
+
+
+def test_every_phase_and_every_so_often_a_run_is_a_line_of_its_own(monkeypatch):
+    monkeypatch.setattr(progress, "LINE_INTERVAL", 0.0)
+    console = captured()
+    with doing(console, "planning"):
+        planned = plan(SHORT)
+    with run_progress(console, planned.expected_duration) as observer:
+        Attempt(planned).run((observer,))
+    with step_progress(console, ("one", "two")) as tell:
+        tell("one")
+        tell("two")
+    told = lines(console)
+    assert told[:2] == ["planning", f"running, about {planned.expected_duration:.0f} s of simulated time"]
+    assert told[2].startswith("0 of about ")
+    assert told[-3].endswith(" s simulated, stop")
+    assert told[-2:] == ["one", "two"]
+    assert not any("\x1b" in line or not line for line in told)
+
+
+def test_a_run_of_a_few_seconds_is_one_line(monkeypatch):
+    monkeypatch.setattr(progress, "LINE_INTERVAL", 1e3)
+    console = captured()
+    with run_progress(console, 5.0) as observer:
+        Attempt(plan(SHORT)).run((observer,))
+    assert lines(console) == ["running, about 5 s of simulated time"]
+
+
+def test_whoever_stops_reading_ends_no_run(tmp_path):
+    """`palpate friction | head -1`: the robot goes on, and the report is written."""
+    words = ["friction", "--quick", "--loads", "2", "--robot", "stage", "--out", str(tmp_path)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "palpate", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert (tmp_path / "report.html").exists()
+    assert (tmp_path / "friction.yaml").exists()
+
+
+# --- Ctrl-C
+
+
+@pytest.fixture(scope="module")
+def run_over():
+    """How a run went until it was interrupted."""
+
+    asked = []
+
+    def stop(sample, now, command):
+        if now.time > 0.1 and not asked:
+            asked.append(now.time)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    console = captured()
+    result, interrupted = run_shown(console, 5.0, lambda observer: Attempt(plan(SHORT)).run((observer, stop)))
+    assert interrupted
+    assert STOPPED in lines(console)
+    return result
+
+
+def test_an_interrupted_run_is_over_and_told_of(run_over):
+    assert run_over.ending is Ending.INTERRUPTED
+    assert run_over.stopped
+
+
+def test_without_a_run_or_at_the_second_request_nothing_goes_on():
+    def interrupted(observer):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_shown(captured(), 5.0, interrupted)
+
+
+def test_a_report_that_is_interrupted_says_what_is_kept(run_over):
+    told = r"not finished; the run was over, the robot is at rest; there is no"
+    with pytest.raises(KeyboardInterrupt, match=told), kept_if_interrupted(run_over):
+        raise KeyboardInterrupt
+    with kept_if_interrupted(run_over):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("module", "writer", "arguments"),
+    [
+        (friction_command, "write_rubbing", ["friction", "--quick", "--loads", "2", "--robot", "stage"]),
+        (regulate_command, "write_regulation", ["regulate", "--duration", "0.2"]),
+        (grasp_command, "write_grasp", ["grasp", *JUST_HELD]),
+    ],
+    ids=["friction", "regulate", "grasp"],
+)
+def test_a_command_whose_report_is_interrupted_names_its_log(
+    module, writer, arguments, monkeypatch, tmp_path, capsys
+):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, writer, interrupted)
+    assert main([*arguments, "--out", str(tmp_path)]) == INTERRUPTED
+    said = capsys.readouterr().err
+    (log,) = (path for path in tmp_path.glob("*.mcap") if not path.is_symlink())
+    assert f"its log is kept: {log} (palpate view shows it)" in said
+    assert "Traceback" not in said
+
+
+def test_a_control_beside_that_is_interrupted_leaves_the_report_of_the_first(
+    run_over, monkeypatch, tmp_path, capsys
+):
+    def interrupted(planned, observers):
+        raise KeyboardInterrupt(run_over)
+
+    monkeypatch.setattr(grasp_command, "without_spin", interrupted)
+    assert main(["grasp", *JUST_HELD, "--against-ignoring-spin", "--out", str(tmp_path)]) == INTERRUPTED
+    assert "the report is of the first run alone" in " ".join(capsys.readouterr().out.split())
+    assert "neither slipped nor spun" in " ".join((tmp_path / "report.html").read_text().split())
+
+
+STARTING = """
+import os, signal, sys
+from palpate.experiments import start_up
+{before}
+start_up.begin()
+{within}
+os.kill(os.getpid(), signal.SIGINT)
+print("still here", flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "within", "code", "out", "err"),
+    [
+        ("", "", INTERRUPTED, "", "palpate: interrupted\n"),
+        ("", "start_up.over()", -signal.SIGINT, "", "KeyboardInterrupt"),
+        ("signal.signal(signal.SIGINT, signal.SIG_IGN)", "", 0, "still here\n", ""),
+    ],
+    ids=["while it starts", "once it has started", "ignored, as under nohup"],
+)
+def test_ctrl_c_while_it_starts_is_one_line(before, within, code, out, err):
+    done = subprocess.run(
+        [sys.executable, "-c", STARTING.format(before=before, within=within)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == code
+    assert done.stdout == out
+    assert done.stderr.endswith(err) if code == INTERRUPTED else err in done.stderr
+    assert ("Traceback" in done.stderr) is (within != "")

@@ -1,0 +1,215 @@
+"""`palpate view` of rubbing and of grasps: the object is where it truly was, though no log says so."""
+
+import contextlib
+import io
+import math
+import os
+import shutil
+import signal
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from palpate.errors import InvalidValueError
+from palpate.experiments import view_command
+from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.friction_plan import plan as plan_friction
+from palpate.experiments.friction_run import Attempt
+from palpate.experiments.grasp import GraspAttempt
+from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_plan import plan as plan_grasp
+from palpate.experiments.run_told import log_writer
+from palpate.experiments.view_command import FAILED, run_view
+from palpate.experiments.view_config import ViewConfig
+from palpate.experiments.view_held import held_poses
+from palpate.experiments.view_plan import recorded_plan, view_scene
+from palpate.experiments.view_scenes import free_poses_of
+from palpate.runtime.log import log_in, read_log
+from palpate.sim.hand.scene import OBJECT
+from palpate.viewing import ANY_PORT, Player, frames_of_log
+from viewing.browser import page
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium (Debian: apt install chromium)")
+
+
+@pytest.fixture(scope="module")
+def rubbed(tmp_path_factory):
+    """The folder of a short rubbing run's log."""
+    folder = tmp_path_factory.mktemp("rubbed")
+    planned = plan_friction(FrictionConfig(quick=True, loads=(2.0,), out=folder))
+    assert Attempt(planned).run((), (log_writer(planned),)).stopped
+    return folder
+
+
+@pytest.fixture(scope="module")
+def spun(tmp_path_factory):
+    """The folder of a grasp in which the box spins, for twice its e is believed, and its true poses."""
+    folder = tmp_path_factory.mktemp("spun")
+    planned = plan_grasp(GraspConfig(rise=0.2, lift_height=0.03, believed_spin_length=0.008, out=folder))
+    attempt, true = GraspAttempt(planned), []
+    poses = free_poses_of(attempt._backend)
+    attempt.run((lambda *_: true.append(poses()),), (log_writer(planned),))
+    return folder, np.array(true)
+
+
+class Shown:
+    """Stands for the browser: takes what a player is given and ends at once."""
+
+    url = "http://127.0.0.1:1/"
+    given = None
+
+    def __init__(self, scene, frames, speed, host, port, plans):
+        Shown.given = scene, frames, plans
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def play(self):
+        return None
+
+
+def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, monkeypatch, capsys):
+    monkeypatch.setattr(view_command, "Player", Shown)
+    assert run_view(ViewConfig(rubbed)) == 0
+    assert capsys.readouterr().out.startswith("View: ")
+    assert Shown.given is not None
+    scene, frames, plans = Shown.given
+    assert scene.title == "Friction of a plate, turning-stage"
+    assert scene.surface is None
+    assert not plans
+    contact = frames.finger(0)
+    rubbing = np.flatnonzero(contact.touching & (frames.time > 0.5 * frames.time[-1]))
+    poses = scene.placement.poses(frames.posture(int(rubbing[0])))
+    # contacts lie on the plate's top, whose frame is the base's, within what the tip is compressed by
+    top = max(float(part.vertices[:, 2].max()) for part in scene.parts if part.body not in poses)
+    assert frames.centroid[rubbing, 2] == pytest.approx(top, abs=5e-4)
+    assert np.median(contact.normal_force[rubbing]) == pytest.approx(2.0, rel=0.05)
+
+
+def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun):
+    folder, true = spun
+    log = read_log(log_in(folder))
+    planned = recorded_plan(log)
+    held = held_poses(log, planned)
+    assert held.complete
+    np.testing.assert_array_equal(held.rows, true)
+    assert true[:, 2].max() > 0.025
+    scene, frames = view_scene(planned), frames_of_log(log, held.rows)
+    at = int(np.argmax(2.0 * np.arccos(np.minimum(np.abs(true[:, 3]), 1.0))))
+    seen = scene.placement.poses(frames.posture(at))[OBJECT]
+    assert seen.position == pytest.approx(true[at, :3])
+    turned = math.acos(0.5 * (np.trace(np.array(seen.rotation)) - 1.0))
+    assert turned > math.radians(10.0)
+
+
+def test_what_the_simulation_no_longer_tells_is_said_and_stands_still(spun, monkeypatch, capsys):
+    """Another friction than was recorded with: the first lift goes another way, and so do the sensors."""
+    folder, true = spun
+    log = read_log(log_in(folder))
+    planned = recorded_plan(log)
+    other = replace(planned, config=replace(planned.config, friction=0.2))
+    held = held_poses(log, other)
+    assert 0 < held.known < len(log)
+    np.testing.assert_array_equal(held.rows[: held.known], true[: held.known])
+    assert (held.rows[held.known :] == held.rows[held.known - 1]).all()
+    monkeypatch.setattr(view_command, "Player", Shown)
+    monkeypatch.setattr(view_command, "recorded_plan", lambda log: other)
+    assert run_view(ViewConfig(folder)) == 0
+    assert "where the object was is known until" in " ".join(capsys.readouterr().out.split())
+    nowhere = replace(planned, config=replace(planned.config, seed=planned.config.seed + 1))
+    assert held_poses(log, nowhere).known == 0
+    monkeypatch.setattr(view_command, "recorded_plan", lambda log: nowhere)
+    assert run_view(ViewConfig(folder)) == 0
+    assert "where the object was is not shown" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("tripped", [False, True], ids=["Ctrl-C", "the supervisor stops it"])
+def test_of_a_hand_that_is_stopped_while_it_moves_the_object_is_known_to_the_end(tripped, tmp_path):
+    """At a Ctrl-C the last command of the log was not sent any more, at a trip it was: both are found out."""
+    planned = plan_grasp(GraspConfig(known="nudged", load="none", rise=0.1, out=tmp_path))
+    attempt, asked = GraspAttempt(planned), []
+
+    def stop(sample, now, command):
+        if math.hypot(*now.arm.velocity_base_tip) > 0.02 and not asked:
+            asked.append(now.time)
+            if tripped:
+                raise RuntimeError("a made-up fault")
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with contextlib.suppress(KeyboardInterrupt):
+        attempt.run((stop,), (log_writer(planned),))
+    assert asked
+    log = read_log(log_in(tmp_path))
+    assert log.rows[-1, log.codec.columns["time"]].item() < asked[0] + 0.5
+    assert held_poses(log, recorded_plan(log)).complete
+
+
+def test_beyond_a_gap_of_the_log_nothing_is_known(spun):
+    log = read_log(log_in(spun[0]))
+    kept = np.r_[0:1000, 1001 : len(log)]
+    gappy = replace(log, rows=log.rows[kept], sequence=log.sequence[kept])
+    assert held_poses(gappy, recorded_plan(log)).known == 1000
+
+
+def test_poses_of_another_run_are_refused(spun):
+    log = read_log(log_in(spun[0]))
+    with pytest.raises(InvalidValueError, match="free_poses has shape"):
+        frames_of_log(log, spun[1][:-1])
+
+
+@pytest.mark.parametrize("name", ["rubbed", "spun"])
+def test_a_picture_of_it(name, request, tmp_path, capsys):
+    folder, still = request.getfixturevalue(name), tmp_path / "a.png"
+    folder = folder if name == "rubbed" else folder[0]
+    if run_view(ViewConfig(folder, picture=still)) == FAILED:
+        pytest.skip(capsys.readouterr().err)
+    red, green, blue = np.moveaxis(np.asarray(Image.open(still).convert("RGB")).astype(int), 2, 0)
+    assert ((blue > red + 40) & (blue > 90)).sum() > 5000, "the object"
+    orange = (red > blue + 60) & (red > 120)
+    assert (orange & (green < 0.55 * red)).sum() > 30, "arrows, redder than tips"
+
+
+@needs_browser
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["rubbed", "spun"])
+def test_a_browser_shows_it_and_its_slider_winds_it_on(name, request, tmp_path):
+    folder = request.getfixturevalue(name)
+    log = read_log(log_in(folder if name == "rubbed" else folder[0]))
+    planned, going = recorded_plan(log), threading.Event()
+    scene = view_scene(planned)
+    frames = frames_of_log(log) if name == "rubbed" else frames_of_log(log, held_poses(log, planned).rows)
+    middle = 0.6 * float(frames.time[-1])
+    with Player(scene, frames, 1.0, port=ANY_PORT) as player:
+        player._playing.value = False
+        playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
+        playing.start()
+        try:
+            with page(CHROMIUM, tmp_path, player.url) as browser:
+                browser.wait_for(f"document.body.innerText.includes('{scene.title}')")
+                browser.wait_for("document.querySelectorAll('[role=slider]').length == 1")
+                player._slider.value = middle
+                browser.wait_for("/t = [2-9]\\.\\d+ s . (hold|scan|settle|lift)/.test(document.body.innerText)")
+                browser.wait_for("/\\d\\.\\d\\d N/.test(document.body.innerText)")
+                assert browser.evaluate("document.querySelectorAll('.uplot canvas').length") == 2
+                time.sleep(3.0)  # the scene fades in
+                shot = browser.screenshot()
+                assert browser.errors == []
+        finally:
+            going.set()
+            playing.join()
+    picture = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)[:, :900]
+    red, green, blue = np.moveaxis(picture, 2, 0)
+    assert ((blue > red + 20) & (blue > 120)).sum() > 10_000, "the object"
+    orange = (red > blue + 60) & (red > 120)
+    assert orange.sum() > 300, "fingertips and arrows"
+    assert (orange & (green < 0.55 * red)).sum() > 20, "arrows"
+    (tmp_path / "shot.png").write_bytes(shot)
