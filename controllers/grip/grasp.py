@@ -29,6 +29,10 @@ GROWN, GROWN_BY = 1.5, 0.5
 """Of the grip that was needed before lowering, and [N] beyond: an edge has been met that pushes one finger down,
 or turns the object. Lowering alone takes up to 1.1 of it (noise, and 3 % of acceleration)."""
 
+BEGINS = 0.1
+"""[s] What is needed in that time counts as before: three fingers share a load in one of many ways, and another one
+when the hand begins to move. It is lowered by a millimetre meanwhile."""
+
 FELT_UP = 0.2
 """Share of it above which that was no table: what had pushed is gone, and it is lowered on."""
 
@@ -172,7 +176,7 @@ class GraspController:
             case Phase.DONE:
                 self._go_on(GraspStage.SET_DOWN, now.time)
                 self._pulls = tuple(_pull_of(finger) for finger in now.fingers)
-                self._most_needed = GROWN * self.grip.needed + GROWN_BY
+                self._most_needed = _grown(self.grip.needed)
                 return Command(ZERO, Phase.TRAVEL, command.grip_force)
             case _:
                 pass
@@ -185,6 +189,8 @@ class GraspController:
         met, self._pushed = pushed and self._pushed, pushed
         if self._landed is None:
             left = p.height - self._lowered
+            if now.time <= self._since + BEGINS:
+                self._most_needed = max(self._most_needed, _grown(self.grip.needed))
             if left > SLOW and (self.grip.needed > self._most_needed or met):
                 self.met_early = True
                 return Command(ZERO, Phase.LOST, forces)
@@ -224,6 +230,11 @@ class GraspController:
 
     def _go_on(self, stage: GraspStage, time: float) -> None:
         self.stage, self._since = stage, time
+
+
+def _grown(needed: float) -> float:
+    """The grip above which an edge has been met, from that needed before [N]."""
+    return GROWN * needed + GROWN_BY
 
 
 def _pull_of(finger: FingerObservation) -> Vector:

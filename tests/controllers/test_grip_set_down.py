@@ -101,7 +101,7 @@ def test_what_counts_as_grown_goes_with_what_was_borne_before():
     torque = 2.0 * (GROWN * WEIGHT / SURFACE.friction + GROWN_BY) * SURFACE.friction * SURFACE.spin_length
     steady, _, _ = lowered(lambda left: (WEIGHT if left > 0.0 else -3.0, torque), (WEIGHT, torque))
     assert not steady.met_early
-    grown, _, _ = lowered(lambda left: (WEIGHT, torque))
+    grown, _, _ = lowered(lambda left: (WEIGHT, torque if left < EDGE else 0.0))
     assert grown.met_early
 
 
