@@ -29,9 +29,10 @@ GROWN, GROWN_BY = 1.5, 0.5
 """Of the grip that was needed before lowering, and [N] beyond: an edge has been met that pushes one finger down,
 or turns the object. Lowering alone takes up to 1.1 of it (noise, and 3 % of acceleration)."""
 
-BEGINS = 0.1
-"""[s] What is needed in that time counts as before: three fingers share a load in one of many ways, and another one
-when the hand begins to move. It is lowered by a millimetre meanwhile."""
+PUSHED, PUSHED_FOR = 0.1, 0.01
+"""And by which share the load must have changed in all, and for how long [s]: three fingers share the same load in
+one of many ways, and come to another one while the hand moves or the grip is let down. Then it swings beyond for at
+most 5 ms; an edge pushes on. At the speed of lowering it is 0.2 mm of way."""
 
 FELT_UP = 0.2
 """Share of it above which that was no table: what had pushed is gone, and it is lowered on."""
@@ -176,7 +177,7 @@ class GraspController:
             case Phase.DONE:
                 self._go_on(GraspStage.SET_DOWN, now.time)
                 self._pulls = tuple(_pull_of(finger) for finger in now.fingers)
-                self._most_needed = _grown(self.grip.needed)
+                self._most_needed = GROWN * self.grip.needed + GROWN_BY
                 return Command(ZERO, Phase.TRAVEL, command.grip_force)
             case _:
                 pass
@@ -189,9 +190,9 @@ class GraspController:
         met, self._pushed = pushed and self._pushed, pushed
         if self._landed is None:
             left = p.height - self._lowered
-            if now.time <= self._since + BEGINS:
-                self._most_needed = max(self._most_needed, _grown(self.grip.needed))
-            if left > SLOW and (self.grip.needed > self._most_needed or met):
+            pushed = self.grip.needed > self._most_needed and abs(self._borne(now) - 1.0) > PUSHED
+            self._pushed_for = self._pushed_for + self._period if pushed else 0.0
+            if left > SLOW and (self._pushed_for >= PUSHED_FOR or met):
                 self.met_early = True
                 return Command(ZERO, Phase.LOST, forces)
             if left < -p.beyond or met:
@@ -226,15 +227,11 @@ class GraspController:
         self._since = self._trusted = time
         self._lowered = self._speed = 0.0
         self._pulls, self._most_needed, self.met_early = (), math.inf, False
+        self._pushed_for = 0.0
         self._landed, self._released, self._pushed = None, (), False
 
     def _go_on(self, stage: GraspStage, time: float) -> None:
         self.stage, self._since = stage, time
-
-
-def _grown(needed: float) -> float:
-    """The grip above which an edge has been met, from that needed before [N]."""
-    return GROWN * needed + GROWN_BY
 
 
 def _pull_of(finger: FingerObservation) -> Vector:

@@ -101,8 +101,15 @@ def test_what_counts_as_grown_goes_with_what_was_borne_before():
     torque = 2.0 * (GROWN * WEIGHT / SURFACE.friction + GROWN_BY) * SURFACE.friction * SURFACE.spin_length
     steady, _, _ = lowered(lambda left: (WEIGHT if left > 0.0 else -3.0, torque), (WEIGHT, torque))
     assert not steady.met_early
-    grown, _, _ = lowered(lambda left: (WEIGHT, torque if left < EDGE else 0.0))
+    grown, _, _ = lowered(lambda left: (0.7 * WEIGHT, torque) if left < EDGE else (WEIGHT, 0.0))
     assert grown.met_early
+
+
+def test_another_way_to_share_the_same_load_is_no_edge():
+    """Torques that fingers turn against one another come from no table: that takes a part of the weight."""
+    controller, _, lefts = lowered(lambda left: (WEIGHT if left > 0.0 else -3.0 * WEIGHT, 0.006))
+    assert not controller.met_early
+    assert lefts[-1] < 0.0
 
 
 def test_one_odd_sample_on_the_way_is_neither_edge_nor_table():
