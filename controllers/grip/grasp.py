@@ -138,7 +138,7 @@ class GraspController:
         self._pulls: tuple[Vector, ...] = ()
         self._landed: float | None = None
         self._released: tuple[float, ...] = ()
-        self._lowered = self._speed = 0.0
+        self._lowered = self._speed = self._pushed_for = 0.0
         self._pushed = False
         self._forget(0.0)
 
@@ -225,9 +225,8 @@ class GraspController:
     def _forget(self, time: float) -> None:
         self.stage = self._first
         self._since = self._trusted = time
-        self._lowered = self._speed = 0.0
+        self._lowered = self._speed = self._pushed_for = 0.0
         self._pulls, self._most_needed, self.met_early = (), math.inf, False
-        self._pushed_for = 0.0
         self._landed, self._released, self._pushed = None, (), False
 
     def _go_on(self, stage: GraspStage, time: float) -> None:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from palpate.friction import ContactLoad, LimitSurface, Slip
+    from palpate.grasp import GraspContacts, GraspForceOptimizer
     from palpate.sensing import Contact, Contacts, ContactStatus, contact_from_wrench, contacts_from_wrenches
     from palpate.surfaces import (
         Capsule,
@@ -35,6 +36,8 @@ __all__ = [
     "Contacts",
     "Cylinder",
     "Ellipsoid",
+    "GraspContacts",
+    "GraspForceOptimizer",
     "Hyperboloid",
     "ImplicitSurface",
     "LimitSurface",
@@ -68,6 +71,7 @@ _SURFACES = (
 )
 _HOME = {name: "palpate.surfaces" if name in _SURFACES else "palpate.sensing" for name in __all__}
 _HOME |= dict.fromkeys(("ContactLoad", "LimitSurface", "Slip"), "palpate.friction")
+_HOME |= dict.fromkeys(("GraspContacts", "GraspForceOptimizer"), "palpate.grasp")
 
 
 def __getattr__(name: str) -> object:

@@ -53,7 +53,7 @@ def test_a_part_of_a_grasp_is_one():
         ({"friction": [0.5, 0.5, 0.5]}, r"must be a number or \(2,\)"),
         ({"spin_length": [0.004, 0.0]}, "contact 1: spin_length = 0"),
         ({"spin_length": np.nan}, "spin_length"),
-        ({"force_min": -0.1}, "force_min = -0.1 N: must be at least 0"),
+        ({"force_min": -0.1}, "force_min = -0.1 N: must be finite and at least 0"),
         ({"force_min": [1.0, 3.0], "force_max": 2.0}, "contact 1: force_min = 3 N lies above force_max = 2 N"),
         ({"force_max": np.nan}, "force_max"),
         ({"load_exponent": 0.5}, "load_exponent"),

@@ -1,6 +1,7 @@
 """One class for every grasp-force problem: optimal, certain, and usable by a controller."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -90,24 +91,31 @@ def test_a_load_that_slips_has_a_margin_below_zero(grasp):
     assert GraspForceOptimizer(grasp).solve(100.0 * LOAD).load_factor < 1.0
 
 
-def test_actuators_are_not_overloaded(grasp):
-    # an actuator behind each contact bears its normal force and a lever of its tangential force
-    maps = np.tile([[[1.0, 0.5, 0.0, 0.0]]], (4, 1, 1))
+def test_actuators_are_not_overloaded():
+    """An actuator that bears the normal force alone is one more bound on it: min_peak knows how low it can be."""
+    rng = np.random.default_rng(3)
+    grasp = grasp_of(*around(5, rng), 0.8, 0.004, rng)
+    peak = GraspForceOptimizer(grasp, "min_peak").solve(LOAD).objective
     free = GraspForceOptimizer(grasp).solve(LOAD)
-    loads = np.abs(free.forces[:, 0] + 0.5 * free.forces[:, 1])
-    limits = np.full((4, 1), 0.97 * loads.max())
-    limited = GraspContacts(
-        grasp.positions, grasp.frames, grasp.friction, grasp.spin_length, 0.0, 20.0, maps, limits
-    )
-    result = GraspForceOptimizer(limited).solve(LOAD)
+    assert peak < 0.98 * free.forces[:, 0].max()
+
+    def limited(most):
+        maps, limits = np.tile([[[1.0, 0.0, 0.0, 0.0]]], (5, 1, 1)), np.full((5, 1), most)
+        return replace(grasp, actuator_map=maps, actuator_limit=limits)
+
+    between = 0.5 * (peak + free.forces[:, 0].max())
+    result = GraspForceOptimizer(limited(between)).solve(LOAD)
     assert result.status is SolveStatus.SOLVED
-    assert balanced(limited, result, LOAD) < 1e-9
-    assert (np.abs(result.forces[:, 0] + 0.5 * result.forces[:, 1]) <= limits[:, 0] + 1e-9).all()
-    assert result.objective > free.objective
-    loose = GraspContacts(
-        grasp.positions, grasp.frames, grasp.friction, grasp.spin_length, 0.0, 20.0, maps, 2.0 * limits
-    )
-    np.testing.assert_allclose(GraspForceOptimizer(loose).solve(LOAD).forces, free.forces)
+    assert balanced(grasp, result, LOAD) < 1e-9
+    assert result.forces[:, 0].max() == pytest.approx(between, rel=1e-8)
+    bounded = GraspForceOptimizer(replace(grasp, force_max=np.full(5, between))).solve(LOAD)
+    np.testing.assert_allclose(result.forces, bounded.forces, atol=1e-6)
+    loose = GraspForceOptimizer(limited(2.0 * free.forces[:, 0].max())).solve(LOAD)
+    np.testing.assert_allclose(loose.forces, free.forces)
+    assert GraspForceOptimizer(limited(1.01 * peak)).solve(LOAD).status is SolveStatus.SOLVED
+    refused = GraspForceOptimizer(limited(0.99 * peak)).solve(LOAD)
+    assert refused.status is SolveStatus.INFEASIBLE
+    assert refused.forces[:, 0].max() <= 0.99 * peak * (1.0 + 1e-8)
 
 
 def test_contacts_come_go_and_move(grasp):

@@ -108,6 +108,8 @@ class Convex:
         forces, left = least_violation(self._scaled.sized(size), load, self._weight)
         proof = left if certificate is None else certificate
         factor = self._interior(Objective.LOAD_FACTOR, load, size)
+        if self._actuators and factor.status is InteriorPointStatus.SOLVED:
+            forces = factor.forces  # what leaves least knows nothing of actuators; this keeps their limits
         return self._result(
             self._scaled.forces(forces, size),
             math.inf,

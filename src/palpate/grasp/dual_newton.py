@@ -224,7 +224,7 @@ def descend(
         slope = 0.0
         for i in range(6):
             slope += gradient[i] * step[i]
-        length = 1.0
+        length, found = 1.0, value
         better = False
         while used < most and length > SHORTEST:
             for i in range(6):

@@ -18,7 +18,7 @@ It only makes the limit stricter."""
 LIGHTEST = 1e-6
 """Normal force, over the load, below which e shrinks no more: there f^gamma has no slope."""
 
-OPTIONS = {
+OPTIONS: Any = {
     "print_time": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",

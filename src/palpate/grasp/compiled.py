@@ -1,0 +1,100 @@
+"""CasADi functions as machine code, where the machine has a compiler.
+
+C code is generated, compiled once, and kept in the user's cache folder under the hash of what went in, so that the
+next program starts at once. The compiler may not contract or reorder floating-point operations: the numbers are
+those of CasADi's virtual machine, bit for bit but for the mathematics library.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import casadi
+
+from palpate.atomic_file import replacing
+
+__all__ = ["Compiled", "Executor", "Interpreted"]
+
+FLAGS = ("-O3", "-ffp-contract=off", "-fPIC", "-shared")
+"""-march=native gained 8 %, but what is cached for one machine might crash another."""
+
+PATIENCE = 120.0
+"""Seconds after which a compiler is taken to hang; it needs two."""
+
+
+class Executor(Protocol):
+    """A way to run CasADi functions."""
+
+    def prepare(self, functions: Sequence[Any]) -> list[Any]:
+        """Return functions that do the same, ready to be called."""
+        ...
+
+
+class Interpreted:
+    """CasADi's own virtual machine: nothing to wait for, 20 times slower."""
+
+    def prepare(self, functions: Sequence[Any]) -> list[Any]:
+        """Return them as they are."""
+        return list(functions)
+
+
+class Compiled:
+    """Machine code by the system's C compiler; where that fails in any way, `Interpreted`.
+
+    Attributes:
+        compiler: Its path; None if there is none.
+    """
+
+    def __init__(self, compiler: str | None = None, folder: Path | None = None) -> None:
+        """Choose a compiler (by default $CC, cc or gcc) and where its results are kept."""
+        named = (compiler,) if compiler is not None else (os.environ.get("CC") or "cc", "gcc", "clang")
+        self.compiler = next((found for name in named if (found := shutil.which(name))), None)
+        self._folder = folder
+
+    def prepare(self, functions: Sequence[Any]) -> list[Any]:
+        """Return them compiled."""
+        if self.compiler is None or platform.system() == "Windows":
+            return list(functions)
+        try:
+            library = self._library(functions, self.compiler)
+            return [casadi.external(each.name(), str(library)) for each in functions]
+        except (OSError, RuntimeError, subprocess.SubprocessError):
+            return list(functions)
+
+    def _library(self, functions: Sequence[Any], compiler: str) -> Path:
+        generator = casadi.CodeGenerator("grasp.c", {"with_header": False})
+        for each in functions:
+            generator.add(each)
+        code = generator.dump()
+        made_of = "\n".join(
+            (casadi.CasadiMeta.version(), compiler, *FLAGS, platform.system(), platform.machine(), code)
+        )
+        name = hashlib.sha256(made_of.encode()).hexdigest()[:32] + ".so"
+        folder = cache_folder() if self._folder is None else self._folder
+        library = folder / name
+        if library.is_file():
+            return library
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryDirectory() as room:
+            source, made = Path(room) / "grasp.c", Path(room) / "grasp.so"
+            source.write_text(code)
+            command = [compiler, *FLAGS, str(source), "-o", str(made), "-lm"]
+            subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE, stdin=subprocess.DEVNULL)
+            with replacing(library) as file:  # two programs that do this at once write the same
+                file.write(made.read_bytes())
+        return library
+
+
+def cache_folder() -> Path:
+    """Return where compiled code is kept: $XDG_CACHE_HOME/palpate/grasp, by default below ~/.cache."""
+    named = os.environ.get("XDG_CACHE_HOME", "")
+    base = Path(named) if os.path.isabs(named) else Path.home() / ".cache"
+    return base / "palpate" / "grasp"

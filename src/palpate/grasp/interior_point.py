@@ -1,0 +1,216 @@
+"""Grasp forces by an interior point method: for every objective, and certain about what cannot be held."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.grasp.compiled import Compiled, Executor
+from palpate.grasp.grasp_proof import proof_value
+from palpate.grasp.self_dual import SelfDual, self_dual
+from palpate.grasp.statement import CONTACT, FORCES, WRENCH, Objective
+
+__all__ = ["InteriorPoint", "InteriorPointAnswer", "InteriorPointStatus"]
+
+MOST = 50
+"""Iterations. Ten to twenty are usual."""
+
+AIM = 0.01
+"""Share of the tolerances at which it stops; between here and 1 it goes on while that helps."""
+
+DOUBT = 1e-8
+"""Residual of a proof, over what it proves, from which on it is worth checking."""
+
+ENDLESS = 1e-10
+"""Residual, over theta, of forces that grow with theta without limit."""
+
+
+class InteriorPointStatus(Enum):
+    """How it ended."""
+
+    SOLVED = "solved"
+    """Optimal: residuals within 1e-9 of the load's scale, relative gap within 1e-8."""
+    INFEASIBLE = "infeasible"
+    """No forces within the limits hold the load: `certificate` proves it."""
+    UNBOUNDED = "unbounded"
+    """Theta may grow without end: forces are the direction in which they grow with it, to a theta of 1."""
+    MAX_ITERATIONS = "max iterations"
+    """Undecided."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InteriorPointAnswer:
+    """What `InteriorPoint.solve` found, in the units of its input.
+
+    Attributes:
+        status: How it ended.
+        forces: (f, u1, u2, u3) of each contact, shape (n, 4).
+        theta: Margin, peak or load factor; 0 for min_effort, infinity if unbounded.
+        dual: Multipliers y of equilibrium, shape (6,): cost - z.limits + y.(equilibrium) is stationary.
+        multipliers: Those of each contact's cone and rows (see `statement`), shape (n, 4 + m).
+        iterations: How many.
+        primal_residual: Largest violation of equilibrium or of a limit, over the load's scale.
+        gap: What the forces cost more than they must, relative, at most.
+        certificate: Unit y (6,), if infeasible: y . (sum wrench(x) + load) > 0 for all x within the limits.
+    """
+
+    status: InteriorPointStatus
+    forces: FloatArray
+    theta: float
+    dual: FloatArray
+    multipliers: FloatArray
+    iterations: int
+    primal_residual: float
+    gap: float
+    certificate: FloatArray | None
+
+
+@lru_cache(maxsize=64)
+def _graphs(n: int, objective: Objective, actuators: int, effort_weight: float) -> tuple[SelfDual, Any]:
+    return self_dual(n, objective, actuators, effort_weight), proof_value(n, objective, actuators)
+
+
+class InteriorPoint:
+    """Solves for n contacts; built once per number of contacts, objective and number of actuators."""
+
+    def __init__(
+        self,
+        n: int,
+        objective: Objective,
+        actuators: int = 0,
+        effort_weight: float = 0.01,
+        executor: Executor | None = None,
+    ) -> None:
+        """Build, and compile unless that was done before (it takes two seconds).
+
+        Args:
+            n: Contacts.
+            objective: What is wanted.
+            actuators: k, actuators per contact.
+            effort_weight: eps of min_effort.
+            executor: What runs the functions; by default machine code, where there is a compiler.
+        """
+        graphs, proof = _graphs(n, objective, actuators, effort_weight)
+        executor = Compiled() if executor is None else executor
+        begin, iterate, finish, proves = executor.prepare([graphs.begin, graphs.iterate, graphs.finish, proof])
+        self._n, self._k = n, actuators
+        # CasADi's matrices are column-major: a row here is a column there
+        self._contacts = np.zeros((n, CONTACT))
+        self._load = np.zeros(WRENCH)
+        self._rows, self._limits = np.zeros((n, FORCES * actuators)), np.full((n, actuators), np.inf)
+        data = np.zeros((n, graphs.data))
+        points = [np.zeros((n, graphs.points)) for _ in range(2)]
+        shared = [np.zeros(graphs.shared.size) for _ in range(2)]
+        self._forces, self._multipliers = np.zeros((n, FORCES)), np.zeros((n, graphs.multipliers))
+        self._dual, self._theta = np.zeros(WRENCH), np.zeros(1)
+        self._proof, self._value = np.zeros(WRENCH), np.zeros(1)
+        self._push = np.zeros((n, 2 * actuators))
+        given = [self._contacts, self._load, self._rows, self._limits]
+        self._begin = _call(begin, given, [data, points[0], shared[0]])
+        self._iterate = [
+            _call(iterate, [data, points[a], shared[a]], [points[1 - a], shared[1 - a]]) for a in (0, 1)
+        ]
+        answers = [self._forces, self._multipliers, self._theta, self._dual]
+        self._finish = [_call(finish, [*given[:1], *given[2:], points[a], shared[a]], answers) for a in (0, 1)]
+        self._proves = _call(proves, [*given, self._proof, self._push], [self._value])
+        self._views = [each.data for each in shared]
+        where = graphs.shared.where
+        self._error, self._doubt, self._drift, self._tau = (
+            where[name].start for name in ("error", "doubt", "drift", "tau")
+        )
+        self._primal, self._gap = where["primal"].start, where["gap"].start
+
+    def solve(
+        self,
+        contacts: FloatArray,
+        load: FloatArray,
+        actuator_rows: FloatArray | None = None,
+        actuator_limits: FloatArray | None = None,
+    ) -> InteriorPointAnswer:
+        """Return the forces x with sum A_i x_i + load = 0 that the objective wants.
+
+        Args:
+            contacts: Place, n, t1, t2, e, mu, f_min, f_max of each, scaled (see `statement`), shape (n, 16).
+            load: Scaled, shape (6,).
+            actuator_rows: J of each contact, shape (n, k, 4).
+            actuator_limits: Largest |J x|, shape (n, k).
+        """
+        self._contacts[:] = contacts[:, :CONTACT]
+        self._load[:] = load
+        if self._k and actuator_rows is not None and actuator_limits is not None:
+            self._rows[:] = actuator_rows.reshape(self._n, -1)
+            self._limits[:] = actuator_limits
+        self._begin()
+        now, last, status = 0, math.inf, InteriorPointStatus.MAX_ITERATIONS
+        iterations = 0
+        certificate = None
+        while iterations < MOST:
+            self._iterate[now]()
+            iterations += 1
+            now = 1 - now
+            shared = self._views[now]
+            error = shared[self._error]
+            if error <= AIM:
+                status = InteriorPointStatus.SOLVED
+                break
+            if last <= 1.0 and not error <= last:
+                now, status = 1 - now, InteriorPointStatus.SOLVED
+                break
+            if error != error:
+                now = 1 - now
+                break
+            last = error
+            if shared[self._drift] <= ENDLESS:
+                status = InteriorPointStatus.UNBOUNDED
+                break
+            if shared[self._doubt] <= DOUBT:
+                certificate = self._certificate(now)
+                if certificate is not None:
+                    status = InteriorPointStatus.INFEASIBLE
+                    break
+        self._finish[now]()
+        shared = self._views[now]
+        forces, theta = self._forces.copy(), float(self._theta[0])
+        if status is InteriorPointStatus.UNBOUNDED:
+            forces, theta = forces / theta, math.inf
+        return InteriorPointAnswer(
+            status,
+            forces,
+            theta,
+            self._dual.copy(),
+            self._multipliers.copy(),
+            iterations,
+            shared[self._primal],
+            shared[self._gap],
+            certificate,
+        )
+
+    def _certificate(self, now: int) -> FloatArray | None:
+        """Return y as a proof, if it is one."""
+        self._finish[now]()
+        size = math.sqrt(float(self._dual @ self._dual))
+        np.divide(self._dual, size, out=self._proof)
+        if self._k:
+            np.divide(self._multipliers[:, -2 * self._k :], size, out=self._push)
+        self._proves()
+        return self._proof.copy() if self._value[0] > 0.0 else None
+
+
+def _call(function: Any, given: list[FloatArray], wanted: list[FloatArray]) -> Any:
+    """Return what calls a function on arrays that stay where they are."""
+    buffer, call = function.buffer()
+    for i, array in enumerate(given):
+        if array.size:
+            buffer.set_arg(i, array.data)
+    for i, array in enumerate(wanted):
+        if array.size:
+            buffer.set_res(i, array.data)
+    # it keeps bare pointers: buffer and arrays must live as long as the call does
+    call.kept = (buffer, given, wanted)
+    return call

@@ -1,0 +1,317 @@
+"""A robust grip holds as often as it promises, and presses little harder than it must.
+
+Whether a grip holds is decided by static friction: normal forces are as commanded, everything else is drawn, and
+some friction within the true limits has to balance the true load.
+"""
+
+from dataclasses import replace
+
+import clarabel
+import numpy as np
+import pytest
+from scipy.sparse import csc_matrix
+from scipy.spatial.transform import Rotation
+from scipy.stats import beta as beta_distribution
+from scipy.stats import multivariate_normal
+
+from palpate.errors import InvalidValueError
+from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.dual_newton import HI, LO, MU, E, N, P
+from palpate.grasp.joint_probability import failing, joint_deviations, owen
+from palpate.grasp.least_effort import LeastEffort, Outcome
+from palpate.grasp.robust import RobustLeastEffort, reserve_for
+from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.uncertainty import GraspUncertainty
+
+SURE = 0.999
+"""Of the intervals of Clopper and Pearson."""
+
+
+def random_grasp(rng, n, radius=0.03):
+    """n contacts on a sphere, on all sides of it."""
+    if n == 3:
+        turn = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+        out = np.array([[np.cos(a), np.sin(a), 0.0] for a in 2.0 * np.pi / 3.0 * np.arange(3)]) @ turn
+    else:
+        out = rng.standard_normal((n, 3))
+        out = (out - out.mean(axis=0)) / np.linalg.norm(out - out.mean(axis=0), axis=1)[:, None]
+    t1 = np.cross(-out, rng.standard_normal((n, 3)))
+    t1 /= np.linalg.norm(t1, axis=1)[:, None]
+    frames = np.stack([-out, t1, np.cross(-out, t1)], axis=2)
+    return GraspContacts(radius * out, frames, rng.uniform(0.4, 1.0, n), rng.uniform(0.003, 0.008, n))
+
+
+def random_load(rng):
+    return np.concatenate([2.0 * rng.standard_normal(3), 0.01 * rng.standard_normal(3)])
+
+
+def least(grasp, wrench):
+    forces = np.zeros((len(grasp), 4))
+    outcome, _ = LeastEffort(ScaledGrasp.of(grasp), 0.01).solve(wrench, forces)
+    return outcome, forces
+
+
+def uncertainty_of(kind, grasp):
+    """mu 15 %, e 25 %, load 0.2 N and 1 mN m, places 1 mm, normals 0.03 rad; one at a time or all."""
+    n = len(grasp)
+    mu, e = 0.15 * grasp.friction, 0.25 * grasp.spin_length
+    if kind in ("common", "all common"):  # all contacts err alike: the same object, the same rubber
+        mu, e = np.outer(mu, mu), np.outer(e, e)
+    share = 0.25 if kind.startswith("all") else 1.0  # of the variance
+    return GraspUncertainty(
+        mu if kind in ("mu", "mu and e", "common") or kind.startswith("all") else np.zeros(n),
+        e if kind in ("mu and e", "common") or kind.startswith("all") else np.zeros(n),
+        np.tile(share * 1e-6 * np.eye(3), (n, 1, 1)) if kind == "places" or kind.startswith("all") else None,
+        np.tile(share * 9e-4 * np.eye(2), (n, 1, 1)) if kind == "normals" or kind.startswith("all") else None,
+        share * np.diag([0.04] * 3 + [1e-6] * 3) if kind == "load" or kind.startswith("all") else None,
+    )
+
+
+class Draws:
+    """Grasps and loads as they may really be."""
+
+    def __init__(self, grasp, uncertainty, wrench, rng, count):
+        def drawn(covariance):
+            return rng.multivariate_normal(np.zeros(len(covariance)), covariance, count, method="eigh")
+
+        n = len(grasp)
+        self.friction = grasp.friction + drawn(uncertainty.friction)
+        self.spin_length = grasp.spin_length + drawn(uncertainty.spin_length)
+        self.positions = grasp.positions + np.stack([drawn(uncertainty.position[i]) for i in range(n)], axis=1)
+        tilt = np.stack([drawn(uncertainty.normal[i]) for i in range(n)], axis=1)
+        # n x (a t1 + b t2) = a t2 - b t1
+        turns = tilt[..., :1] * grasp.frames[:, :, 2] - tilt[..., 1:] * grasp.frames[:, :, 1]
+        turned = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(count, n, 3, 3)
+        self.frames = turned @ grasp.frames
+        self.loads = wrench + drawn(uncertainty.load)
+        self._grasp = grasp
+
+    def failures(self, normal_forces, count=None):
+        """How many draws no friction holds."""
+        pressing = normal_forces > 1e-6 * normal_forces.max()
+        base = ScaledGrasp.of(self._grasp)
+        base = replace(base, rows=base.rows[pressing])
+        solver, forces = LeastEffort(base, 0.01), np.zeros((int(pressing.sum()), 4))
+        failed = 0
+        for k in range(count or len(self.loads)):
+            rows = base.rows.copy()
+            rows[:, P : P + 3] = (self.positions[k, pressing] - base.center) / base.length
+            for column in range(3):
+                rows[:, N + 3 * column : N + 3 * column + 3] = self.frames[k, pressing, :, column]
+            rows[:, E], rows[:, MU] = self.spin_length[k, pressing] / base.length, self.friction[k, pressing]
+            rows[:, LO] = rows[:, HI] = normal_forces[pressing]
+            if not (rows[:, [E, MU]] > 0.0).all():
+                failed += 1
+                continue
+            solver.update(replace(base, rows=rows))
+            solver.y[:] = 0.0
+            outcome, _ = solver.solve(self.loads[k], forces)
+            if outcome == Outcome.UNDECIDED:
+                failed += friction_left(self, k, normal_forces) < 0.0
+            else:
+                failed += outcome == Outcome.INFEASIBLE
+        return failed
+
+
+def friction_left(draws, k, normal_forces):
+    """The largest t with |u_i| <= mu_i f_i - t in draw k, by another solver: for what is left undecided."""
+    n = len(normal_forces)
+    whole = GraspContacts(draws.positions[k], draws.frames[k], draws.friction[k], draws.spin_length[k])
+    columns = whole.grasp_map.reshape(6, n, 4).copy()
+    columns[:, :, 3] *= whole.spin_length
+    scale = np.array([1.0, 1.0, 1.0, 30.0, 30.0, 30.0])
+    balance = np.hstack([columns[:, :, 1:].reshape(6, 3 * n) * scale[:, None], np.zeros((6, 1))])
+    rest = -scale * (columns[:, :, 0] @ normal_forces + draws.loads[k])
+    cones, limits = np.zeros((4 * n, 3 * n + 1)), np.zeros(4 * n)
+    for i in range(n):
+        limits[4 * i] = whole.friction[i] * normal_forces[i]
+        cones[4 * i, -1] = 1.0
+        cones[4 * i + 1 : 4 * i + 4, 3 * i : 3 * i + 3] = -np.eye(3)
+    cost = np.zeros(3 * n + 1)
+    cost[-1] = -1.0
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    found = clarabel.DefaultSolver(
+        csc_matrix((3 * n + 1, 3 * n + 1)),
+        cost,
+        csc_matrix(np.vstack([balance, cones])),
+        np.concatenate([rest, limits]),
+        [clarabel.ZeroConeT(6)] + [clarabel.SecondOrderConeT(4)] * n,
+        settings,
+    ).solve()
+    return found.x[-1] if str(found.status).endswith("Solved") else -np.inf
+
+
+def surely_more(failed, count):
+    """The lower end of Clopper and Pearson's interval of a share."""
+    return beta_distribution.ppf(1.0 - SURE, failed, count - failed + 1) if failed else 0.0
+
+
+KINDS = ("mu", "mu and e", "common", "load", "places", "normals", "all", "all common")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_holds_as_often_as_promised(kind):
+    rng = np.random.default_rng(KINDS.index(kind))
+    tried = 0
+    while tried < 3:
+        grasp, wrench = random_grasp(rng, int(rng.integers(3, 6))), random_load(rng)
+        uncertainty = uncertainty_of(kind, grasp)
+        found = RobustLeastEffort(grasp, uncertainty, 0.99).solve(wrench)
+        if found.outcome != Outcome.SOLVED:
+            continue
+        tried += 1
+        assert np.abs(grasp.grasp_map @ found.forces.ravel() + wrench).max() < 1e-8
+        failed = Draws(grasp, uncertainty, wrench, rng, 800).failures(found.forces[:, 0])
+        assert surely_more(failed, 800) <= 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_holds_as_often_as_promised_in_many_grasps(kind):
+    """Together, and each; of 24 grasps per kind at least nine in ten have an answer."""
+    rng = np.random.default_rng(100 + KINDS.index(kind))
+    failed, answered, draws = 0, 0, 2000
+    for _ in range(24):
+        grasp, wrench = random_grasp(rng, int(rng.integers(3, 7))), random_load(rng)
+        uncertainty = uncertainty_of(kind, grasp)
+        found = RobustLeastEffort(grasp, uncertainty, 0.99).solve(wrench)
+        if found.outcome != Outcome.SOLVED:
+            continue
+        answered += 1
+        here = Draws(grasp, uncertainty, wrench, rng, draws).failures(found.forces[:, 0])
+        assert surely_more(here, draws) <= 0.01
+        failed += here
+    assert answered >= 21
+    assert surely_more(failed, answered * draws) <= 0.01
+
+
+def test_two_fingers_hold_as_often_as_promised():
+    """Opposite fingers, a weight across: friction of each must bear its half, so that either can fail.
+
+    Without torque what holds is known: both mu f above half the weight, jointly 99 %: mu (1 - 2.57 x 0.15) f = W /
+    2.
+    """
+    frames = np.stack([np.eye(3), np.diag([-1.0, -1.0, 1.0])])
+    grasp = GraspContacts(np.array([[-0.03, 0, 0], [0.03, 0, 0]]), frames, 0.6 * np.ones(2), 0.005 * np.ones(2))
+    uncertainty = GraspUncertainty(0.15 * grasp.friction, 0.25 * grasp.spin_length)
+    found = RobustLeastEffort(grasp, uncertainty, 0.99).solve(np.array([0.0, 0.0, -4.0, 0.0, 0.0, 0.0]))
+    assert found.outcome == Outcome.SOLVED
+    assert found.forces[:, 0] == pytest.approx(2.0 / (0.6 * (1.0 - 2.5749 * 0.15)), rel=2e-3)
+
+
+def test_spin_alone_takes_the_tail_of_the_product_of_mu_and_e():
+    """A pair that bears torque about its line, mu and e of both in common: mu e f > tau / 2 in 99 % of draws."""
+    frames = np.stack([np.eye(3), np.diag([-1.0, -1.0, 1.0])])
+    grasp = GraspContacts(np.array([[-0.03, 0, 0], [0.03, 0, 0]]), frames, 0.6 * np.ones(2), 0.005 * np.ones(2))
+    mu, e = 0.15 * grasp.friction, 0.25 * grasp.spin_length
+    uncertainty = GraspUncertainty(np.outer(mu, mu), np.outer(e, e))
+    found = RobustLeastEffort(grasp, uncertainty, 0.99).solve(np.array([0.0, 0.0, 0.0, 0.02, 0.0, 0.0]))
+    assert found.outcome == Outcome.SOLVED
+    drawn = np.random.default_rng(1).standard_normal((400_000, 2))
+    quantile = np.quantile((0.6 + 0.09 * drawn[:, 0]) * (0.005 + 0.00125 * drawn[:, 1]), 0.01)
+    needed = 0.01 / quantile
+    assert needed <= found.forces[:, 0].mean() * 1.01
+    assert found.forces[:, 0].mean() <= 1.05 * needed
+
+
+def test_grip_is_little_more_than_needed():
+    """Against the normal forces of known mu and e, all pressed harder by one factor until 99 % hold."""
+    rng = np.random.default_rng(7)
+    dearer = []
+    while len(dearer) < 4:
+        grasp, wrench = random_grasp(rng, 3), random_load(rng)
+        uncertainty = uncertainty_of("common", grasp)
+        found = RobustLeastEffort(grasp, uncertainty, 0.99).solve(wrench)
+        known, forces = least(grasp, wrench)
+        draws = Draws(grasp, uncertainty, wrench, rng, 600)
+        if found.outcome != Outcome.SOLVED or known != Outcome.SOLVED or draws.failures(3.0 * forces[:, 0]) > 6:
+            continue  # one factor does not do
+        low, high = 1.0, 3.0
+        for _ in range(8):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if draws.failures(middle * forces[:, 0]) <= 6 else (middle, high)
+        dearer.append(found.forces[:, 0].sum() / (high * forces[:, 0].sum()))
+    assert np.median(dearer) <= 1.15
+
+
+def test_nothing_is_kept_back_of_what_is_known():
+    rng = np.random.default_rng(3)
+    grasp, wrench = random_grasp(rng, 4), random_load(rng)
+    known = GraspUncertainty(np.zeros(4), np.zeros(4))
+    found = RobustLeastEffort(grasp, known, 0.99).solve(wrench)
+    assert found.forces == pytest.approx(least(grasp, wrench)[1], abs=1e-7)
+    assert np.abs(found.reserve).max() < 1e-6
+
+
+def test_forces_scale_with_the_load_and_its_uncertainty():
+    rng = np.random.default_rng(5)
+    grasp, wrench = random_grasp(rng, 4), random_load(rng)
+    one = uncertainty_of("all", grasp)
+    ten = replace(one, load=100.0 * one.load)
+    small = RobustLeastEffort(grasp, one, 0.95).solve(wrench)
+    large = RobustLeastEffort(grasp, ten, 0.95).solve(10.0 * wrench)
+    assert small.outcome == large.outcome == Outcome.SOLVED
+    assert large.forces == pytest.approx(10.0 * small.forces, rel=1e-6, abs=1e-6)
+
+
+def test_reserve_is_kept_and_more_probability_costs_more_grip():
+    rng = np.random.default_rng(9)
+    grasp, wrench = random_grasp(rng, 4), random_load(rng)
+    uncertainty = uncertainty_of("mu and e", grasp)
+    grips = []
+    for probability in (0.8, 0.95, 0.99):
+        found = RobustLeastEffort(grasp, uncertainty, probability).solve(wrench)
+        assert found.outcome == Outcome.SOLVED
+        tolerance = 3e-3 * found.forces[:, 0].max()
+        assert (grasp.margins(found.forces) >= found.reserve - tolerance).all()
+        again = reserve_for(grasp, uncertainty, found.forces, probability)
+        assert again == pytest.approx(found.reserve, abs=tolerance)
+        surer = RobustLeastEffort(grasp, uncertainty_of("mu", grasp), probability).solve(wrench)
+        grips.append((surer.forces[:, 0] ** 2).sum())
+    assert grips[0] < grips[1] < grips[2]
+
+
+@pytest.mark.parametrize("correlation", [-0.6, 0.0, 0.5, 0.95])
+def test_two_margins_fail_together_as_a_bivariate_normal_says(correlation):
+    covariance = np.array([[1.0, correlation], [correlation, 1.0]])
+    ratio = np.sqrt((1.0 - correlation) / (1.0 + correlation))
+    exact = 1.0 - multivariate_normal(cov=covariance).cdf([1.7, 1.7])
+    assert failing(1.7, np.array([ratio])) == pytest.approx(exact, abs=1e-6)
+    beta = joint_deviations(covariance, 0.01)
+    assert multivariate_normal(cov=covariance).cdf([beta, beta]) == pytest.approx(0.99, abs=1e-5)
+
+
+def test_joint_bound_is_never_too_low():
+    """Hunter's bound against counting: five margins with random correlations."""
+    rng = np.random.default_rng(2)
+    for _ in range(5):
+        root = rng.standard_normal((5, 3))
+        covariance = root @ root.T + 0.1 * np.eye(5)
+        beta = joint_deviations(covariance, 0.02)
+        drawn = rng.multivariate_normal(np.zeros(5), covariance, 100_000) / np.sqrt(np.diag(covariance))
+        share = (drawn.max(axis=1) > beta).mean()
+        assert 0.012 <= share <= 0.0212
+    assert owen(1.0, 1.0) == pytest.approx(0.06674188, abs=1e-8)  # Phi(1) Phi(-1) / 2
+
+
+def test_what_makes_no_sense_is_refused():
+    rng = np.random.default_rng(1)
+    grasp = random_grasp(rng, 3)
+    sure = GraspUncertainty(0.1 * grasp.friction, 0.1 * grasp.spin_length)
+    with pytest.raises(InvalidValueError, match=r"probability = 1.0: must lie between 0.5 and 1"):
+        RobustLeastEffort(grasp, sure, 1.0)
+    with pytest.raises(InvalidValueError, match="uncertainty is of 2 contacts, the grasp has 3"):
+        RobustLeastEffort(grasp, GraspUncertainty(np.zeros(2), np.zeros(2)))
+    with pytest.raises(InvalidValueError, match=r"friction of contact 0: mu = .* may be 0"):
+        RobustLeastEffort(grasp, GraspUncertainty(np.array([0.9, 0.0, 0.0]), np.zeros(3)))
+    with pytest.raises(InvalidValueError, match="cones only"):
+        RobustLeastEffort(replace(grasp, load_exponent=np.full(3, 0.2)), sure)
+    with pytest.raises(InvalidValueError, match=r"friction = .*standard deviations"):
+        GraspUncertainty(np.array([-0.1, 0.1]), np.zeros(2))
+    with pytest.raises(InvalidValueError, match="load has a negative eigenvalue"):
+        GraspUncertainty(np.zeros(2), np.zeros(2), load=-np.eye(6))
+    with pytest.raises(InvalidValueError, match=r"position of contact 1 is not symmetric"):
+        GraspUncertainty(np.zeros(2), np.zeros(2), position=[np.eye(3), np.triu(np.ones((3, 3)))])
+    with pytest.raises(InvalidValueError, match=r"normal has shape \(2, 3, 3\): must be \(2, 2, 2\)"):
+        GraspUncertainty(np.zeros(2), np.zeros(2), normal=np.zeros((2, 3, 3)))
