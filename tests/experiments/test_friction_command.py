@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore_config import TOUCH_FORCE
 from palpate.experiments.friction_command import run_friction
 from palpate.experiments.friction_config import FrictionConfig
 from palpate.experiments.friction_figures import key_figures
@@ -23,19 +24,20 @@ from palpate.experiments.friction_file import (
     load_friction_file,
     read_friction_file,
 )
-from palpate.experiments.friction_library import library_of
+from palpate.experiments.friction_library import library_of, library_path
 from palpate.experiments.friction_plan import plan, plan_from_texts
 from palpate.experiments.friction_pooled import growth_of, pooled
 from palpate.experiments.friction_report import friction_report
 from palpate.experiments.friction_run import evaluate_log, find_friction
 from palpate.experiments.friction_strokes import FreeAir
 from palpate.experiments.friction_text import friction_text, read_friction_config
+from palpate.experiments.friction_words import rubs_by
 from palpate.experiments.grasp import carry_out
 from palpate.experiments.grasp_config import GraspConfig
 from palpate.experiments.grasp_plan import plan as plan_grasp
 from palpate.experiments.replay import replay_log
 from palpate.friction import LimitSurface
-from palpate.friction.materials.library import simulated_materials
+from palpate.friction.materials.library import load_materials, simulated_materials
 from palpate.friction.materials.recognition import Answer
 from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
@@ -169,6 +171,8 @@ def test_a_replay_can_change_what_control_goes_by_but_not_the_surface(folder):
         InvalidValueError, match="friction: a replay cannot change it: the samples are as recorded"
     ):
         replay_log(folder, {"friction": 0.5})
+    with pytest.raises(InvalidValueError, match="calibration: a replay cannot change it"):
+        replay_log(folder, {"calibration": 0.01})
     assert not replay_log(folder, {"loads": [2.0, 3.0]}).identical
 
 
@@ -214,6 +218,23 @@ def test_a_sensor_that_drifts_is_set_right_by_free_air_before_and_after():
     assert found.file.friction.lower <= 0.5 <= found.file.friction.upper
     assert found.file.friction.value == pytest.approx(0.5, rel=0.03)
     assert found.file.spin_length.value == pytest.approx(0.003, rel=0.05)
+
+
+@pytest.mark.parametrize("robot", ["turning-stage", "turning-stage-nano17", "ur5e-sim"])
+def test_the_noise_that_was_typed_is_no_touch_whatever_the_robots_sensor(robot):
+    """A Nano17's threshold, 0.05 N, is below 6 standard deviations of 10 mN; a perfect sensor has none."""
+    typed = {"force_noise": 0.01, "moment_noise": 1e-4}
+    noisy = FrictionConfig(quick=True, robot=robot, **typed)
+    for config in (noisy, replace(noisy, drift=0.06)):
+        planned = plan(config)
+        assert planned.ready.touch_force >= 0.06
+        assert plan_from_texts(planned.texts()).ready.touch_force == planned.ready.touch_force
+    if robot != "turning-stage-nano17":  # of which nothing is known, and which nobody tares
+        assert plan(replace(noisy, drift=0.06)).ready.touch_force == TOUCH_FORCE
+
+
+def test_a_sensor_whose_noise_was_not_typed_keeps_its_threshold():
+    assert plan(FrictionConfig(quick=True, robot="turning-stage-nano17")).ready.touch_force == 0.05
 
 
 @settings(deadline=None, max_examples=50)
@@ -314,6 +335,8 @@ def test_the_same_plan_comes_of_its_texts():
         ({"loads": (2.0, 1.0)}, "loads = 2 1: must rise"),
         ({"loads": (0.1,)}, "must be at least"),
         ({"loads": (2.0, 3.0), "fit_exponents": True}, "at least twice the least"),
+        ({"stribeck_speed": 0.005}, "stribeck_speed = 0.005 m/s: does nothing without --static-friction"),
+        ({"drift": 0.06}, "give --force-noise and --moment-noise"),
         ({"friction": 0.5, "static_friction": 0.4}, "static_friction = 0.4: must be at least friction"),
         ({"object": "sphere", "size": (0.1, 0.1)}, "a sphere takes 1"),
         ({"object": "sphere", "most_travel": 0.02}, "most_travel = 0.02 m: must be at most 0.006 m"),
@@ -325,6 +348,22 @@ def test_the_same_plan_comes_of_its_texts():
 def test_what_cannot_be_is_refused_with_a_remedy(fields, message):
     with pytest.raises(InvalidValueError, match=message):
         plan(FrictionConfig(**fields))
+
+
+def test_what_it_rubs_by_is_told_whole():
+    """Also what was left out."""
+    law = {"static_friction": 0.7, "load_exponent": 0.2, "viscous_friction": 2.0, "skin_stiffness": 5e3}
+    told = rubs_by(plan(FrictionConfig(**law)))
+    for word in ("mu 0.5", "0.7 at rest", "10 mm/s", "2 per m/s", "3 mm", "gamma 0.2", "p 2", "5 kN/m"):
+        assert word in told
+    assert "at rest" not in rubs_by(plan(FrictionConfig(norm_exponent=1.5)))
+    assert "MuJoCo" in rubs_by(plan(FrictionConfig()))
+
+
+def test_the_librarys_file_can_be_found():
+    path = library_path(FrictionConfig(library=Path("simulated")))
+    assert load_materials(path) == simulated_materials()
+    assert library_path(FrictionConfig()) is None
 
 
 @pytest.mark.parametrize(

@@ -173,8 +173,22 @@ def test_of_an_unknown_surface_the_report_says_how_far_it_is_and_what_to_touch()
     known = friction_report(find_friction(FrictionConfig(quick=True, loads=(2.0,), **library))).recognition
     assert "No material of the library fits" in known.words
     assert "mu is 0.8 for" in known.words
-    assert "e at 1 N is" in known.words
+    assert "e at 2" in known.words
     assert "rub another place with 2 N at 10 mm/s" in known.words
+    assert "No further touch" not in known.words
+    assert not known.fits
+
+
+def test_what_does_not_fit_is_named_where_the_rest_does():
+    """As ABS in mu, and in e at 1 N; but its e does not grow with the load."""
+    abs_plastic = {"library": Path("simulated"), "friction": 0.635, "spin_length": 0.0026}
+    known = friction_report(find_friction(FrictionConfig(quick=True, **abs_plastic))).recognition
+    assert "fits it; ABS comes nearest. Against ABS, mu is 0.635 for 0.635," in known.words
+    assert "gamma (how e grows with the load) is 0.00 for 0.10" in known.words
+    off = known.words.partition("What does not fit: ")[2].partition(";")[0]
+    assert "gamma" in off
+    assert "mu" not in off
+    assert "e at 1.0" not in off
 
 
 @settings(max_examples=100, deadline=None)

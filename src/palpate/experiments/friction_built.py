@@ -2,17 +2,25 @@
 
 from dataclasses import replace
 
+import msgspec
+
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore_config import TOUCH_DEVIATIONS, TOUCH_FORCE
 from palpate.experiments.finger_sensor import model_with_noise
 from palpate.experiments.friction_config import FrictionConfig
+from palpate.experiments.known_sensor import described
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.run_checks import CLEARANCE
 from palpate.experiments.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
 from palpate.runtime.robot import Robot
+from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sim import Box, ContactLaw, MujocoBackend, SceneObject, SeededSensor, SphereObject, build_scene
 from palpate.sim.friction.law import FrictionLaw
+from palpate.sim.sensor.description import TOUCH_SIGMAS
+from palpate.sim.sensor.model import SensorModel
+from palpate.sim.sensor.presets import NANO17_RATED
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
+from palpate.spatial import Wrench
 
 IMPEDANCE = 0.05
 """Of MuJoCo's contact: the larger it is, the more mass rubs along (see `FASTEST_DAMPING`)."""
@@ -71,7 +79,44 @@ def sensor_of(robot: Robot, config: FrictionConfig) -> SeededSensor:
         rate = config.drift / 60.0
         drift = ThermalDrift((0.0, 0.0, rate, MOMENT_DRIFT * rate, 0.0, 0.0), WarmUp(STEADY, STEADY))
         model = replace(model, thermal_drift=drift)
+        if model.rated is None:
+            model = replace(model, rated=_rated(robot))
+        if not min(model.noise_sd) > 0.0:
+            raise InvalidValueError(
+                f"drift = {config.drift:g} N/min: a sensor that drifts has noise, too: readings that never change "
+                "pass for a dead sensor's; give --force-noise and --moment-noise, as 0.01 and 1e-4"
+            )
     return SeededSensor(model, config.seed)
+
+
+def _rated(robot: Robot) -> Wrench:
+    """Full load of a sensor of which nothing is known: a Nano17's, or the supervisor's limits if more."""
+    force, moment = robot.file.limits.force, robot.file.limits.moment
+    a, b, c, d, e, f = NANO17_RATED
+    return max(a, force), max(b, force), max(c, force), max(d, moment), max(e, moment), max(f, moment)
+
+
+def _touching_above(robot: Robot, model: SensorModel, config: FrictionConfig, touch_force: float) -> Robot:
+    """Return the robot with a touch threshold for the noise and the drift that were typed, not for its own.
+
+    Args:
+        robot: As its file says.
+        model: What is simulated.
+        config: What was typed.
+        touch_force: That counts as a touch on a sensor of which nothing is known [N].
+    """
+    file, least = robot.sensors[0], 0.0
+    if file is None:
+        file = described(robot.file.fingers[0], model, config.period or robot.file.period)
+        # nobody tares it between two rubs
+        least = touch_force if config.drift else 0.0
+    elif config.force_noise is not None:
+        gain = WrenchFilter(file.filters, file.sample_rate).held_noise_gain(file.repeats)
+        least = TOUCH_SIGMAS * max(model.noise_sd[:3]) * gain
+    if file is None or file.contact.touch_force >= least:
+        return robot
+    contact = msgspec.structs.replace(file.contact, touch_force=least, release_force=0.5 * least)
+    return replace(robot, sensors=(msgspec.structs.replace(file, contact=contact), *robot.sensors[1:]))
 
 
 def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInScene:
@@ -108,6 +153,7 @@ def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInSc
         sensor=sensor,
         touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )
+    robot = _touching_above(robot, sensor.model, config, task.touch_force)
     ready, plant = build(robot, task), friction_law(config)
     scene = ready.backend.scene
     if plant is None:

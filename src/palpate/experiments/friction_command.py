@@ -40,9 +40,10 @@ def run_friction(config: FrictionConfig) -> int:
             rubbing = attempt.found(result)
         with doing(console, "drawing the report"):
             files = write_rubbing(rubbing, config.out)
-    console.print(friction_table(friction_report(rubbing)))
-    if rubbing.recognised is not None:
-        console.print(rubbing.recognised.words, highlight=False, markup=False)
+    report = friction_report(rubbing)
+    console.print(friction_table(report))
+    if report.recognition is not None:
+        console.print(report.recognition.words, highlight=False, markup=False)
     tell_of(console, result, files)
     if interrupted:
         return INTERRUPTED

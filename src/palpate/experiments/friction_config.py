@@ -62,7 +62,7 @@ class FrictionConfig:
     Example, a surface unlike an ellipse, whose e grows with the load, and its exponents:
     palpate friction --norm-exponent 1.5 --load-exponent 0.2 --fit-exponents
 
-    Example, one that sticks and slips, at more speeds:
+    Example, one whose mu falls with the speed, rubbed at more of them:
     palpate friction --static-friction 0.7 --stribeck-speed 0.005 --speeds 0.002 0.004 0.008 0.016 0.032
 
     Example, one whose skin gives way for longer than the finger may rub, so that it never slips:
@@ -70,6 +70,9 @@ class FrictionConfig:
 
     Example, with the noise and the drift of a real sensor:
     palpate friction --force-noise 0.01 --moment-noise 1e-4 --drift 0.06
+
+    Example, which surface of a library it is:
+    palpate friction --friction 0.33 --spin-length 0.0024 --load-exponent 0.15 --library simulated
 
     Afterwards `palpate replay runs/friction` computes every command again, from the log.
     """
@@ -91,7 +94,7 @@ class FrictionConfig:
     static_friction: float | None = None
     """Its true mu at rest, at least --friction."""
     stribeck_speed: float | None = None
-    """How fast mu falls from static to kinetic [m/s]. Left out: 0.01."""
+    """How fast mu falls from static to kinetic [m/s]; goes with --static-friction. Left out: 0.01."""
     viscous_friction: float | None = None
     """How mu grows with the slip speed [s/m]."""
     skin_stiffness: float | None = None
@@ -120,7 +123,7 @@ class FrictionConfig:
     different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered."""
     drift: float = 0.0
     """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
-    zero in free air before and after."""
+    zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
     tip: tuple[float, ...] = ()
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     the next three: what the robot file says."""
@@ -133,8 +136,9 @@ class FrictionConfig:
     seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
     library: Path | None = None
-    """Library of surfaces (YAML), or `simulated` for the one that comes with palpate: says which of them this one
-    is, or that it is none, and what touch would tell most next."""
+    """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
+    its package: says which of them this one is, or that it is none, and what touch would tell most next. The
+    report names the file that was read, and each of its surfaces."""
     robot: str = "turning-stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
     that cannot turn its tip finds mu, but not e."""
@@ -195,6 +199,11 @@ class FrictionConfig:
         if self.skin_stiffness is not None and self.skin_stiffness < SOFTEST_SKIN:
             raise InvalidValueError(
                 f"skin_stiffness = {self.skin_stiffness:g} N/m: must be at least {SOFTEST_SKIN:g} N/m"
+            )
+        if self.stribeck_speed is not None and self.static_friction is None:
+            raise InvalidValueError(
+                f"stribeck_speed = {self.stribeck_speed:g} m/s: does nothing without --static-friction, from "
+                "which mu falls to --friction; give that, above --friction, or leave this out"
             )
         p = 2.0 if self.norm_exponent is None else self.norm_exponent
         LimitSurface(self.friction, self.spin_length, self.load_exponent or 0.0, p)

@@ -21,7 +21,8 @@ def key_figures(rubbing: RubbingRun) -> tuple[KeyFigure, ...]:
         "p": 2.0 if plant is None else plant.norm_exponent,
     }
     slipped = file.friction.how is How.MEASURED
-    note = f"slipping at {1e3 * file.speed:.3g} mm/s" if slipped else ""
+    together = "all loads together, " if len(file.loads) > 1 else ""
+    note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if slipped else ""
     figures = [_figure("friction mu", file.friction, truth["mu"], note=note, bound=_strokes_bound(rubbing))]
     if file.static_friction is not None:
         static = None if plant is None else plant.static_friction

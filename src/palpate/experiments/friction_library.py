@@ -1,5 +1,6 @@
 """Which surface of a library it is that was rubbed, and which touch would tell most next."""
 
+import importlib.resources
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -62,7 +63,7 @@ class Recognised:
             if found.posterior[i] > 0.005
         )
         if found.answer is Answer.UNKNOWN:
-            said = f"No material of the library fits it; {found.best} comes nearest. No further touch is needed."
+            said = f"No material of the library fits it; {found.best} comes nearest."
         elif found.answer is Answer.RECOGNISED:
             said = f"It is {found.best}, as far as the library goes ({likely}). No further touch is needed."
         else:
@@ -95,6 +96,15 @@ def library_of(config: FrictionConfig) -> MaterialLibrary | None:
             f"library = {config.library}: cannot be read: {error.strerror}; `--library simulated` takes the one "
             "that comes with palpate"
         ) from None
+
+
+def library_path(config: FrictionConfig) -> Path | None:
+    """Return the file of the library that a configuration names; None if it names none."""
+    if config.library is None:
+        return None
+    if config.library == SHIPPED and not config.library.exists():
+        return Path(str(importlib.resources.files("palpate").joinpath("materials/simulated.yaml")))
+    return config.library
 
 
 def recognised(

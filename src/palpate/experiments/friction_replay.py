@@ -30,6 +30,7 @@ FIXED: Mapping[str, str] = {
     "moment_noise": _NOISY,
     "seed": _NOISY,
     "library": "a replay recognises nothing; rub again",
+    "calibration": "a replay computes commands, and no intervals; rub again",
     "period": "the samples are as recorded, one per period",
     "out": "the run writes nothing again; --out says where the report goes",
 }

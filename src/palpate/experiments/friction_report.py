@@ -58,6 +58,8 @@ def friction_report(rubbing: RubbingRun) -> FrictionReport:
         growth=None if file is None or file.spin_length is None else _growth(rubbing, file),
         speeds=() if file is None else _speeds(rubbing, file),
         curve=_curve(rubbing),
+        creeping=file is not None and any(each.creeping for each in file.speeds),
+        bent=planned.config.object == "sphere",
         surface=None if file is None or not found.slips else _surface(rubbing, file),
         recognition=recognition_report(rubbing),
     )
@@ -170,6 +172,7 @@ def _surface(rubbing: RubbingRun, file: FrictionFile) -> SurfacePoints | None:
         points,
         np.abs(points) * relative,
         np.array([_asked(found, slip.normal_force) for slip in found.slips]),
+        (file.norm_exponent.lower, file.norm_exponent.upper),
     )
 
 

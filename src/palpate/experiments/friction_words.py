@@ -1,6 +1,8 @@
 """What the report on friction says in words: outcome and settings."""
 
 from palpate.experiments.friction_file import How
+from palpate.experiments.friction_library import library_path
+from palpate.experiments.friction_plan import FrictionPlan
 from palpate.experiments.friction_run import RubbingRun, listed
 from palpate.experiments.friction_strokes import FreeAir
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
@@ -119,13 +121,12 @@ def settings(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
     config, wanted = planned.config, planned.wanted
     kept = rubbing.run.recording
     size = " x ".join(f"{1e3 * length:g}" for length in config.sizes)
-    rubs = "the friction plant" if config.on_plant else "MuJoCo's friction"
     speeds = ", ".join(f"{1e3 * speed:g}" for speed in sorted({wanted.speed, *wanted.speeds}))
     air = rubbing.air
     zero = "not felt" if air is None else f"taken off; it moved by {_millinewtons(air)}"
     return (
         ("object", f"{config.object}, {size} mm"),
-        ("rubs by", f"{rubs}: mu {config.friction:g}, e at 1 N {1e3 * config.spin_length:g} mm"),
+        ("rubs by", rubs_by(planned)),
         ("loads", f"{', '.join(f'{load:g}' for load in wanted.loads)} N"),
         ("slip speeds", f"{speeds} mm/s"),
         ("strokes", f"{1e3 * wanted.travel:g} to {1e3 * wanted.most_travel:.3g} mm"),
@@ -135,7 +136,34 @@ def settings(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
         ("landing speed", f"{1e3 * planned.parameters.landing_speed:.3g} mm/s"),
         ("robot", config.robot),
         ("seed", str(config.seed)),
+        *_library(rubbing),
         ("simulated scene", str(rubbing.cost)),
         ("control period", f"{1e3 * planned.period:g} ms"),
         *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),
     )
+
+
+def rubs_by(planned: FrictionPlan) -> str:
+    """Everything that the simulated surface rubs by, also what was left out."""
+    config, plant = planned.config, planned.plant
+    if plant is None:
+        return (
+            f"MuJoCo's friction: mu {config.friction:g}, e {1e3 * config.spin_length:g} mm at all loads, p 2 "
+            "(an ellipse)"
+        )
+    mu = f"mu {plant.kinetic_friction:g}"
+    if plant.static_friction > plant.kinetic_friction:
+        mu += f" ({plant.static_friction:g} at rest, Stribeck speed {1e3 * plant.stribeck_speed:g} mm/s)"
+    if plant.viscous_friction:
+        mu += f", growing by {plant.viscous_friction:g} per m/s"
+    return (
+        f"the friction plant: {mu}, e at 1 N {1e3 * plant.spin_length:g} mm, gamma {plant.load_exponent:g}, "
+        f"p {plant.norm_exponent:g}, skin stiffness {plant.stiffness / 1e3:g} kN/m"
+    )
+
+
+def _library(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
+    path, known = library_path(rubbing.planned.config), rubbing.recognised
+    if path is None:
+        return ()
+    return (("library", str(path) if known is None else f"{path}; {known.recognition.library.fingertip}"),)

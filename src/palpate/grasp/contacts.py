@@ -136,9 +136,23 @@ class GraspContacts:
         Args:
             forces: Shape (n, 4) [N, N, N, N m].
         """
-        rows = zip(self.surfaces, forces.tolist(), strict=True)
-        return np.array([each.margin(f, float(np.hypot(a, b)), tau) for each, (f, a, b, tau) in rows])
+        normal, p = forces[:, 0], self.norm_exponent
+        force, length = np.hypot(forces[:, 1], forces[:, 2]), self.spin_length
+        if (self.load_exponent > 0.0).any():
+            grown = np.maximum(normal, 0.0) ** self.load_exponent
+            length = length * np.where(self.load_exponent > 0.0, grown, 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a contact that does not press has no size
+            torque = np.where(forces[:, 3] == 0.0, 0.0, np.abs(forces[:, 3]) / length)
+        if (p == 2.0).all():
+            return np.asarray(self.friction * normal - np.hypot(force, torque))
+        largest = np.maximum(np.maximum(force, torque), _LEAST)
+        return np.asarray(
+            self.friction * normal - largest * ((force / largest) ** p + (torque / largest) ** p) ** (1.0 / p)
+        )
 
+
+_LEAST = 1e-300
+"""[N] Keeps quotients of zeros finite."""
 
 _SURFACE = ("friction", "spin_length", "load_exponent", "norm_exponent")
 

@@ -21,7 +21,7 @@ __all__ = ["InteriorPoint", "InteriorPointAnswer", "InteriorPointStatus"]
 MOST = 50
 """Iterations. Ten to twenty are usual."""
 
-AIM = 0.01
+AIM = 0.1
 """Share of the tolerances at which it stops; between here and 1 it goes on while that helps."""
 
 DOUBT = 1e-8

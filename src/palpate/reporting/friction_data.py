@@ -64,6 +64,7 @@ class SurfacePoints:
         points: f_t / (mu f_n) and tau / (mu e f_n), shape (n, 2).
         errors: Half of the 95 % interval of each, shape (n, 2).
         loads: Normal force that was asked for at each, shape (n,) [N].
+        exponents: Between which p lies.
     """
 
     surface: LimitSurface
@@ -72,6 +73,7 @@ class SurfacePoints:
     points: FloatArray
     errors: FloatArray
     loads: FloatArray
+    exponents: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,12 +103,14 @@ class RecognitionReport:
         confusion: How often the library's materials are taken for each other after touches like these; None if
             nothing slipped.
         setting: Which touches those are, and how many of each material, in a sentence; "" without them.
+        fits: Whether any material fits.
     """
 
     words: str
     matches: tuple[MaterialMatch, ...]
     confusion: Confusion | None
     setting: str
+    fits: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,6 +130,8 @@ class FrictionReport:
         growth: c [m] and gamma of the line through them; None if there is none.
         speeds: mu at each speed.
         curve: Speeds [m/s] and mu of the curve through them, shape (2, n); None without one.
+        creeping: Whether friction at some speed was proportional to it.
+        bent: Whether the surface's normal turns along a stroke.
         surface: The limit surface with what was measured of it; None if nothing spun.
         recognition: Which surface of a library it may be; None without a library.
     """
@@ -142,5 +148,7 @@ class FrictionReport:
     growth: tuple[float, float] | None = None
     speeds: tuple[Measured, ...] = ()
     curve: FloatArray | None = None
+    creeping: bool = False
+    bent: bool = False
     surface: SurfacePoints | None = None
     recognition: RecognitionReport | None = None

@@ -27,12 +27,34 @@ from palpate.reporting.style import (
     new_figure,
 )
 
+ASSUMED = (
+    " p was assumed: these loads do not tell it, and the line may be any in the band; --fit-exponents measures it."
+)
+"""Of a limit surface whose p nobody measured."""
+
+CREEPING = " What creeps, as grease does, is proportional to the speed, and is left out of mu."
+"""Of speeds at which it did."""
+
+BENT = (
+    " Here the normal turns along the stroke: by the normal in its middle, as it is drawn, the ratio changes all "
+    "along. mu, from the angle between the forces there and back, allows for that."
+)
+"""Of strokes on what is not flat."""
+
 FARTHEST = 1.25
 """Side of the picture of a limit surface, over its half axes."""
 
 
-def stroke_picture(strokes: Sequence[StrokeCurve], friction: Sequence[Measured]) -> Picture | None:
-    """Return the picture of mu along strokes, or None without strokes."""
+def stroke_picture(
+    strokes: Sequence[StrokeCurve], friction: Sequence[Measured], *, bent: bool = False
+) -> Picture | None:
+    """Return the picture of mu along strokes, or None without strokes.
+
+    Args:
+        strokes: There and back.
+        friction: mu at each load.
+        bent: Whether the normal turns along the way.
+    """
     if not strokes:
         return None
     figure = new_figure(Width.HALF, 3.6)
@@ -52,6 +74,7 @@ def stroke_picture(strokes: Sequence[StrokeCurve], friction: Sequence[Measured])
     slipped = [each for each in friction if not each.bound]
     if slipped:
         low, high = min(each.lower for each in slipped), max(each.upper for each in slipped)
+        which = "95 %" if len(slipped) == 1 else "95 %, load by load"
         # narrower than a line, often: with an edge, and in front
         axes.axhspan(
             low,
@@ -60,7 +83,7 @@ def stroke_picture(strokes: Sequence[StrokeCurve], friction: Sequence[Measured])
             edgecolor=WANTED,
             linewidth=0.8,
             zorder=3,
-            label=f"95 %: {interval_words(0.5 * (low + high), low, high).partition(': ')[2]}",
+            label=f"{which}: {interval_words(0.5 * (low + high), low, high).partition(': ')[2]}",
         )
     true = friction[0].true if friction else None
     if true is not None:
@@ -73,10 +96,16 @@ def stroke_picture(strokes: Sequence[StrokeCurve], friction: Sequence[Measured])
         title="Friction along the strokes",
         caption=(
             "There (solid) and back (dashed) at each load. What only gives way rises all along; what slips stays "
-            "level, and only that part counts" + _counted(friction)
+            "level, and only that part counts" + _counted(friction) + (BENT if bent else "") + _band(slipped)
         ),
         full=figure,
     )
+
+
+def _band(slipped: Sequence[Measured]) -> str:
+    if len(slipped) < 2:
+        return ""
+    return " The band takes in the 95 % intervals of mu at each load; that of all loads together stands above."
 
 
 def _counted(friction: Sequence[Measured]) -> str:
@@ -98,6 +127,8 @@ def surface_picture(found: SurfacePoints) -> Picture:
     x, y = _curve(p)
     axes.fill(np.append(x, 0.0), np.append(y, 0.0), color="#f1f5f9", zorder=1)
     told = f"p = {p:.3g}, " + ("measured" if found.exponent_measured else "assumed")
+    if not found.exponent_measured:
+        _draw_between(axes, *found.exponents)
     axes.plot(x, y, color=INK, linewidth=1.3, zorder=2, label=told)
     if found.true is not None:
         q = found.true.norm_exponent
@@ -130,6 +161,7 @@ def surface_picture(found: SurfacePoints) -> Picture:
         caption=(
             "Loads in full slip over what the contact bears of tangential force and of torque alone, with 95 % "
             "intervals, where these are wider than the dot. Loads inside the line are borne."
+            + ("" if found.exponent_measured else ASSUMED)
         ),
         full=figure,
     )
@@ -143,11 +175,13 @@ def length_picture(lengths: Sequence[Measured], growth: tuple[float, float] | No
     axes = figure.subplots()
     loads = np.array([each.at for each in lengths])
     span = np.geomspace(0.8 * loads.min(), 1.25 * loads.max(), 60)
-    said = "e at each load, with its 95 % interval."
+    said = "e at each load with its 95 % interval."
     if growth is not None:
         c, gamma = growth
         axes.plot(span, MILLI * c * span**gamma, color=MEASURED, linewidth=1.2, label="c $f_n^\\gamma$")
-        said = f"e at each load with its 95 % interval, and e = {MILLI * c:.3g} mm (f_n / 1 N)^{gamma:.2g}."
+        power = f"{gamma:.2f}"
+        law = "at all loads" if float(power) == 0.0 else f"(f_n / 1 N)^{power}"
+        said = f"e at each load with its 95 % interval, and e = {MILLI * c:.3g} mm {law}."
     _with_intervals(axes, lengths, MILLI)
     top = MILLI * max(each.upper if math.isfinite(each.upper) else each.value for each in lengths)
     axes.set_xscale("log")
@@ -158,8 +192,16 @@ def length_picture(lengths: Sequence[Measured], growth: tuple[float, float] | No
     return Picture(title="Spin length over load", caption=said, full=figure)
 
 
-def speed_picture(speeds: Sequence[Measured], curve: FloatArray | None) -> Picture | None:
-    """Return the picture of mu over the slip speed, or None for a single speed."""
+def speed_picture(
+    speeds: Sequence[Measured], curve: FloatArray | None, *, creeping: bool = False
+) -> Picture | None:
+    """Return the picture of mu over the slip speed, or None for a single speed.
+
+    Args:
+        speeds: mu at each.
+        curve: Through them.
+        creeping: Whether some of them only crept.
+    """
     if len(speeds) < 2:
         return None
     figure = new_figure(Width.HALF, 3.4)
@@ -175,7 +217,7 @@ def speed_picture(speeds: Sequence[Measured], curve: FloatArray | None) -> Pictu
     legend_above(figure, [axes], columns=4)
     return Picture(
         title="Friction over speed",
-        caption=f"{_over_speed(speeds)} What creeps, as grease does, is proportional to the speed.",
+        caption=_over_speed(speeds) + (CREEPING if creeping else ""),
         full=figure,
     )
 
@@ -230,6 +272,20 @@ def _curve(p: float) -> tuple[FloatArray, FloatArray]:
     x: FloatArray = np.cos(angle) ** (2.0 / p)
     y: FloatArray = np.abs(np.sin(angle)) ** (2.0 / p)
     return x, y
+
+
+def _draw_between(axes: Axes, low: float, high: float) -> None:
+    """Draw all limit surfaces whose p lies between two."""
+    (x, y), (u, v) = _curve(low), _curve(high)
+    axes.fill(
+        np.concatenate([x, u[::-1]]),
+        np.concatenate([y, v[::-1]]),
+        color=QUIET,
+        alpha=0.25,
+        linewidth=0.0,
+        zorder=1.5,
+        label=f"p from {low:g} to {high:g}",
+    )
 
 
 def _plain_ticks(axes: Axes, values: FloatArray) -> None:

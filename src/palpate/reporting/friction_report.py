@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 
 from rich.table import Table
@@ -13,6 +14,12 @@ from palpate.reporting.terminal import key_figures
 
 MOST_MATCHES = 20
 """Materials whose posterior is written down."""
+
+OVER_TIME = (
+    "Normal force found by touch, and asked for while it rubbed, above the speed of the fingertip; the ground "
+    "shows what the controller was doing."
+)
+"""Caption of the forces over time: unlike other reports', they are shown without the simulation's."""
 
 COLUMNS = ("name", "value", "unit", "note")
 
@@ -38,12 +45,13 @@ def friction_html(report: FrictionReport) -> str:
     from palpate.reporting.timing_table import timing_rows
 
     told = [
-        stroke_picture(report.strokes, report.friction),
+        stroke_picture(report.strokes, report.friction, bent=report.bent),
         None if report.surface is None else surface_picture(report.surface),
         length_picture(report.lengths, report.growth),
-        speed_picture(report.speeds, report.curve),
+        speed_picture(report.speeds, report.curve, creeping=report.creeping),
     ]
-    over_time = [force_overview(report.series)] if report.series.phase else []
+    forces = force_overview(report.series) if report.series.phase else None
+    over_time = [None if forces is None else replace(forces, caption=OVER_TIME)]
     timing = table(timing_rows(report.timing), COLUMNS)
     return page(
         report.title,
@@ -83,9 +91,19 @@ def _recognition(found: RecognitionReport | None) -> list[str]:
         )
         for each in found.matches[:MOST_MATCHES]
     ]
+    # of what none fits, no share is a result
+    columns = COLUMNS if found.fits else ("name", "unit", "unit", "note")
+    likely = f"probability, {'if it is' if found.fits else 'were it'} one of these"
+    heads = ("material", likely, "", "how likely the rubs are of it; how seldom it would be as far off itself")
     matrix = [] if found.confusion is None else [confusion_picture(found.confusion)]
     setting = f"<p>{escape(found.setting)}</p>" if found.setting else ""
-    return [f"<p>{escape(found.words)}</p>", table(rows, COLUMNS), setting, picture_cards(matrix)]
+    return [f"<p>{escape(found.words)}</p>", _headed(table(rows, columns), heads), setting, picture_cards(matrix)]
+
+
+def _headed(html: str, heads: Sequence[str]) -> str:
+    """Return a table with a line of heads."""
+    line = "".join(f'<td class="note">{escape(head)}</td>' for head in heads)
+    return html.replace("<table>\n", f"<table>\n<tr>{line}</tr>\n", 1)
 
 
 def _below(likelihood: float) -> str:

@@ -1,0 +1,1 @@
+"""Grasp forces, speed against error: run by `python benchmarks/grasp.py`."""
