@@ -60,11 +60,13 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/fits.py
 	$(BIN)/python benchmarks/simulation
+	$(BIN)/python benchmarks/grasp.py
 
-pictures: $(VENV)/.run $(VENV)/.kernels  ## Make the pictures of README and docs anew
+pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python benchmarks/contact --picture docs/contact_speed_error.png
 	$(BIN)/python benchmarks/simulation --picture docs/simulation_speed_error.png
+	$(BIN)/python benchmarks/grasp.py --picture docs/grasp_speed_error.png
 
 clean:  ## Remove environments, builds, caches and runs
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
@@ -75,7 +77,7 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 # numba looks only at the file of a cached function, not at what it inlines from others: forget all when one changes
-$(VENV)/.kernels: $(BIN)/python $(wildcard src/palpate/sensing/kernels/*.py src/palpate/surfaces/*.py)
+$(VENV)/.kernels: $(BIN)/python $(wildcard src/palpate/sensing/kernels/*.py src/palpate/surfaces/*.py src/palpate/grasp/*.py)
 	find src -name '*.nbi' -delete
 	@touch $@
 

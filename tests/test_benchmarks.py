@@ -174,6 +174,7 @@ def test_it_starts_from_the_folder():
         "slip.py",
         "holding.py",
         "micro_motions.py",
+        "grasp.py",
     ],
 )
 def test_every_benchmark_says_what_it_measures(script):
