@@ -28,8 +28,14 @@ DROPPED = 0.01
 SLIPPED, SPUN = 2e-5, math.radians(0.2)
 """[m], [rad] From there on it counts as slip: below, it is what contacts give way by, and creep."""
 
-EVERY = 5
-"""Periods from one to the next for which the least grip is worked out."""
+EVERY, SELDOM = 5, 25
+"""Periods from one to the next for which the least grip is worked out, while it is pulled and else."""
+
+MEAN = 0.02
+"""[s] Over which the acceleration of lifting and lowering is taken: what contacts ring with is no load."""
+
+NEAR = 2e-5
+"""[m] Above the table: so near it may still be held up by it, a bit, and its weight says nothing of the grip."""
 
 SLACK = 20.0
 """[s] For which a run may go on longer than planned."""
@@ -42,7 +48,7 @@ class Onset:
     Attributes:
         finger: Where.
         time: By the truth [s].
-        told: By the first alarm there since the pull began [s]; NaN if there was none.
+        told: By the first alarm there since the lift began [s]; NaN if there was none.
     """
 
     finger: int
@@ -87,13 +93,38 @@ class Grasp:
         return np.asarray((time >= times.begin) & (time < times.end) & holding)
 
     @cached_property
+    def aloft(self) -> BoolArray:
+        """In which periods the hand has it: from the lift until it meets the table again, shape (n,)."""
+        stage = self.truth.stage
+        down = stage == STAGES.index(GraspStage.SET_DOWN)
+        before = np.logical_or.accumulate(down & (self.truth.clearance <= 0.0))
+        lifted = (stage == STAGES.index(GraspStage.LIFT)) | (stage == STAGES.index(GraspStage.HOLD)) | down
+        return np.asarray(lifted & ~before)
+
+    @cached_property
     def carried(self) -> BoolArray:
-        """In which periods it is held, and fingers alone bear it, shape (n,)."""
-        return np.asarray(self.truth.stage == STAGES.index(GraspStage.HOLD))
+        """In which of them fingers alone bear it, shape (n,)."""
+        return np.asarray(self.aloft & (self.truth.clearance > NEAR))
+
+    @property
+    def slip_aloft(self) -> float:
+        """Largest over any fingertip since the lift began, in the whole time in the air [m]."""
+        return float(self.truth.slid[self.aloft].max(initial=0.0))
+
+    @property
+    def spin_aloft(self) -> float:
+        """Likewise, about its normal [rad]."""
+        return float(self.truth.turned[self.aloft].max(initial=0.0))
+
+    @property
+    def gave_way(self) -> tuple[str, ...]:
+        """What it did in the air that counts: "slipped", "spun", both or neither."""
+        slip, spin = max(self.slip, self.slip_aloft), max(self.spin, self.spin_aloft)
+        return tuple(word for word, beyond in (("slipped", slip > SLIPPED), ("spun", spin > SPUN)) if beyond)
 
     @property
     def slip(self) -> float:
-        """Largest over any fingertip while it was pulled [m]."""
+        """Largest over any fingertip since the pull began, while it was pulled [m]."""
         return float(self.truth.slip[self.counted].max(initial=0.0))
 
     @property
@@ -103,18 +134,24 @@ class Grasp:
 
     @property
     def dropped(self) -> bool:
-        """Whether the object was lost, or never lifted."""
+        """Whether the object was lost, slid too far, or was never lifted."""
         lost = self.truth.touching[self.counted].sum(axis=1).min(initial=self.truth.fingers) < 2
-        return bool(lost) or self.slip > DROPPED or not self.counted.any() or self.left_behind
+        far = max(self.slip, self.slip_aloft) > DROPPED
+        return bool(lost) or far or not self.counted.any() or self.left_behind
 
     @property
     def left_behind(self) -> bool:
-        """Whether it had not come along with the fingers when something began to pull."""
+        """Whether it still stood on the table, or lay there, when something began to pull."""
         if not self.counted.any():
             return False
-        height, wanted = self.truth.height, self.planned.config.lift_height
-        lifted = float(height[int(self.counted.argmax())] - height[0])
-        return wanted - lifted > min(DROPPED, 0.5 * wanted)
+        return bool(self.truth.clearance[int(self.counted.argmax())] <= NEAR)
+
+    @property
+    def higher(self) -> float:
+        """How much higher than before the lift the fingers touch it in the end, mean over them [m]."""
+        lifts = np.flatnonzero(self.aloft)
+        at = self.truth.height + self.truth.contact[:, :, 2].mean(axis=1)
+        return float(at[-1] - at[lifts[0]]) if len(lifts) else 0.0
 
     @cached_property
     def least(self) -> FloatArray:
@@ -124,16 +161,29 @@ class Grasp:
         at = np.flatnonzero(self.carried & truth.touching.all(axis=1))
         if not len(at):
             return least
-        chosen = np.unique(np.append(at[::EVERY], at[-1]))
-        weight = np.array([0.0, 0.0, -planned.config.mass * GRAVITY, 0.0, 0.0, 0.0])
+        often, seldom = at[self.counted[at]], at[~self.counted[at]]
+        chosen = np.unique(np.concatenate([often[::EVERY], often[-1:], seldom[::SELDOM], at[-1:]]))
+        mass, weight = planned.config.mass, np.zeros(6)
         values = []
         for i in chosen:
             contacts = [(x, y, z) for x, y, z in truth.contact[i].tolist()]
             normals = [(x, y, z) for x, y, z in truth.normal[i].tolist()]
+            weight[2] = -mass * (GRAVITY + self.acceleration[i])
             a, b, c, d, e, f = (truth.pull[i] + weight).tolist()
             values.append(least_grip(planned.true, (a, b, c, d, e, f), contacts, normals))
         least[at] = np.interp(truth.time[at], truth.time[chosen], values)
         return least
+
+    @cached_property
+    def acceleration(self) -> FloatArray:
+        """Of the object upwards while it is lifted and lowered, mean over `MEAN`, shape (n,) [m/s^2]; else 0."""
+        truth, n = self.truth, round(MEAN / PERIOD)
+        moved = self.aloft & (truth.stage != STAGES.index(GraspStage.HOLD))
+        if not moved.any() or len(truth) <= n:
+            return np.zeros(len(truth))
+        speed = np.gradient(truth.height, truth.time)
+        mean = np.convolve(np.gradient(speed, truth.time), np.full(n, 1.0 / n), mode="same")
+        return np.where(moved, mean, 0.0)
 
     @cached_property
     def felt(self) -> FloatArray:
@@ -148,8 +198,8 @@ class Grasp:
 
     @property
     def tightest(self) -> float:
-        """Smallest of that ratio at any instant."""
-        known = self.counted & np.isfinite(self.least) & (self.least > 0.0)
+        """Smallest of that ratio at any instant in the air; NaN if it was never lifted."""
+        known = self.carried & np.isfinite(self.least) & (self.least > 0.0)
         return float((self.felt[known] / self.least[known]).min()) if known.any() else math.nan
 
     @cached_property
@@ -168,9 +218,9 @@ class Grasp:
         """Where and when it began to slip, at most one per finger."""
         found = []
         for k in range(self.truth.fingers):
-            beyond = ((self.truth.slip[:, k] > SLIPPED) | (self.truth.spin[:, k] > SPUN)) & self.counted
+            beyond = ((self.truth.slid[:, k] > SLIPPED) | (self.truth.turned[:, k] > SPUN)) & self.aloft
             if beyond.any():
-                told = [a.time for a in self.pulled_alarms if a.finger == k]
+                told = [a.time for a in self.alarms_aloft if a.finger == k]
                 found.append(Onset(k, float(self.truth.time[int(beyond.argmax())]), min(told, default=math.nan)))
         return tuple(found)
 
@@ -179,6 +229,26 @@ class Grasp:
         """Alarms while it was pulled."""
         times = self.planned.times
         return tuple(alarm for alarm in self.alarms if times.begin <= alarm.time < times.end)
+
+    @property
+    def alarms_aloft(self) -> tuple[SlipAlarm, ...]:
+        """Alarms since the lift began, while it was in the air."""
+        return tuple(alarm for alarm in self.alarms if self.aloft[self._row(alarm.time)])
+
+    def alarms_at(self) -> dict[GraspStage, int]:
+        """Return how many alarms there were at each stage, where there were some, but for those while pulled."""
+        stages = [STAGES[self.truth.stage[self._row(a.time)]] for a in self.alarms if a not in self.pulled_alarms]
+        return {stage: stages.count(stage) for stage in STAGES if stage in stages}
+
+    def raised_at(self) -> dict[GraspStage, int]:
+        """Return how often the grip was raised at each stage, where it was."""
+        raised = np.diff(self.truth.regrips, prepend=0)
+        counts = {stage: int(raised[self.truth.stage == i].sum()) for i, stage in enumerate(STAGES)}
+        return {stage: count for stage, count in counts.items() if count > 0}
+
+    def _row(self, time: float) -> int:
+        """The row of a time [s], or the next one."""
+        return min(int(np.searchsorted(self.truth.time, time - 0.5 * PERIOD)), len(self.truth) - 1)
 
     @property
     def let_go(self) -> bool:
@@ -198,7 +268,7 @@ class GraspAttempt:
         self._planned = planned
         self._backend, self._watch, self._belief = planned.backend(), planned.watch(), planned.belief()
         self.controller = planned.controller(self._watch, self._belief)
-        self._truth = GraspTruthRecorder(self._backend, self.controller, planned.times.begin)
+        self._truth = GraspTruthRecorder(self._backend, self.controller, planned.config, planned.times.begin)
 
     def run(
         self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = (), touch: Touch | None = None
@@ -274,7 +344,7 @@ def write_grasp(grasp: Grasp, folder: Path) -> tuple[Path, ...]:
     report, table = folder / "report.html", folder / "grasp.csv"
     write_grasp_report(grasp_report(grasp), report)
     truth = grasp.truth
-    columns = (truth.time, truth.target, grasp.felt, grasp.least, truth.slip.max(axis=1), truth.spin.max(axis=1))
+    columns = (truth.time, truth.target, grasp.felt, grasp.least, truth.slid.max(axis=1), truth.turned.max(axis=1))
     np.savetxt(
         table,
         np.column_stack(columns),

@@ -10,6 +10,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.friction_file import Finding, FrictionFile, How, read_friction_file
 from palpate.experiments.grasp_config import SPREADS, GraspConfig
 from palpate.experiments.grasp_nudged import NotedNudge
+from palpate.experiments.grasp_strength import at_worst
 from palpate.experiments.grasp_surface import true_surface
 from palpate.experiments.grasp_text import KNOWN_TEXT
 from palpate.friction.limit_surface import LimitSurface
@@ -115,13 +116,7 @@ def belief_of(config: GraspConfig, believed: LimitSurface) -> SurfaceBelief:
     if config.known == "touched":
         return KnownSurface(believed)
     if config.known == "nudged":
-        cautious = LimitSurface(
-            believed.friction * (1.0 - of_mu),
-            believed.spin_length * (1.0 - of_e),
-            believed.load_exponent,
-            believed.norm_exponent,
-        )
-        return NotedNudge(cautious, NUDGING_GRIP)
+        return NotedNudge(at_worst(believed, config.known), NUDGING_GRIP)
     return LearntSurface(
         lambda: FrictionBelief(
             believed.friction,

@@ -5,15 +5,24 @@ from statistics import fmean
 
 import numpy as np
 
+from palpate.controllers.grip.grasp import GraspStage
 from palpate.experiments.grasp import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp_belief import NUDGING_GRIP
 from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_unit_text import MILLI
+from palpate.experiments.grasp_strength import LARGEST_GRIP, OVERSHOOT
+from palpate.experiments.grasp_unit_text import MILLI, in_percent
 from palpate.reporting.data import KeyFigure
 
 OF_FRICTION, OF_SPIN_LENGTH = 0.02, 2.5e-4
 """By which share mu, and by how much e [m], is off that a nudge finds: by more in none of 40, half of them with
 MuJoCo's friction and half with the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
+
+DIGITS = 6
+"""Of millimetres and degrees: beyond, what is told is the rounding of numbers."""
+
+_COMMANDED = (
+    f"{LARGEST_GRIP:g} N is asked for at most, and servos overshoot a jump by up to {in_percent(OVERSHOOT)}"
+)
 
 
 def key_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
@@ -25,12 +34,25 @@ def key_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
         KeyFigure("dropped", _dropped(grasp), "", ""),
         KeyFigure("slip", _slip(grasp), "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2),
         KeyFigure("spin", _spin(grasp), "degrees", f"likewise; above {math.degrees(SPUN):g} degrees", 2),
+        KeyFigure(
+            "slip in the whole time in the air", _slip_aloft(grasp), "mm", "from the lift on, until it lands", 2
+        ),
+        KeyFigure("spin in the whole time in the air", _spin_aloft(grasp), "degrees", "likewise", 2),
         KeyFigure("grip over the least", grasp.grip_ratio, "", "mean over mean, while pulled", 3),
-        KeyFigure("tightest", grasp.tightest, "", "smallest of that at any instant; below 1 it slips", 3),
-        KeyFigure("largest grip", most, "N", "true, mean of the fingers, while pulled", 3),
+        KeyFigure(
+            "tightest", grasp.tightest, "", "smallest of that at any instant in the air; below 1 it slips", 3
+        ),
+        KeyFigure("largest grip", most, "N", f"true, mean of the fingers, while pulled; {_COMMANDED}", 3),
         KeyFigure("alarms while pulled", float(pulled), "", _who_tells(grasp.planned.config)),
-        KeyFigure("other alarms", float(len(grasp.alarms) - pulled), "", "from the first touch to letting go"),
-        KeyFigure("times the grip was raised", float(grasp.regrips), "", _why_raised(grasp)),
+        KeyFigure(
+            "other alarms",
+            float(len(grasp.alarms) - pulled),
+            "",
+            _at(grasp.alarms_at(), "from the first touch to letting go"),
+        ),
+        KeyFigure(
+            "times the grip was raised", float(grasp.regrips), "", _at(grasp.raised_at(), _why_raised(grasp))
+        ),
         *_nudged(grasp),
     ]
     figures += [
@@ -52,25 +74,40 @@ def compared(grasp: Grasp) -> tuple[tuple[str, str, str, str], ...]:
         ("dropped", _dropped(grasp), _dropped(other), ""),
         ("slip", f"{_slip(grasp):.2g}", f"{_slip(other):.2g}", "mm"),
         ("spin", f"{_spin(grasp):.2g}", f"{_spin(other):.2g}", "degrees"),
+        ("slip in the air", f"{_slip_aloft(grasp):.2g}", f"{_slip_aloft(other):.2g}", "mm"),
+        ("spin in the air", f"{_spin_aloft(grasp):.2g}", f"{_spin_aloft(other):.2g}", "degrees"),
         ("grip over the least", f"{grasp.grip_ratio:.3g}", f"{other.grip_ratio:.3g}", ""),
+        ("tightest", f"{grasp.tightest:.3g}", f"{other.tightest:.3g}", ""),
     )
 
 
 def _dropped(grasp: Grasp) -> str:
     if grasp.dropped:
         return "yes"
-    gave_way = [
-        word for word, beyond in (("slipped", grasp.slip > SLIPPED), ("spun", grasp.spin > SPUN)) if beyond
-    ]
-    return f"no, but it {' and '.join(gave_way)}" if gave_way else "no"
+    return f"no, but it {' and '.join(grasp.gave_way)}" if grasp.gave_way else "no"
 
 
 def _slip(grasp: Grasp) -> float:
-    return MILLI * grasp.slip if grasp.counted.any() else math.nan
+    return round(MILLI * grasp.slip, DIGITS) if grasp.counted.any() else math.nan
 
 
 def _spin(grasp: Grasp) -> float:
-    return math.degrees(grasp.spin) if grasp.counted.any() else math.nan
+    return round(math.degrees(grasp.spin), DIGITS) if grasp.counted.any() else math.nan
+
+
+def _slip_aloft(grasp: Grasp) -> float:
+    return round(MILLI * grasp.slip_aloft, DIGITS) if grasp.aloft.any() else math.nan
+
+
+def _spin_aloft(grasp: Grasp) -> float:
+    return round(math.degrees(grasp.spin_aloft), DIGITS) if grasp.aloft.any() else math.nan
+
+
+def _at(counts: dict[GraspStage, int], note: str) -> str:
+    """A note, and at what stages that was; while it is set down, the table pushes at what lands."""
+    told = {GraspStage.SET_DOWN: "set down, where the table pushes"}
+    where = ", ".join(f"{count} at {told.get(stage, stage.value)}" for stage, count in counts.items())
+    return f"{note}: {where}" if where else note
 
 
 def _nudged(grasp: Grasp) -> list[KeyFigure]:

@@ -22,8 +22,8 @@ def foretold(planned: GraspPlan) -> tuple[str, ...]:
     needed = grip_for(config, planned.true, largest_load(config))
     if needed > LARGEST_GRIP:
         said.append(
-            f"At its largest the load takes {needed:.3g} N of each finger at least, which presses with at most "
-            f"{LARGEST_GRIP:g} N: it will slip. Give a smaller --pull or --offset, or more friction."
+            f"At its largest the load takes {needed:.3g} N of each finger at least, of which at most "
+            f"{LARGEST_GRIP:g} N is asked: it will slip. Give a smaller --pull or --offset, or more friction."
         )
     return tuple(said)
 

@@ -28,9 +28,10 @@ from palpate.experiments.grasp_belief import (
 )
 from palpate.experiments.grasp_config import GraspConfig
 from palpate.experiments.grasp_scene import PullTimes, hand_of, load_of, pull_times, scene_of, sensor_of
-from palpate.experiments.grasp_strength import LARGEST_GRIP, check_weight
+from palpate.experiments.grasp_strength import LARGEST_GRIP, check_weight, taking_up_time
 from palpate.experiments.grasp_surface import true_surface, with_surface
 from palpate.experiments.grasp_text import GRASP_TEXT, KNOWN_TEXT, grasp_text, read_grasp
+from palpate.experiments.grasp_unit_text import MILLI
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime import Limits, Touch
 from palpate.runtime.touch import Finger
@@ -112,7 +113,15 @@ class GraspPlan:
             InvalidValueError: It cannot be simulated so.
         """
         config = self.config
-        return HandBackend(scene_of(config), PERIOD, sensor=sensor_of(config), load=load_of(config, self.times))
+        try:
+            scene = scene_of(config)
+        except InvalidValueError as error:
+            sizes = " x ".join(f"{MILLI * length:g}" for length in config.sizes)
+            raise InvalidValueError(
+                f"mass = {config.mass:g} kg, {config.object} of {sizes} mm: {error}; take a heavier or "
+                "larger object"
+            ) from None
+        return HandBackend(scene, PERIOD, sensor=sensor_of(config), load=load_of(config, self.times))
 
     def watch(self) -> NotedWatch:
         """Return a fresh listener for slip; a grip that ignores spin does not listen to it."""
@@ -176,7 +185,7 @@ def plan(config: GraspConfig) -> GraspPlan:
             planned = plan_with(config, {KNOWN_TEXT: friction_file_text(found)})
         except InvalidValueError as error:
             raise InvalidValueError(f"friction_file = {config.friction_file}: {error}") from None
-    check_weight(planned.config)
+    check_weight(planned.config, planned.believed)
     return planned
 
 
@@ -193,7 +202,8 @@ def plan_with(config: GraspConfig, texts: Mapping[str, str]) -> GraspPlan:
     closed = max(gap, 0.0) / hand.closing_speed + CONTACT_TIME
     rise = config.lift_height / config.lift_speed + config.lift_speed / LIFT_ACCELERATION
     lift = LiftParameters(height=config.lift_height, speed=config.lift_speed, acceleration=LIFT_ACCELERATION)
-    begin = closed + 2.0 * lift.settle_time + rise + SPARE
+    taken_up = taking_up_time(config, believed, lift.first_grip)
+    begin = closed + 2.0 * lift.settle_time + taken_up + rise + SPARE
     if config.known == "nudged":
         begin += nudge_time()
     times = pull_times(config, begin)

@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from palpate.controllers.grip.grasp import GraspController, GraspStage
 from palpate.errors import FloatArray
+from palpate.experiments.grasp_clearance import clearance
+from palpate.experiments.grasp_config import GraspConfig
 from palpate.kinematics.pose import Pose
 from palpate.runtime import Command, Observation, Sample
 from palpate.sim.hand.backend import HandBackend
@@ -18,9 +20,12 @@ from palpate.spatial import Vector, add, add_scaled, dot, norm, rotate, rotate_b
 
 STAGES = tuple(GraspStage)
 
-PER_FINGER = 13
+ALL = 12
+"""Columns of all fingers together: time, stage, target, height; pull; clearance, and regrips."""
+
+PER_FINGER = 15
 """Columns: touching; contact and normal, base frame, from the object's origin; normal force, length of the
-tangential force, spin torque; slip, spin; and what was told to the finger."""
+tangential force, spin torque; slip and spin since the pull began, and since the lift did; what was told."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +50,10 @@ class GraspTruth:
         target: Grip that was wanted, without correction, shape (n,) [N].
         pull: On the object besides fingers and weight, about its origin, shape (n, 6) [N, N m].
         height: Of the object's origin, shape (n,) [m].
+        clearance: From the table to the lowest point of the object, shape (n,) [m]; 0 or less: it touches.
+        slid: As slip, but since the lift began, shape (n, k) [m].
+        turned: As spin, but since the lift began, shape (n, k) [rad].
+        regrips: How often the grip had answered an alarm by then, shape (n,).
     """
 
     time: FloatArray
@@ -59,6 +68,10 @@ class GraspTruth:
     target: FloatArray
     pull: FloatArray
     height: FloatArray
+    clearance: FloatArray
+    slid: FloatArray
+    turned: FloatArray
+    regrips: npt.NDArray[np.intp]
 
     def __len__(self) -> int:
         """Number of periods."""
@@ -73,18 +86,20 @@ class GraspTruth:
 class GraspTruthRecorder:
     """An observer that asks the simulation for the truth at every sample."""
 
-    def __init__(self, backend: HandBackend, controller: GraspController, watched: float) -> None:
+    def __init__(
+        self, backend: HandBackend, controller: GraspController, config: GraspConfig, watched: float
+    ) -> None:
         """Watch a back end.
 
         Args:
             backend: Whose truth is asked for.
             controller: Whose stage and target are kept.
+            config: What is held.
             watched: From when on slip and spin are counted [s]: by then the object must be held.
         """
-        self._backend, self._controller, self._from = backend, controller, watched
+        self._backend, self._controller, self._config, self._from = backend, controller, config, watched
         self._rows = array("d")
-        self._moved: _Moved | None = None
-        self._rubbed = _Rubbed(backend)
+        self._pulled, self._lifted = _Way(backend), _Way(backend)
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append the truth that belongs to this sample."""
@@ -96,24 +111,26 @@ class GraspTruthRecorder:
         center = description.tip.center_of_mass
         normals = [_normal(center, f, its) for f, its in zip(truth.fingers, sensors, strict=True)]
         if now.time >= self._from:
-            if self._moved is None:
-                self._moved = _Moved(truth, sensors, normals)
-            self._rubbed.go_on()
+            self._pulled.go_on(truth, sensors, normals)
+        if controller.stage is GraspStage.LIFT or self._lifted.begun:
+            self._lifted.go_on(truth, sensors, normals)
         row = [
             now.time,
             STAGES.index(controller.stage),
             self._wanted(command),
             truth.position[2],
             *backend.pull,
+            clearance(self._config, truth.position[2], truth.quat_wxyz),
+            controller.grip.regrips,
         ]
         for i, (finger, normal) in enumerate(zip(truth.fingers, normals, strict=True)):
-            slip, spin = self._moved_over(i, truth, sensors[i])
             pressed = -dot(finger.force, normal)
             aside = norm(add_scaled(finger.force, pressed, normal))
             wanted = math.nan if command.grip_force is None else command.grip_force[i]
             at = subtract(finger.position, truth.position)
             spun = dot(finger.torque, normal)
-            row += [finger.touching, *at, *normal, pressed, aside, spun, slip, spin, wanted]
+            ways = (*self._pulled.of(i, truth, sensors[i]), *self._lifted.of(i, truth, sensors[i]))
+            row += [finger.touching, *at, *normal, pressed, aside, spun, *ways, wanted]
         self._rows.extend(row)
 
     def _wanted(self, command: Command) -> float:
@@ -121,16 +138,11 @@ class GraspTruthRecorder:
             return max(command.grip_force)
         return self._controller.grip.target
 
-    def _moved_over(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
-        if self._moved is None:
-            return 0.0, 0.0
-        return self._rubbed.of(i) if self._backend.scene.rubbing else self._moved.of(i, truth, sensor)
-
     def truth(self) -> GraspTruth:
         """Return all that was appended so far."""
         k = self._backend.scene.hand.fingers
-        rows = np.array(self._rows).reshape(-1, 10 + k * PER_FINGER)
-        each = rows[:, 10:].reshape(-1, k, PER_FINGER)
+        rows = np.array(self._rows).reshape(-1, ALL + k * PER_FINGER)
+        each = rows[:, ALL:].reshape(-1, k, PER_FINGER)
         return GraspTruth(
             rows[:, 0],
             rows[:, 1].astype(np.intp),
@@ -140,11 +152,41 @@ class GraspTruthRecorder:
             each[:, :, 7:10],
             each[:, :, 10],
             each[:, :, 11],
-            each[:, :, 12],
+            each[:, :, 14],
             rows[:, 2],
             rows[:, 4:10],
             rows[:, 3],
+            rows[:, 10],
+            each[:, :, 12],
+            each[:, :, 13],
+            rows[:, 11].astype(np.intp),
         )
+
+
+class _Way:
+    """How far the object has slipped and spun over the fingertips since it was first asked to go on."""
+
+    def __init__(self, backend: HandBackend) -> None:
+        self._moved: _Moved | None = None
+        self._rubbed = _Rubbed(backend) if backend.scene.rubbing else None
+
+    @property
+    def begun(self) -> bool:
+        """Whether it counts already."""
+        return self._moved is not None
+
+    def go_on(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector]) -> None:
+        """Take a period; the first one is where it counts from."""
+        if self._moved is None:
+            self._moved = _Moved(truth, sensors, normals)
+        if self._rubbed is not None:
+            self._rubbed.go_on()
+
+    def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
+        """Return slip [m] and spin [rad] over a finger."""
+        if self._moved is None:
+            return 0.0, 0.0
+        return self._moved.of(i, truth, sensor) if self._rubbed is None else self._rubbed.of(i)
 
 
 class _Moved:

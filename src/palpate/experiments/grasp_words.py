@@ -1,9 +1,16 @@
 """What the report on a grasp says in words and figures."""
 
+import math
+
+import numpy as np
+
+from palpate.controllers.grip.grasp import GraspStage
 from palpate.experiments.grasp import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp_config import SPREADS, GraspConfig
 from palpate.experiments.grasp_foretold import foretold
+from palpate.experiments.grasp_strength import LARGEST_GRIP
 from palpate.experiments.grasp_surface import rubbed_by_plant
+from palpate.experiments.grasp_truth import STAGES
 from palpate.experiments.grasp_unit_text import MILLI, bears, in_degrees, in_mm, in_percent
 from palpate.runtime import Ending
 
@@ -24,35 +31,81 @@ def title(grasp: Grasp) -> str:
 
 def outcome(grasp: Grasp) -> str:
     """Return how it ended."""
+    ended = _ended(grasp)
+    if not grasp.aloft.any():
+        return f"{ended} Nothing was lifted."
+    if not grasp.counted.any():
+        return f"{_verdict(grasp)} {ended} Nothing was held long enough to be pulled at."
+    return f"{_verdict(grasp)} {ended}"
+
+
+def _ended(grasp: Grasp) -> str:
+    """What ended it, and what became of the grip."""
     result = grasp.run
     rest = "the hand is at rest" if result.stopped else "THE HAND DID NOT COME TO REST"
+    kept = f"{_kept(grasp)}, and {rest}"
+    after = f"after {result.duration:.1f} s"
     if result.ending is Ending.DONE and grasp.dropped:
-        ended = f"The hand went on to the end, and opened after {result.duration:.1f} s; {rest}."
-    elif result.ending is Ending.DONE:
-        ended = f"Set down and let go after {result.duration:.1f} s; {rest}."
-    elif grasp.met_early:
-        ended = (
-            f"Ended after {result.duration:.1f} s on the way down, for the object met something higher up than "
-            f"what it stood on, as one does that has tilted; the grip was kept, and {rest}."
+        return f"The hand went on to the end, and opened {after}; {rest}."
+    if result.ending is Ending.DONE:
+        return f"Set down and let go {after}; {rest}."
+    if grasp.met_early:
+        return (
+            f"Ended {after} on the way down, for the object met something with the fingers still "
+            f"{in_mm(grasp.higher)} higher than before the lift, {_moved(grasp)}; {kept}."
         )
-    elif result.ending is Ending.LOST:
-        ended = (
-            f"Ended after {result.duration:.1f} s, for a finger felt nothing, or nothing to be believed; the grip "
-            f"was kept, and {rest}."
+    if result.ending is Ending.LOST and _too_much(grasp):
+        return (
+            f"Ended {after} in the lift, for the object took more grip than the {LARGEST_GRIP:g} N that fingers "
+            f"are told at most; {kept}."
         )
-    elif result.ending is Ending.TRIPPED:
-        ended = f"Stopped by the supervisor: {result.why}; the grip was kept, and {rest}."
-    else:
-        ended = (
-            f"Not finished ({result.ending.value}) after {result.duration:.1f} s; the grip was kept, and {rest}."
-        )
-    if not grasp.counted.any():
-        return f"{ended} Nothing was held long enough to be pulled at."
-    if grasp.dropped:
-        return f"The object was {'left behind' if grasp.left_behind else 'dropped'}. {ended}"
-    if grasp.slip > SLIPPED or grasp.spin > SPUN:
-        return f"The object slipped by {in_mm(grasp.slip)} and spun by {in_degrees(grasp.spin)}. {ended}"
-    return f"The object neither slipped nor spun. {ended}"
+    if result.ending is Ending.LOST:
+        return f"Ended {after}, for a finger felt nothing, or nothing to be believed; {kept}."
+    if result.ending is Ending.TRIPPED:
+        return f"Stopped by the supervisor: {result.why}; {kept}."
+    return f"Not finished ({result.ending.value}) {after}; {kept}."
+
+
+def _kept(grasp: Grasp) -> str:
+    """What became of the grip."""
+    truth = grasp.truth
+    if len(truth) and STAGES[truth.stage[-1]] is GraspStage.LET_GO:
+        return f"it was letting go, with {np.nanmax(truth.command[-1]):.2g} N in the end"
+    return "the grip was kept"
+
+
+def _moved(grasp: Grasp) -> str:
+    """Why it met it there, by the truth."""
+    did = []
+    if grasp.slip_aloft > SLIPPED:
+        did.append(f"slid by {in_mm(grasp.slip_aloft)}")
+    if grasp.spin_aloft > SPUN:
+        did.append(f"tilted by {in_degrees(grasp.spin_aloft)}")
+    return f"for it had {' and '.join(did)}" if did else "though it had neither slid nor tilted"
+
+
+def _too_much(grasp: Grasp) -> bool:
+    """Whether the hand gave up lifting with the largest grip and all fingers at the object."""
+    truth = grasp.truth
+    lifting = STAGES[truth.stage[-1]] is GraspStage.LIFT
+    return lifting and bool(truth.touching[-1].all()) and float(truth.target[-1]) >= LARGEST_GRIP * (1.0 - 1e-9)
+
+
+def _verdict(grasp: Grasp) -> str:
+    """Whether it was held, true of the whole time in the air."""
+    slip = in_mm(grasp.slip_aloft)
+    if grasp.left_behind:
+        return f"The object was left behind: the fingers slid up its sides by {slip}."
+    held = bool(grasp.truth.touching[np.flatnonzero(grasp.aloft)[-1]].all())
+    if grasp.dropped and grasp.counted.any():
+        return f"The object {f'slid by {slip} in the fingers, as good as dropped' if held else 'was dropped'}."
+    if not grasp.gave_way:
+        return "The object neither slipped nor spun, from the lift on." if held else "The object was lost."
+    pulled = f" ({in_mm(grasp.slip)} and {in_degrees(grasp.spin)} while it was pulled)"
+    return (
+        f"The object slipped by {slip} and spun by {in_degrees(grasp.spin_aloft)} in the air"
+        f"{pulled if grasp.counted.any() else ''}."
+    )
 
 
 def account(grasp: Grasp) -> tuple[str, ...]:
@@ -78,7 +131,7 @@ def account(grasp: Grasp) -> tuple[str, ...]:
         fate = (
             "dropped it"
             if other.dropped
-            else f"let it spin by {in_degrees(other.spin)} and slip by {in_mm(other.slip)}"
+            else f"let it spin by {in_degrees(other.spin_aloft)} and slip by {in_mm(other.slip_aloft)}"
         )
         said.append(
             f"The same with Coulomb's law alone, f_n = f_t / mu with the same margin, {fate}: a pull "
@@ -118,13 +171,14 @@ def _source(grasp: Grasp) -> str:
     config = planned.config
     if planned.known:
         return f"What was believed comes from {config.friction_file}."
+    typed = bool(config.believed_friction or config.believed_spin_length)
     told = {
-        "touched": "That is what a touch told before",
+        "touched": "" if typed else "That is what a touch told before",
         "nudged": "A nudge before the lift then told it closer",
         "untouched": "Nobody has touched it before: the grip is planned for the least that is likely",
     }[config.known]
-    if config.believed_friction or config.believed_spin_length:
-        return f"{told}; what was believed was typed."
+    if typed:
+        return f"What was believed was typed. {told}{'.' if told else ''}".rstrip()
     of_mu, of_e = SPREADS[config.known]
     return f"{told}; the truth lies within {in_percent(of_mu)} and {in_percent(of_e)} of what was believed."
 
@@ -134,11 +188,18 @@ def _known(config: GraspConfig) -> str:
 
 
 def _of_grip(grasp: Grasp) -> str:
-    over = f"{grasp.grip_ratio:.3g} times the least that theory allows ({grasp.tightest:.3g} at the tightest)"
+    over = (
+        f"{grasp.grip_ratio:.3g} times the least that theory allows while it was pulled "
+        f"({grasp.tightest:.3g} at the tightest, from the lift on)"
+    )
+    if math.isnan(grasp.grip_ratio):
+        return "How the grip compares with the least that theory allows is not known: nothing was in the air then."
     if grasp.dropped:
-        return f"Until it was lost the grip was {over}."
-    if grasp.slip > SLIPPED or grasp.spin > SPUN:
+        return f"As long as it was in the air the grip was {over}."
+    if grasp.gave_way:
         return f"The grip was {over}: at some instants a contact bore less than its load, and gave way."
+    if grasp.tightest < 1.0:
+        return f"The grip was {over}: at some instants a bit too little, of which nothing came."
     return f"The grip was {over}, so that every load stayed within its limit surface."
 
 

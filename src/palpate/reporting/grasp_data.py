@@ -23,11 +23,12 @@ class GraspSeries:
         wanted: Grip that was wanted, shape (n,) [N].
         felt: True grip, mean over the fingers, shape (n,) [N].
         least: Least grip of the true load, shape (n,) [N]; NaN where the fingers do not bear it alone.
-        slip: Shape (n, k) [m].
-        spin: Shape (n, k) [rad].
+        slip: Since the lift began, shape (n, k) [m].
+        spin: Likewise, shape (n, k) [rad].
         loads: True normal force [N], tangential force [N], spin torque [N m], shape (n, k, 3).
         slipping: Shape (n, k).
-        counted: Which periods figures are of, shape (n,).
+        counted: In which periods it was pulled, shape (n,).
+        aloft: In which it was in the air, from the lift on, shape (n,).
         alarms: When slip was told [s].
     """
 
@@ -41,11 +42,12 @@ class GraspSeries:
     loads: FloatArray
     slipping: BoolArray
     counted: BoolArray
+    aloft: BoolArray
     alarms: tuple[float, ...]
 
     def __post_init__(self) -> None:
         n = len(self.time)
-        for name in ("stage", "wanted", "felt", "least", "slip", "spin", "loads", "slipping", "counted"):
+        for name in ("stage", "wanted", "felt", "least", "slip", "spin", "loads", "slipping", "counted", "aloft"):
             if len(getattr(self, name)) != n:
                 raise InvalidValueError(
                     f"{name} has {len(getattr(self, name))} entries: must be {n}, one per time"

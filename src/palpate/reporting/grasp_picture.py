@@ -73,8 +73,9 @@ def slip_picture(series: GraspSeries, note: str = "") -> Picture:
     return Picture(
         title=f"Slip and spin{note}",
         caption=(
-            "How far the object moved over the fingertips, and turned about the contact normals, since the pull "
-            f"began: the larger of the fingers, by the simulation's truth. Above: when slip was told ({told})."
+            "How far the object moved over the fingertips, and turned about the contact normals, in the air, "
+            "since the lift began: the larger of the fingers, by the simulation's truth. Above: when slip was "
+            f"told ({told})."
         ),
         full=_slip(series, Width.FULL),
         narrow=_slip(series, Width.HALF),
@@ -120,7 +121,7 @@ def _grip(series: GraspSeries, width: Width) -> Figure:
 def _slip(series: GraspSeries, width: Width) -> Figure:
     figure = new_figure(width, 4.0)
     slip, spin = figure.subplots(2, 1, sharex=True)
-    shown = series.counted
+    shown = series.aloft
     at = series.time[shown]
     for axes, values, colour, least in (
         (slip, MILLI * series.slip, SLIDES, NO_SLIP),
