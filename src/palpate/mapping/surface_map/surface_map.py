@@ -32,8 +32,8 @@ Along an arc between two ridges w apart the slopes go from -a to a and the depth
 1: its RMS is w a / 4 (8 / 15)^0.5, that of the slopes a / 3^0.5."""
 
 FACET_DOUBT = 1.25
-"""Facets are taken for so much deeper than learned. A patch sees some eight rows, each with one slope: their RMS is
-known to 1 / (2 * 8)^0.5, a quarter, and the smooth surface through them has taken a part of it for itself."""
+"""Facets are taken for so much deeper than learned. A patch sees some eight rows, each with one slope: their RMS
+is known to 1 / (2 * 8)^0.5, a quarter, and the smooth surface through them has taken a part of it for itself."""
 
 FOOT_STEPS = 3
 """Steps to the foot of a point: each leaves a fraction of distance times curvature squared."""
