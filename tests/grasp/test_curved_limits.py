@@ -107,3 +107,19 @@ def test_a_load_beyond_all_larger_contacts_is_proven_impossible_and_limits_are_k
     assert result.status is SolveStatus.INFEASIBLE
     assert result.certificate is not None
     assert result.margin.min() >= -1e-6
+
+
+@pytest.mark.parametrize("limits", [{"load_exponent": 1 / 3}, {"norm_exponent": 1.4}])
+def test_what_is_a_little_less_than_the_most_that_can_be_held_is_held_and_a_little_more_is_not(limits):
+    rng = np.random.default_rng(4)
+    grasp = grasp_of(*around(4, rng), 0.7, 0.004, rng, force_max=20.0, **limits)
+    load = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
+    most = GraspForceOptimizer(grasp, "load_factor").solve(load).load_factor
+    optimizer = GraspForceOptimizer(grasp)
+    assert optimizer.solve(0.99 * most * load).status is SolveStatus.SOLVED
+    assert optimizer.solve(1.01 * most * load).status is not SolveStatus.SOLVED
+    margin = GraspForceOptimizer(grasp, "max_margin").solve(load)
+    assert margin.objective == pytest.approx(margin.margin.min(), rel=1e-9)
+    assert margin.objective >= optimizer.solve(load).margin.min()
+    peak = GraspForceOptimizer(grasp, "min_peak").solve(load)
+    assert peak.forces[:, 0].max() <= optimizer.solve(load).forces[:, 0].max() * (1.0 + 1e-9)

@@ -32,29 +32,24 @@ class Convex:
         """Compile and allocate, so that solving need not."""
         self._objective, self._weight = objective, effort_weight
         self._room, self._actuators = 0, 0
-        self._newton: LeastEffort | None = None
+        self._newton = LeastEffort(ScaledGrasp.of(grasp), effort_weight)
         self.update(grasp)
 
-    def update(self, grasp: GraspContacts, reserve: FloatArray | None = None) -> None:
-        """Take contacts that have moved, come or gone.
-
-        Args:
-            grasp: All of them.
-            reserve: Share of each friction limit that is kept back, shape (n,) [N].
-        """
+    def update(self, grasp: GraspContacts) -> None:
+        """Take contacts that have moved, come or gone."""
         self._grasp = grasp
-        self._scaled = ScaledGrasp.of(grasp, reserve)
+        self._scaled = ScaledGrasp.of(grasp)
         self._prepare(len(grasp), 0 if grasp.actuator_limit is None else grasp.actuator_limit.shape[1])
-        if self._newton is not None and len(self._newton) == len(grasp):
+        if len(self._newton) == len(grasp):
             self._newton.update(self._scaled)
         else:
             self._newton = LeastEffort(self._scaled, self._weight)
 
     def solve(self, wrench: FloatArray, *, warm: bool) -> GraspForces:
         """Return the forces for a finite load, shape (6,) [N, N m]."""
-        newton = self._newton
-        if newton is None or self._objective is not Objective.MIN_EFFORT:
+        if self._objective is not Objective.MIN_EFFORT:
             return self._by_interior_point(wrench)
+        newton = self._newton
         if not warm:
             newton.y[:] = 0.0
         forces = np.empty((len(newton), 4))
@@ -99,8 +94,13 @@ class Convex:
 
     def _any_load(self, wrench: FloatArray) -> GraspForces:
         """Return forces that hold the load, of which any multiple could be held."""
-        held = Convex(self._grasp, Objective.MIN_EFFORT, self._weight).solve(wrench, warm=False)
-        return replace(held, objective=math.inf, load_factor=math.inf)
+        forces, newton = np.empty((len(self._grasp), 4)), self._newton
+        newton.y[:] = 0.0
+        outcome, used = newton.solve(wrench, forces)
+        if outcome != Outcome.SOLVED:
+            load, size = self._scaled.load(wrench)
+            forces = self._scaled.forces(least_violation(self._scaled.sized(size), load, self._weight)[0], size)
+        return self._result(forces, math.inf, wrench, np.zeros(6), used, SolveStatus.SOLVED, math.inf)
 
     def _least_violation(self, wrench: FloatArray, certificate: FloatArray | None, iterations: int) -> GraspForces:
         """Return the forces that leave least of the load, and how much of it could be held."""

@@ -29,6 +29,9 @@ PASSES = 30
 STAYS = 1e-7
 """Change of forces, over the largest, at which cones are taken to stay."""
 
+LESS = 0.99
+"""As long as no more than this share of what was left of a load is left with the next cones, they are moved on."""
+
 FIRST = (1.0, 8.0)
 """Where the cones first touch: at loads of so many times the load's own size on every contact. The second is for
 loads that only larger contacts bear."""
@@ -84,11 +87,16 @@ class Curved:
 
     def _from_inside(self, start: FloatArray, wrench: FloatArray, size: float) -> GraspForces:
         """Return the forces at which inscribed cones stay; they may press less than those counted on."""
-        forces, before = start, np.inf
+        forces, before, left = start, np.inf, np.inf
         for _ in range(PASSES):
             found = self._solve(inscribed(self._grasp, forces), wrench)
             if found.status is not SolveStatus.SOLVED:
-                return found
+                # cones that touch where least of the load is left may bear all of it
+                still = float(np.linalg.norm(found.equilibrium_residual))
+                if not still < LESS * left:
+                    return found
+                forces, left = found.forces, still
+                continue
             moved = float(np.abs(found.forces[:, 0] - forces[:, 0]).max())
             forces = found.forces if moved < before else 0.5 * (forces + found.forces)
             before = moved

@@ -14,7 +14,8 @@ class SolveStatus(Enum):
     SOLVED = "solved"
     """Optimal, within all limits."""
     INFEASIBLE = "infeasible"
-    """No forces within the limits hold the load, which `certificate` proves; forces are those that hold most."""
+    """No forces within the limits hold the load: `certificate` proves it, or a largest margin below zero. Forces
+    keep all limits and leave least of the load; those of max_margin balance it, and exceed the limits least."""
     MAX_ITERATIONS = "max iterations"
     """Undecided; forces keep all limits of the contacts and hold the load but for `equilibrium_residual`."""
     INVALID = "invalid"
@@ -30,11 +31,12 @@ class GraspForces:
         objective: Its value: min_effort [N^2], max_margin and min_peak [N], load_factor a ratio.
         margin: mu f_n - |(f_t, tau / e)|_p of each contact, shape (n,) [N].
         equilibrium_residual: G w + w_ext about the object's origin, shape (6,) [N, N m].
-        dual: Multipliers of equilibrium: what the objective grows by per load, negative, shape (6,).
+        dual: Multipliers of equilibrium, shape (6,): by what the least effort grows with the load.
         iterations: Of whatever solved it.
         status: How it ended.
         load_factor: Largest factor of the load that could be held; None where it was not asked for.
-        certificate: Unit y (6,), if infeasible: y . (G w + w_ext) > 0 for all forces within the limits.
+        certificate: Unit y (6,), where nothing holds: y . (G w + w_ext) > 0 for all forces within the limits; None
+            otherwise, and from max_margin.
     """
 
     forces: FloatArray
