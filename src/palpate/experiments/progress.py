@@ -42,7 +42,9 @@ def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]
         wall = time.perf_counter()
         if wall - shown > LINE_INTERVAL:
             shown = wall
-            _line(console, f"{now.time:.0f} of about {expected_duration:.0f} s simulated, {command.phase.value}")
+            foretold = now.time <= expected_duration
+            goal = f" of about {expected_duration:.0f} s" if foretold else " s, longer than expected,"
+            _line(console, f"{now.time:.0f}{goal} simulated, {command.phase.value}")
 
     yield observe
 
