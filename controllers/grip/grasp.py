@@ -138,7 +138,7 @@ class GraspController:
         self._pulls: tuple[Vector, ...] = ()
         self._landed: float | None = None
         self._released: tuple[float, ...] = ()
-        self._lowered = self._speed = self._pushed_for = 0.0
+        self._lowered = self._speed = self._edge_for = 0.0
         self._pushed = False
         self._forget(0.0)
 
@@ -186,13 +186,14 @@ class GraspController:
     def _set_down(self, now: Observation) -> Command:
         p, forces = self._parameters, self.grip.step(now)
         # twice in a row: one odd sample is no table
-        pushed = self._borne(now) < FELT_DOWN
-        met, self._pushed = pushed and self._pushed, pushed
+        borne, before = self._borne(now), self._pushed
+        self._pushed = borne < FELT_DOWN
+        met = before and self._pushed
         if self._landed is None:
             left = p.height - self._lowered
-            pushed = self.grip.needed > self._most_needed and abs(self._borne(now) - 1.0) > PUSHED
-            self._pushed_for = self._pushed_for + self._period if pushed else 0.0
-            if left > SLOW and (self._pushed_for >= PUSHED_FOR or met):
+            edge = self.grip.needed > self._most_needed and abs(borne - 1.0) > PUSHED
+            self._edge_for = self._edge_for + self._period if edge else 0.0
+            if left > SLOW and (self._edge_for >= PUSHED_FOR or met):
                 self.met_early = True
                 return Command(ZERO, Phase.LOST, forces)
             if left < -p.beyond or met:
@@ -202,7 +203,7 @@ class GraspController:
                 ends = (slowest**2 + 2.0 * p.acceleration * max(left - SLOW, 0.0)) ** 0.5
                 self._speed = min(p.speed, ends, self._speed + p.acceleration * self._period)
                 self._lowered += self._speed * self._period
-        elif self._borne(now) > FELT_UP and self._lowered < p.height + p.beyond:
+        elif borne > FELT_UP and self._lowered < p.height + p.beyond:
             self._landed = None
         elif now.time - self._landed >= p.settle_time and not self.grip.faulty:
             self._go_on(GraspStage.LET_GO, now.time)
@@ -225,7 +226,7 @@ class GraspController:
     def _forget(self, time: float) -> None:
         self.stage = self._first
         self._since = self._trusted = time
-        self._lowered = self._speed = self._pushed_for = 0.0
+        self._lowered = self._speed = self._edge_for = 0.0
         self._pulls, self._most_needed, self.met_early = (), math.inf, False
         self._landed, self._released, self._pushed = None, (), False
 

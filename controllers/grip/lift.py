@@ -105,7 +105,7 @@ class LiftController:
             raise InvalidValueError(f"first_grip = {first:g} N: must be at most largest_grip = {most:g} N")
         self.phase = Phase.APPROACH
         self._since = self._began = self._trusted = self._moved = self._lifted = self._speed = 0.0
-        self._needed = self._foretold = self._rate = 0.0
+        self._needed = self._rate = 0.0
 
     @property
     def live(self) -> LiveParameters:
@@ -159,9 +159,9 @@ class LiftController:
         p, dt = self._parameters, self._period
         share, needed = dt / RATE_TIME, self.grip.needed
         self._rate += share * ((needed - self._needed) / dt - self._rate)
-        self._needed, self._foretold = needed, needed + FORETOLD * max(self._rate, 0.0)
+        self._needed, foretold = needed, needed + FORETOLD * max(self._rate, 0.0)
         pressed = min(finger.contact.normal_force for finger in now.fingers)
-        if pressed < self._foretold * (1.0 + ROOM):
+        if pressed < foretold * (1.0 + ROOM):
             self._speed = max(self._speed - BRAKING * dt, 0.0)
             if now.time - self._moved >= CATCHES_UP:
                 self._go_on(Phase.LOST, now.time)
@@ -179,7 +179,7 @@ class LiftController:
         self.phase = Phase.APPROACH
         self._since = self._began = self._trusted = self._moved = time
         self._lifted = self._speed = 0.0
-        self._needed = self._foretold = self._rate = 0.0
+        self._needed = self._rate = 0.0
 
     def _go_on(self, phase: Phase, time: float) -> None:
         self.phase, self._since = phase, time

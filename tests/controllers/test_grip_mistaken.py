@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.let_slip import BLIND, LetSlip, LetSlipParameters
 from palpate.controllers.grip.lift import LiftController, LiftParameters
@@ -18,9 +19,8 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.fingers import FingerSlips, LearntSurface
 from palpate.friction.slip.margin_crossing import MarginCrossing
-from palpate.runtime.data import ArmSample, FingerObservation, HandSample, Observation, Phase
-from palpate.sensing.contact import Contact, ContactStatus
-from palpate.sensing.ft.health import HEALTHY, Measure, Verdict
+from palpate.runtime.data import ArmSample, HandSample, Observation, Phase
+from palpate.sensing.ft.health import Measure, Verdict
 from palpate.spatial import IDENTITY, ZERO
 
 PERIOD = 1e-3
@@ -28,25 +28,11 @@ SURFACE = LimitSurface(0.5, 0.004)
 ARM = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 
 
-def finger(tangential=0.5, torque=0.0, normal=3.0, *, touching=True, health=HEALTHY):
-    contact = Contact(
-        centroid=np.zeros(3),
-        normal=np.array([1.0, 0.0, 0.0]),
-        force=np.array([-normal, tangential, 0.0]),
-        normal_force=normal,
-        tangential_force=np.array([0.0, tangential, 0.0]),
-        spin_torque=torque,
-        condition=1.0,
-        status=ContactStatus.OK if touching else ContactStatus.NO_FORCE,
-    )
-    return FingerObservation(0.0, (-normal, tangential, 0.0, torque, 0.0, 0.0), contact, touching, health)
-
-
 def observed(time, *fingers, joints=None):
     return Observation(time, ARM, fingers, None if joints is None else HandSample(*joints))
 
 
-BROKEN = finger(health=Verdict(Measure.FROZEN))
+BROKEN = finger(0.5, health=Verdict(Measure.FROZEN))
 ABSENT = finger(0.0, 0.0, 0.0, touching=False)
 
 
@@ -118,19 +104,19 @@ def test_a_grip_that_goes_on_does_not_answer_a_slip_of_before_and_its_detectors_
     grip = SlipSafeGrip(2, KnownSurface(SURFACE), PERIOD, watch=watch)
     grip.start(3.0)
     for k in range(10):
-        grip.step(observed(k * PERIOD, finger(), finger()))
+        grip.step(observed(k * PERIOD, finger(0.5), finger(0.5)))
     before = grip.regrips
     assert before == 1
     watch.heard.clear()
     grip.resume(3.0)
     for k in range(10, 200):
-        grip.step(observed(k * PERIOD, finger(), finger()))
+        grip.step(observed(k * PERIOD, finger(0.5), finger(0.5)))
     assert watch.heard[0] == (None, None)
     assert None not in watch.heard[1]
     assert grip.regrips == before
     watch.first, watch.last = 250, 500  # over, and begins anew
     for k in range(200, 300):
-        grip.step(observed(k * PERIOD, finger(), finger()))
+        grip.step(observed(k * PERIOD, finger(0.5), finger(0.5)))
     assert grip.regrips > before
 
 
@@ -151,26 +137,26 @@ def lifted(fingers_at, seconds):
 
 
 def test_a_healthy_lift_is_done():
-    assert lifted(lambda t: (finger(), finger()), 3.0)[-1].phase is Phase.DONE
+    assert lifted(lambda t: (finger(0.5), finger(0.5)), 3.0)[-1].phase is Phase.DONE
 
 
 def test_fingers_that_find_nothing_give_up():
-    commands = lifted(lambda t: (finger(), ABSENT), 3.0)
+    commands = lifted(lambda t: (finger(0.5), ABSENT), 3.0)
     assert commands[-1].phase is Phase.LOST
     assert len(commands) * PERIOD == pytest.approx(QUICK.close_time, abs=0.01)
 
 
 def test_a_nudge_that_finds_nothing_gives_up():
     nudge = NudgeController(2, PERIOD, NudgeParameters(2.0, ZERO, close_time=0.5))
-    nudge.start(observed(0.0, finger(), ABSENT))
-    phases = [nudge.step(observed(k * PERIOD, finger(), ABSENT)).phase for k in range(600)]
+    nudge.start(observed(0.0, finger(0.5), ABSENT))
+    phases = [nudge.step(observed(k * PERIOD, finger(0.5), ABSENT)).phase for k in range(600)]
     assert phases.index(Phase.LOST) * PERIOD == pytest.approx(0.5, abs=0.01)
 
 
 @pytest.mark.parametrize("fails", [0.08, 0.25, 0.4, 0.45])
 @pytest.mark.parametrize("failed", [BROKEN, ABSENT], ids=["sensor", "contact"])
 def test_a_lift_ends_held_where_a_finger_fails_and_is_never_done_then(fails, failed):
-    commands = lifted(lambda t: (finger(), finger() if t < fails else failed), 3.0)
+    commands = lifted(lambda t: (finger(0.5), finger(0.5) if t < fails else failed), 3.0)
     last = commands[-1]
     assert last.phase is Phase.LOST
     assert last.velocity_base_tip == ZERO
@@ -178,7 +164,7 @@ def test_a_lift_ends_held_where_a_finger_fails_and_is_never_done_then(fails, fai
 
 
 def test_a_finger_that_fails_for_a_moment_ends_nothing():
-    commands = lifted(lambda t: (finger(), BROKEN if 0.4 < t < 0.6 else finger()), 3.0)
+    commands = lifted(lambda t: (finger(0.5), BROKEN if 0.4 < t < 0.6 else finger(0.5)), 3.0)
     assert commands[-1].phase is Phase.DONE
 
 
@@ -201,10 +187,10 @@ def test_while_nothing_tells_how_it_moves_nothing_is_let_go():
     slips = LetSlip(grip, HandJoint(0), PERIOD, SlipServoParameters(0.5, 1.0, 200.0), parameters)
     grip.start(3.0)
     told, forces = 0.2, {}
-    slips.start(observed(0.0, finger(), finger(), joints=(0.0, (0.0,))), 0.5)
+    slips.start(observed(0.0, finger(0.5), finger(0.5), joints=(0.0, (0.0,))), 0.5)
     for k in range(400):
         time = k * PERIOD
-        now = observed(time, finger(), finger(), joints=(min(time, told), (0.0,)))
+        now = observed(time, finger(0.5), finger(0.5), joints=(min(time, told), (0.0,)))
         forces[k] = slips.step(now, 0.1)[0]
         if slips.phase is Phase.HOLD:
             break
@@ -222,7 +208,7 @@ def test_a_sensor_that_stands_still_is_no_plateau(noise):
     """What it shows is a load like any other, and believed."""
     rng = np.random.default_rng(2)
     nudge = NudgeController(2, PERIOD, NudgeParameters(2.0, ZERO))
-    nudge.start(observed(0.0, finger(), finger()))
+    nudge.start(observed(0.0, finger(0.5), finger(0.5)))
     for k in range(10000):
         a, b = noise * rng.standard_normal(2)
         shown = finger(1.0 + a, 2e-3 * (1.0 + b), 2.0)

@@ -1,16 +1,14 @@
 """An object is let go only where it stands again: what is met higher up ends the run, held as it was."""
 
-import numpy as np
 import pytest
 
+from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.grasp import GROWN, GROWN_BY, SLOW, GraspController, GraspStage, SetDownParameters
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.limit_surface import LimitSurface
-from palpate.runtime.data import ArmSample, FingerObservation, Observation, Phase
-from palpate.sensing.contact import Contact, ContactStatus
-from palpate.sensing.ft.health import HEALTHY
+from palpate.runtime.data import ArmSample, Observation, Phase
 from palpate.spatial import IDENTITY, ZERO
 
 PERIOD = 1e-3
@@ -18,20 +16,6 @@ SURFACE = LimitSurface(0.5, 0.004)
 DOWN = SetDownParameters(height=0.01, speed=0.02)
 WEIGHT = 0.5
 """[N] That a finger bears: with mu = 0.5 it takes 1 N."""
-
-
-def finger(tangential, torque, normal):
-    contact = Contact(
-        centroid=np.zeros(3),
-        normal=np.array([1.0, 0.0, 0.0]),
-        force=np.array([-normal, tangential, 0.0]),
-        normal_force=normal,
-        tangential_force=np.array([0.0, tangential, 0.0]),
-        spin_torque=torque,
-        condition=1.0,
-        status=ContactStatus.OK,
-    )
-    return FingerObservation(0.0, (-normal, tangential, 0.0, torque, 0.0, 0.0), contact, True, HEALTHY)
 
 
 def lowered(table, first=(WEIGHT, 0.0)):

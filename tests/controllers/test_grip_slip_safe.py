@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.load_ahead import LoadAhead
@@ -18,8 +19,7 @@ from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.fingers import FingerSlips
 from palpate.friction.slip.margin_crossing import MarginCrossing
-from palpate.runtime.data import ArmSample, FingerObservation, Observation
-from palpate.sensing.contact import Contact, ContactStatus
+from palpate.runtime.data import ArmSample, Observation
 from palpate.sensing.ft.health import HEALTHY, Measure, Verdict
 from palpate.spatial import IDENTITY, ZERO
 
@@ -34,21 +34,6 @@ surfaces = st.builds(
 )
 forces = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
 moments = st.tuples(*[st.floats(-0.02, 0.02)] * 3)
-
-
-def finger(tangential=0.0, torque=0.0, normal=3.0, *, touching=True, health=HEALTHY, time=0.0):
-    """A finger that presses along x of its sensor, with the load along y."""
-    contact = Contact(
-        centroid=np.zeros(3),
-        normal=np.array([1.0, 0.0, 0.0]),
-        force=np.array([-normal, tangential, 0.0]),
-        normal_force=normal,
-        tangential_force=np.array([0.0, tangential, 0.0]),
-        spin_torque=torque,
-        condition=1.0,
-        status=ContactStatus.OK if touching else ContactStatus.NO_FORCE,
-    )
-    return FingerObservation(time, (-normal, tangential, 0.0, torque, 0.0, 0.0), contact, touching, health)
 
 
 def observed(time, *fingers):

@@ -1,39 +1,21 @@
 """A weight that nobody told is taken up so slowly that servos that are slow keep up, whatever the stiffness."""
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.limit_surface import LimitSurface
-from palpate.runtime.data import ArmSample, FingerObservation, Observation, Phase
-from palpate.sensing.contact import Contact, ContactStatus
-from palpate.sensing.ft.health import HEALTHY
+from palpate.runtime.data import ArmSample, Observation, Phase
 from palpate.spatial import IDENTITY, ZERO
 
 PERIOD, LAG, FOLLOWS, MU, LARGEST = 1e-3, 10, 15.0, 0.5, 15.5
 ARM = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 LIFT = LiftParameters(height=0.02, speed=0.06, acceleration=0.3, settle_time=0.05, hold_time=0.3)
-
-
-def finger(time, tangential, normal):
-    contact = Contact(
-        centroid=np.zeros(3),
-        normal=np.array([1.0, 0.0, 0.0]),
-        force=np.array([-normal, tangential, 0.0]),
-        normal_force=normal,
-        tangential_force=np.array([0.0, tangential, 0.0]),
-        spin_torque=0.0,
-        condition=1.0,
-        status=ContactStatus.OK,
-    )
-    return FingerObservation(
-        time, (-normal, tangential, 0.0, 0.0, 0.0, 0.0), contact, touching=True, health=HEALTHY
-    )
 
 
 def lifted(weight, stiffness, follows=FOLLOWS):
@@ -47,7 +29,7 @@ def lifted(weight, stiffness, follows=FOLLOWS):
     for i in range(8000):
         load = min(stiffness * way, 0.5 * weight)
         worst = max(worst, load / (MU * pressed))
-        its = finger(i * PERIOD, load, pressed)
+        its = finger(load, 0.0, pressed, time=i * PERIOD)
         now = Observation(i * PERIOD, ARM, (its, its))
         if i == 0:
             lift.start(now)

@@ -15,6 +15,7 @@ from palpate.experiments.view_command import FAILED, run_view
 from palpate.experiments.view_config import ViewConfig
 from palpate.experiments.view_plan import recorded_plan, view_scene
 from palpate.runtime.log import LogWriter, read_log
+from shown_player import Shown
 
 
 def logged(path, **fields):
@@ -31,25 +32,6 @@ def moving(tmp_path_factory):
 @pytest.fixture(scope="module")
 def still(tmp_path_factory):
     return logged(tmp_path_factory.mktemp("still") / "run.mcap", object="sphere")
-
-
-class Shown:
-    """Stands for the browser: takes what a player is given and ends at once."""
-
-    url = "http://127.0.0.1:1/"
-    given = None
-
-    def __init__(self, scene, frames, speed, host, port, plans):
-        Shown.given = scene, frames, plans
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        return None
-
-    def play(self):
-        return None
 
 
 def test_a_moving_surface_is_where_the_contact_was(moving):

@@ -31,6 +31,7 @@ from palpate.experiments.view_scenes import free_poses_of
 from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT
 from palpate.viewing import ANY_PORT, Player, frames_of_log
+from shown_player import Shown
 from viewing.browser import page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -56,25 +57,6 @@ def spun(tmp_path_factory):
     poses = free_poses_of(attempt._backend)
     attempt.run((lambda *_: true.append(poses()),), (log_writer(planned),))
     return folder, np.array(true)
-
-
-class Shown:
-    """Stands for the browser: takes what a player is given and ends at once."""
-
-    url = "http://127.0.0.1:1/"
-    given = None
-
-    def __init__(self, scene, frames, speed, host, port, plans):
-        Shown.given = scene, frames, plans
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        return None
-
-    def play(self):
-        return None
 
 
 def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, monkeypatch, capsys):

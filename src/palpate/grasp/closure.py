@@ -60,22 +60,22 @@ def force_closure(grasp: GraspContacts) -> ForceClosure:
     Args:
         grasp: Any; e is taken at 1 N where it grows with the load.
     """
-    scaled = ScaledGrasp.of(_cones_only(grasp))
+    endless = _cones_only(grasp)
+    scaled = ScaledGrasp.of(endless)
     left, values, _ = np.linalg.svd(_scaled_map(scaled, grasp))
     rank = int((values > RANK * values[0]).sum())
     if rank < 6:
         return ForceClosure(Closure.OPEN, rank, None, _about_origin(left[:, rank], scaled))
     forces = np.zeros((len(grasp), 4))
-    rows = scaled.rows.copy()
-    cones = replace(_cones_only(grasp), friction=(1.0 - INSIDE) * grasp.friction, force_min=np.ones(len(grasp)))
+    cones = replace(endless, friction=(1.0 - INSIDE) * grasp.friction, force_min=np.ones(len(grasp)))
     solver = LeastEffort(ScaledGrasp.of(cones), 0.01)
     outcome, _ = solver.solve(np.zeros(6), forces)
     if outcome == Outcome.SOLVED:
         return ForceClosure(Closure.CLOSED, rank, forces, None)
     y = _about_origin(solver.y, scaled)
     # y . G w >= 0 over every cone: nothing pulls against it
-    pull = BearableWrenches.of(_cones_only(grasp)).pull(y)
-    if outcome == Outcome.INFEASIBLE and pull.max() <= INSIDE * np.abs(rows).max():
+    pull = BearableWrenches.of(endless).pull(y)
+    if outcome == Outcome.INFEASIBLE and pull.max() <= INSIDE * np.abs(scaled.rows).max():
         return ForceClosure(Closure.OPEN, rank, None, y)
     return ForceClosure(Closure.UNDECIDED, rank, None, None)
 

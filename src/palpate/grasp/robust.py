@@ -14,7 +14,7 @@ from scipy.special import ndtri
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import HI, LO, MU, RESERVE, E
+from palpate.grasp.dual_newton import MU, E
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.reserve import reserve_kernel, size_of
 from palpate.grasp.scaled import ScaledGrasp
@@ -230,7 +230,7 @@ class RobustLeastEffort:
         for rounds in range(1, ROUNDS + 1):
             outcome = Outcome.INFEASIBLE
             if (found.friction > 0.0).all():
-                self._solver.update(self._design_grasp(found))
+                self._solver.update(self._scaled.keeping(found.friction, found.taken, found.constant))
                 outcome = Outcome(self._solver.solve(wrench, forces)[0])
             if outcome != Outcome.SOLVED:
                 if held is None:
@@ -263,14 +263,6 @@ class RobustLeastEffort:
         """Whether every limit keeps back what is wanted of it."""
         margin = self._scaled.rows[:, MU] * forces[:, 0] - size_of(forces, self._scaled.rows[:, E])
         return bool((margin >= design.reserve - KEPT * forces[:, 0].max()).all())
-
-    def _design_grasp(self, found: _Design) -> ScaledGrasp:
-        rows = self._scaled.rows.copy()
-        reserve = found.constant / found.friction
-        rows[:, MU], rows[:, E], rows[:, RESERVE] = found.friction, found.taken, reserve
-        rows[:, LO] = np.maximum(rows[:, LO] - reserve, 0.0)
-        rows[:, HI] -= reserve
-        return replace(self._scaled, rows=rows)
 
 
 def _check_cones(grasp: GraspContacts) -> None:

@@ -41,12 +41,17 @@ class ScaledGrasp:
         for column, start in enumerate((N, T1, T2)):
             rows[:, start : start + 3] = grasp.frames[:, :, column]
         rows[:, E] = grasp.spin_length / length
-        rows[:, MU] = grasp.friction
-        if reserve is not None:
-            rows[:, RESERVE] = reserve / grasp.friction
-        rows[:, LO] = np.maximum(grasp.force_min - rows[:, RESERVE], 0.0)
-        rows[:, HI] = grasp.force_max - rows[:, RESERVE]
-        return cls(rows, center, length)
+        rows[:, MU], rows[:, LO], rows[:, HI] = grasp.friction, grasp.force_min, grasp.force_max
+        made = cls(rows, center, length)
+        return made if reserve is None else made.keeping(grasp.friction, rows[:, E], reserve)
+
+    def keeping(self, friction: FloatArray, spin_length: FloatArray, reserve: FloatArray) -> "ScaledGrasp":
+        """Return the same contacts with another mu and e, scaled, and `reserve` [N] of each limit kept back."""
+        rows, kept = self.rows.copy(), reserve / friction
+        rows[:, MU], rows[:, E], rows[:, RESERVE] = friction, spin_length, kept
+        rows[:, LO] = np.maximum(rows[:, LO] - kept, 0.0)
+        rows[:, HI] -= kept
+        return type(self)(rows, self.center, self.length)
 
     def load(self, wrench: FloatArray) -> tuple[FloatArray, float]:
         """Return the load in units of its own size, shape (6,), and that size [N].
