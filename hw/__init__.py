@@ -1,1 +1,1 @@
-"""Real devices: nothing yet."""
+"""Real devices, and emulators of them that speak the same protocols."""

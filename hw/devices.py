@@ -1,0 +1,106 @@
+"""What a rig is assembled from: an arm, a hand, force/torque sensors, behind small interfaces."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.runtime.data import ArmSample, HandSample
+from palpate.spatial import Vector
+
+
+class DeviceError(OSError):
+    """A device was lost, or says that it must not go on. The message names it and the remedy."""
+
+    def __init__(self, device: str, problem: str, remedy: str) -> None:
+        """Take the device's name, what is wrong, and what to do about it."""
+        super().__init__(f"{device}: {problem}; {remedy}")
+        self.device, self.problem, self.remedy = device, problem, remedy
+
+
+@dataclass(frozen=True, slots=True)
+class SensorReading:
+    """The newest record of a force/torque sensor.
+
+    Attributes:
+        time: When it was sampled, `time.monotonic` [s].
+        wrench: Load on its tip side, its own frame [N, N m]; raw channels if it is not calibrated.
+        healthy: Whether the sensor itself says that the record is good.
+        lost: Records that have been lost since the start.
+    """
+
+    time: float
+    wrench: tuple[float, ...]
+    healthy: bool
+    lost: int
+
+
+class Device(Protocol):
+    """Something on a wire. Times are of `time.monotonic` [s]."""
+
+    @property
+    def name(self) -> str:
+        """For messages: "UR arm at 192.168.0.10"."""
+        ...
+
+    def start(self) -> None:
+        """Connect, check versions and settings, come to a safe rest.
+
+        Raises:
+            DeviceError: It cannot be reached, or is not fit to run.
+        """
+        ...
+
+    def close(self) -> None:
+        """Leave it safe: an arm stopped, a hand as its settings say; may be called more than once, at any time."""
+        ...
+
+
+class ArmDevice(Device, Protocol):
+    """An arm that follows velocities of its tool frame."""
+
+    def read(self) -> ArmSample:
+        """Return the newest state.
+
+        Raises:
+            DeviceError: It is lost, stopped, or silent for too long.
+        """
+        ...
+
+    def move(self, velocity_base_tip: Vector, angular_velocity_base_tip: Vector) -> None:
+        """Move with these velocities until told otherwise, or until the watchdog stops it.
+
+        Raises:
+            DeviceError: As `read`.
+        """
+        ...
+
+
+class HandDevice(Device, Protocol):
+    """A hand whose fingers press with forces."""
+
+    def read(self) -> HandSample:
+        """Return the state of one exchange on the bus.
+
+        Raises:
+            DeviceError: A servo is silent, or has shut down.
+        """
+        ...
+
+    def press(self, grip_force: tuple[float, ...]) -> None:
+        """Let each finger press with a force [N]; 0 opens the hand."""
+        ...
+
+
+class SensorDevice(Device, Protocol):
+    """A force/torque sensor that streams; a thread reads it."""
+
+    def read(self) -> SensorReading:
+        """Return the newest record at once.
+
+        Raises:
+            DeviceError: It is silent for too long, or broken.
+        """
+        ...
+
+    def tare(self) -> None:
+        """Take the present load for zero."""
+        ...

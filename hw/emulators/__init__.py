@@ -1,0 +1,1 @@
+"""Devices that are not there, on real sockets and terminals: what client libraries are proven against."""
