@@ -1,0 +1,7 @@
+"""Emulated force/torque sensors on pseudo-terminals: Bota, Resense HEX."""
+
+from palpate.hw.emulators.serial_ft.bota import BotaServer
+from palpate.hw.emulators.serial_ft.resense import ResenseServer
+from palpate.hw.emulators.serial_ft.terminal import SerialFault, TerminalServer
+
+__all__ = ["BotaServer", "ResenseServer", "SerialFault", "TerminalServer"]

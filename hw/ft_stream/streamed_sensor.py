@@ -1,0 +1,228 @@
+"""A sensor that streams: a thread reads it to the newest record, the loop takes that at once."""
+
+import contextlib
+import threading
+from dataclasses import dataclass
+from time import monotonic
+
+from palpate.errors import InvalidValueError, positive
+from palpate.hw.devices import DeviceError, SensorReading
+from palpate.hw.ft_stream.link import Link, Record, StreamCounts
+from palpate.hw.ft_stream.sample_clock import SampleClock
+from palpate.sensing.ft.arrays import positive_entries
+from palpate.sensing.ft.bias import FEWEST_READINGS, average_bias
+from palpate.spatial import Wrench
+
+TARE_TIME = 0.25
+"""Least time over which a tare averages [s]: a dozen periods of mains hum, and some of an arm that swings."""
+
+_JOIN = 3.0
+"""Longest to wait for the reading thread at the end [s]: it is never away for longer than a dialogue takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class StreamSettings:
+    """How a stream is watched.
+
+    Attributes:
+        noise: Standard deviation of one reading at rest, as the sensor file has it [N, N m, or raw]: what a tare
+            tells rest from motion by.
+        silent_after: Time without a record after which `read` refuses [s]; at least three periods of the sensor.
+        ask_again_after: Time without a record after which the device is asked to stream again, and between two
+            requests [s].
+        start_within: Longest that a start may take from the request to a steady stream [s].
+    """
+
+    noise: Wrench
+    silent_after: float = 0.04
+    ask_again_after: float = 0.1
+    start_within: float = 3.0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be.
+
+        Raises:
+            InvalidValueError: A value that is not above 0.
+        """
+        positive_entries("noise", self.noise, 6, "N, N m")
+        positive("silent_after", self.silent_after, "s")
+        positive("ask_again_after", self.ask_again_after, "s")
+        positive("start_within", self.start_within, "s")
+
+
+class StreamedSensor:
+    """A `SensorDevice` over any link. `start`, `tare` and `close` are called by one thread, `read` by any."""
+
+    def __init__(self, link: Link, settings: StreamSettings) -> None:
+        """Take the wire and how it is watched; nothing is opened before `start`."""
+        self._link = link
+        self._settings = settings
+        self._clock = SampleClock()
+        self._thread: threading.Thread | None = None
+        self._ending = threading.Event()
+        self._newest: tuple[float, Record] | None = None
+        self._offset: tuple[float, ...] = (0.0,) * 6
+        self._at_rest: list[Record] | None = None
+        self._trouble = ""
+        self._died = False
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return self._link.name
+
+    @property
+    def counts(self) -> StreamCounts:
+        """What became of all that arrived; it goes on changing."""
+        return self._link.counts
+
+    @property
+    def counter_rate(self) -> float:
+        """Of the device's own counter, as seen from here [1/s]; 0 if it has none."""
+        return self._clock.rate
+
+    @property
+    def problem(self) -> str:
+        """What the newest record says is wrong with it, and what to do; empty if it is good."""
+        newest = self._newest
+        return "" if newest is None else self._link.problem(newest[1].status)
+
+    def start(self) -> None:
+        """Connect, ask for the stream, wait until it is steady and its clock is known. Forget an earlier tare.
+
+        Raises:
+            DeviceError: It cannot be reached, does not stream, or not steadily.
+        """
+        self.close()
+        ending = self._ending = threading.Event()
+        self._newest, self._trouble, self._died = None, "", False
+        self._offset = (0.0,) * 6
+        self._clock = SampleClock()
+        try:
+            self._link.open()
+            self._thread = threading.Thread(
+                target=self._read_on, args=(ending,), name=f"reads {self.name}", daemon=True
+            )
+            self._thread.start()
+            self._wait_for_steady_stream()
+        except BaseException:
+            self.close()
+            raise
+
+    def read(self) -> SensorReading:
+        """Return the newest record at once.
+
+        Raises:
+            DeviceError: There has been none for too long.
+        """
+        newest = self._newest
+        if newest is None:
+            raise self._silence("not a record so far")
+        time, record = newest
+        silence = monotonic() - record.arrival
+        if not silence <= self._settings.silent_after:
+            raise self._silence(f"silent for {1e3 * silence:.0f} ms")
+        wrench = tuple([value - zero for value, zero in zip(record.wrench, self._offset, strict=True)])
+        return SensorReading(time, wrench, not self._link.problem(record.status), self._link.counts.lost)
+
+    def tare(self) -> None:
+        """Take the mean of the next readings for zero, `FEWEST_READINGS` of them or `TARE_TIME`.
+
+        Raises:
+            DeviceError: It is silent or unhealthy, or the readings moved; the zero stays as it was.
+        """
+        self.read()
+        rows: list[Record] = []
+        self._at_rest = rows
+        begin = monotonic()
+        try:
+            while len(rows) < FEWEST_READINGS or monotonic() - begin < TARE_TIME:
+                self._ending.wait(0.01)
+                self.read()
+        finally:
+            self._at_rest = None
+        taken = rows[:]
+        for row in taken:
+            if problem := self._link.problem(row.status):
+                raise DeviceError(self.name, f"cannot be tared: {problem}", "tare again when it is healthy")
+        try:
+            self._offset = average_bias([row.wrench for row in taken], noise=self._settings.noise).mean
+        except InvalidValueError as moved:
+            raise DeviceError(
+                self.name, f"cannot be tared: {moved}", "or its noise is larger than the settings say"
+            ) from None
+
+    def close(self) -> None:
+        """Stop the stream and the thread; any number of times, at any time."""
+        self._ending.set()
+        thread, self._thread = self._thread, None
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(_JOIN)
+        self._newest = None
+        self._link.close()
+
+    def _silence(self, since: str) -> DeviceError:
+        if self._thread is None:
+            return DeviceError(self.name, "is not started", "call start() first")
+        if self._died:
+            return DeviceError(self.name, f"its reading thread has ended: {self._trouble}", "start it again")
+        if self._trouble:
+            return DeviceError(
+                self.name, f"{since}: {self._trouble}", "check its power and cable; asked again meanwhile"
+            )
+        counts = self._link.counts
+        if counts.refused and not counts.records:
+            return DeviceError(
+                self.name,
+                f"{since}; {counts.refused} pieces of what arrived were none of its records",
+                "check that it is of this make, its settings, and that a serial adapter passes bytes on at once",
+            )
+        return DeviceError(
+            self.name, since, "check power and cable, and that no other program reads it; asked again meanwhile"
+        )
+
+    def _wait_for_steady_stream(self) -> None:
+        deadline = monotonic() + self._settings.start_within
+        while monotonic() < deadline and not self._died:
+            newest = self._newest
+            if newest is not None and (newest[1].counter is None or self._clock.learned):
+                with contextlib.suppress(DeviceError):  # this computer may have stood still just now
+                    self.read()
+                    return
+            self._ending.wait(0.005)
+        raise self._silence(f"no steady stream within {self._settings.start_within:g} s")
+
+    def _read_on(self, ending: threading.Event) -> None:
+        """Read until told to end; whatever happens is said by `read`."""
+        heard = asked = -float("inf")
+        link, again = self._link, self._settings.ask_again_after
+        try:
+            while not ending.is_set():
+                try:
+                    now = monotonic()
+                    if now - heard > again and now - asked > again:
+                        asked = now
+                        link.request()
+                        heard = monotonic()
+                    records = link.receive()
+                except OSError as error:
+                    self._trouble = error.strerror or str(error)
+                    heard = -float("inf")
+                    ending.wait(0.01)
+                    continue
+                for record in records:
+                    self._take(record)
+                if records:
+                    heard = records[-1].arrival
+                    self._trouble = ""
+        except Exception as error:
+            self._trouble, self._died = f"{type(error).__name__}: {error}", True
+
+    def _take(self, record: Record) -> None:
+        if record.anew:
+            self._clock.restart()
+        time = record.arrival if record.counter is None else self._clock.stamp(record.counter, record.arrival)
+        self._newest = (time, record)
+        rows = self._at_rest
+        if rows is not None:
+            rows.append(record)

@@ -1,0 +1,122 @@
+"""What a count of the box is worth: asked of the box itself, since it depends on the calibration that it runs."""
+
+import socket
+import struct
+from dataclasses import dataclass
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.netft.rdt import CALIBRATION, CALIBRATION_REQUEST, HEADER
+from palpate.hw.netft.settings import Scales
+
+POUND_FORCE = 4.4482216152605
+"""[N], exactly: 0.45359237 kg times 9.80665 m/s^2 (NIST SP 811, appendix B.8)."""
+
+INCH = 0.0254
+"""[m], exactly."""
+
+KILOGRAM_FORCE = 9.80665
+"""[N], exactly."""
+
+FORCE_UNITS = {
+    1: POUND_FORCE,
+    2: 1.0,
+    3: 1000.0 * POUND_FORCE,
+    4: 1000.0,
+    5: KILOGRAM_FORCE,
+    6: 0.001 * KILOGRAM_FORCE,
+}
+"""Newtons per unit: lb, N, klb, kN, kg, g."""
+
+TORQUE_UNITS = {
+    1: POUND_FORCE * INCH,
+    2: POUND_FORCE * 12.0 * INCH,
+    3: 1.0,
+    4: 0.001,
+    5: KILOGRAM_FORCE * 0.01,
+    6: 1000.0,
+}
+"""Newton metres per unit: lb-in, lb-ft, N m, N mm, kg-cm, kN m."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoxCalibration:
+    """The answer of a box.
+
+    Attributes:
+        force_unit: Its code, a key of `FORCE_UNITS`.
+        torque_unit: Its code, a key of `TORQUE_UNITS`.
+        counts_per_force: Per unit.
+        counts_per_torque: Per unit.
+    """
+
+    force_unit: int
+    torque_unit: int
+    counts_per_force: int
+    counts_per_torque: int
+
+    @property
+    def scales(self) -> Scales:
+        """Of a count, in SI."""
+        return Scales(
+            FORCE_UNITS[self.force_unit] / self.counts_per_force,
+            TORQUE_UNITS[self.torque_unit] / self.counts_per_torque,
+        )
+
+
+def parse_calibration(answer: bytes) -> BoxCalibration:
+    """Return what an answer says.
+
+    Raises:
+        ValueError: It is no such answer, or cannot be; the message says what it is.
+    """
+    try:
+        header, force, torque, per_force, per_torque, *_ = CALIBRATION.unpack(answer)
+    except struct.error:
+        raise ValueError(f"{len(answer)} bytes, not {CALIBRATION.size}") from None
+    if header != HEADER:
+        raise ValueError(f"it begins with {header:#06x}, not {HEADER:#06x}")
+    if force not in FORCE_UNITS or torque not in TORQUE_UNITS:
+        raise ValueError(f"units {force} and {torque} are none of the table")
+    if not per_force or not per_torque:
+        raise ValueError(f"{per_force} counts per force, {per_torque} per torque")
+    return BoxCalibration(force, torque, per_force, per_torque)
+
+
+def ask_calibration(name: str, address: str, port: int, patience: float) -> BoxCalibration:
+    """Return the calibration that a box runs now.
+
+    Args:
+        name: Of the device, for messages.
+        address: Of the box.
+        port: Of its TCP interface, `CALIBRATION_PORT` on every real one.
+        patience: For each step [s].
+
+    Raises:
+        DeviceError: It cannot be reached, is silent, or answers something else.
+    """
+    answer = b""
+    try:
+        with socket.create_connection((address, port), patience) as wire:
+            wire.settimeout(patience)
+            wire.sendall(CALIBRATION_REQUEST)
+            while len(answer) < CALIBRATION.size:
+                more = wire.recv(CALIBRATION.size - len(answer))
+                if not more:
+                    break
+                answer += more
+    except ConnectionRefusedError:
+        raise DeviceError(
+            name, f"nobody listens on TCP port {port}", "is it a Net F/T box? For others give their scales instead"
+        ) from None
+    except TimeoutError:
+        raise DeviceError(
+            name, f"no answer on TCP port {port} within {patience:g} s", "check power, cable and IP addresses"
+        ) from None
+    except OSError as error:
+        raise DeviceError(name, error.strerror or str(error), "check cable and IP addresses") from None
+    try:
+        return parse_calibration(answer)
+    except ValueError as problem:
+        raise DeviceError(
+            name, f"its calibration is useless: {problem}", "choose a configuration on its web page"
+        ) from None

@@ -1,0 +1,150 @@
+"""An ATI Net F/T box, or what speaks as it does, by UDP."""
+
+import contextlib
+import socket
+from collections.abc import Sequence
+from time import monotonic
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.ft_stream.link import Record, StreamCounts
+from palpate.hw.ft_stream.streamed_sensor import StreamedSensor
+from palpate.hw.ft_stream.succession import Step, Succession
+from palpate.hw.netft.calibration import ask_calibration
+from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, Command
+from palpate.hw.netft.settings import NetFtSettings, Request, Scales
+
+BUFFER = 1 << 22
+"""Asked of the socket [bytes]; the system may grant less. A full one drops the newest, so that it must hold what
+comes while nobody reads: a datagram of 36 bytes takes some 800 there, 4 MiB last for 0.7 s at 7000 Hz."""
+
+WAIT = 0.01
+"""For a record [s]; in between the reading thread looks whether it is to end, or to ask again."""
+
+FASTEST = 20_000.0
+"""Rate that no box reaches [1/s]: 7000 (Net F/T), 8000 (Axia)."""
+
+
+OURS = 0.5
+"""Since the last datagram [s], within which the stream counts as this client's."""
+
+
+class RdtLink:
+    """The socket, and what of its datagrams is believed."""
+
+    def __init__(self, address: str, settings: NetFtSettings) -> None:
+        """Take where the box is; nothing is opened."""
+        self._address = address
+        self._settings = settings
+        self._socket: socket.socket | None = None
+        self._scales = Scales(1.0, 1.0)
+        self._counts = StreamCounts()
+        self._succession = Succession((FASTEST, FASTEST), self._counts)
+        self._heard = -float("inf")
+        self._buffer = bytearray(RECORD.size + 1)  # one more: what is longer shows
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return f"F/T sensor at {self._address}"
+
+    @property
+    def counts(self) -> StreamCounts:
+        """What became of the datagrams."""
+        return self._counts
+
+    def open(self) -> None:
+        """Ask for the calibration, then open the socket.
+
+        Raises:
+            DeviceError: As `ask_calibration`, or there is no way to the address.
+        """
+        self.close()
+        settings = self._settings
+        self._scales = settings.scales or self._calibration()
+        self._counts = StreamCounts()
+        self._succession = Succession((FASTEST, FASTEST), self._counts)
+        wire = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            wire.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+            wire.settimeout(WAIT)
+            wire.connect((self._address, settings.rdt_port))
+        except OSError as error:
+            wire.close()
+            raise DeviceError(
+                self.name, error.strerror or str(error), "check its address and this computer's network"
+            ) from None
+        self._socket = wire
+
+    def request(self) -> None:
+        """Ask for one record per datagram, without end; the box forgets whom it sent them to before.
+
+        Raises:
+            OSError: There is no way to it.
+        """
+        wire = self._wire()
+        self._counts.requests += 1
+        try:
+            for first in (*self._settings.first, Request(Command.STREAM, 0)):
+                wire.send(REQUEST.pack(HEADER, first.command, first.value))
+        except ConnectionRefusedError:
+            raise self._nobody() from None
+
+    def receive(self) -> Sequence[Record]:
+        """Return the next record, if one comes within `WAIT`.
+
+        Raises:
+            OSError: Nobody listens there, or there is no way to it.
+        """
+        try:
+            size = self._wire().recv_into(self._buffer)
+        except TimeoutError:
+            return ()
+        except ConnectionRefusedError:
+            raise self._nobody() from None
+        arrival = self._heard = monotonic()
+        if size != RECORD.size:
+            self._counts.refused += 1
+            return ()
+        sequence, sample, status, fx, fy, fz, tx, ty, tz = RECORD.unpack_from(self._buffer)
+        step, advance = self._succession.judge((sequence, sample), arrival)
+        if step is Step.NEXT:
+            self._counts.lost += advance - 1
+        elif step is not Step.ANEW:
+            return ()
+        force, moment = self._scales.force, self._scales.moment
+        wrench = (force * fx, force * fy, force * fz, moment * tx, moment * ty, moment * tz)
+        return (Record(arrival, sample, wrench, status, step is Step.ANEW),)
+
+    def problem(self, status: int) -> str:
+        """Return what a status word says is wrong; empty if the reading is good."""
+        return self._settings.status_words.problem(status) if status else ""
+
+    def close(self) -> None:
+        """Ask the box to stop, unless its stream goes to somebody else by now, and close the socket."""
+        wire, self._socket = self._socket, None
+        if wire is not None:
+            if monotonic() - self._heard < OURS:
+                with contextlib.suppress(OSError):
+                    wire.send(REQUEST.pack(HEADER, Command.STOP, 0))
+            wire.close()
+
+    def _nobody(self) -> ConnectionRefusedError:
+        return ConnectionRefusedError(f"nobody listens on UDP port {self._settings.rdt_port}: is it switched on?")
+
+    def _wire(self) -> socket.socket:
+        if self._socket is None:
+            raise OSError("is closed")
+        return self._socket
+
+    def _calibration(self) -> Scales:
+        settings = self._settings
+        asked = ask_calibration(self.name, self._address, settings.calibration_port, settings.patience)
+        return asked.scales
+
+
+class NetFt(StreamedSensor):
+    """A `SensorDevice` on Ethernet: ATI Net F/T and Axia; with `onrobot_settings` an OnRobot HEX."""
+
+    def __init__(self, address: str, settings: NetFtSettings) -> None:
+        """Take the box's IP address; nothing is opened before `start`."""
+        super().__init__(RdtLink(address, settings), settings.stream)

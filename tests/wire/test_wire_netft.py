@@ -1,0 +1,345 @@
+"""The Net F/T client against the emulated box over real sockets: readings, tare, faults, recovery."""
+
+import os
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from ft_host import ZERO_LOAD, served, state
+from palpate.errors import InvalidValueError
+from palpate.hw.devices import DeviceError, SensorReading
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
+from palpate.hw.ft_stream import StreamSettings
+from palpate.hw.netft import AXIA, BoxCalibration, NetFt, NetFtSettings, Scales, onrobot_settings
+
+NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
+LOAD = (1.5, -2.0, 0.25, 0.01, -0.02, 0.03)
+
+
+def emulated(**changes: object) -> NetFtServer:
+    return NetFtServer(BoxSettings(**{"rdt_port": 0, "calibration_port": 0, **changes}))
+
+
+def sensor(box: NetFtServer, *, stream: StreamSettings | None = None, **changes: object) -> NetFt:
+    settings = NetFtSettings(
+        stream or StreamSettings(NOISE, silent_after=0.5),  # a busy machine stands still for tens of milliseconds
+        rdt_port=box.rdt_port,
+        calibration_port=box.calibration_port or 1,
+        patience=0.3,
+        **changes,
+    )
+    return NetFt(box.address, settings)
+
+
+@contextmanager
+def started(box: NetFtServer, **changes: object) -> Iterator[NetFt]:
+    with served(box):
+        ft = sensor(box, **changes)
+        try:
+            ft.start()
+            yield ft
+        finally:
+            ft.close()
+
+
+def until_failure(ft: NetFt, within: float = 1.0) -> tuple[float, DeviceError]:
+    begin = time.monotonic()
+    while time.monotonic() - begin < within:
+        try:
+            ft.read()
+        except DeviceError as error:
+            return time.monotonic() - begin, error
+        time.sleep(0.001)
+    raise AssertionError(f"nothing noticed within {within} s")
+
+
+def until_good(ft: NetFt, within: float = 2.0) -> SensorReading:
+    deadline = time.monotonic() + within
+    while True:
+        try:
+            reading = ft.read()
+            if reading.healthy:
+                return reading
+        except DeviceError:
+            pass
+        assert time.monotonic() < deadline, "it did not recover"
+        time.sleep(0.002)
+
+
+@pytest.mark.parametrize("units", [(2, 4), (1, 2)])
+def test_readings_are_si_whatever_the_units_of_the_box(units: tuple[int, int]) -> None:
+    box = emulated(calibration=BoxCalibration(*units, 4_000_000, 5_000_000))
+    box.take(state(LOAD))
+    with started(box) as ft:
+        assert ft.read().wrench == pytest.approx(LOAD, abs=1e-3)
+        assert ft.read().healthy
+
+
+def test_the_time_of_a_reading_is_that_of_its_sampling() -> None:
+    with started(emulated()) as ft:
+        ages, last = [], 0.0
+        for _ in range(200):
+            time.sleep(0.002)
+            reading = ft.read()
+            ages.append(time.monotonic() - reading.time)
+            assert reading.time >= last
+            last = reading.time
+        assert sorted(ages)[100] < 0.005
+        assert ft.counter_rate == pytest.approx(7000.0, rel=1e-3)
+
+
+def test_raw_counts_pass_for_a_sensor_file_that_calibrates() -> None:
+    box = emulated()
+    box.take(state(LOAD))
+    with started(box, scales=Scales(1.0, 1.0)) as ft:
+        assert ft.read().wrench == pytest.approx([1e6 * v for v in LOAD[:3]] + [1e9 * v for v in LOAD[3:]])
+
+
+def test_an_onrobot_box_is_set_up_and_scaled() -> None:
+    box = OnRobotServer(onrobot_box(rdt_port=0))
+    box.take(state(LOAD))
+    with served(box):
+        ft = NetFt(box.address, onrobot_settings(NOISE, period=0.002, cutoff=150.0, rdt_port=box.rdt_port))
+        ft.start()
+        records, begin = ft.counts.records, time.monotonic()
+        time.sleep(0.5)
+        rate = (ft.counts.records - records) / (time.monotonic() - begin)
+        assert ft.read().wrench == pytest.approx(LOAD, abs=1e-4)
+        assert rate == pytest.approx(500.0, rel=0.3)
+        assert box.ignored == 0
+        ft.close()
+
+
+@pytest.mark.parametrize(("period", "cutoff"), [(0.0, None), (0.3, None), (0.002, 100.0), (float("nan"), None)])
+def test_an_onrobot_box_is_not_asked_for_what_it_cannot(period: float, cutoff: float | None) -> None:
+    with pytest.raises(InvalidValueError):
+        onrobot_settings(NOISE, period=period, cutoff=cutoff)
+
+
+def test_tare_takes_the_load_at_rest_for_zero_and_the_moved_one_not() -> None:
+    box = emulated()
+    box.take(state(LOAD))
+    with started(box) as ft:
+        ft.tare()
+        assert ft.read().wrench == pytest.approx(ZERO_LOAD, abs=1e-6)
+        moving = threading.Event()
+
+        def swing() -> None:
+            k = 0
+            while not moving.wait(0.005):
+                k += 1
+                box.take(state((1.5 + 0.05 * (k % 7), *LOAD[1:])))
+
+        arm = threading.Thread(target=swing)
+        arm.start()
+        try:
+            with pytest.raises(DeviceError, match="Fx"):
+                ft.tare()
+        finally:
+            moving.set()
+            arm.join(1.0)
+        box.take(state(LOAD))
+        time.sleep(0.05)
+        assert ft.read().wrench == pytest.approx(ZERO_LOAD, abs=1e-6)  # the first tare still holds
+
+
+def test_no_tare_of_an_unhealthy_or_silent_sensor() -> None:
+    box = emulated()
+    with started(box) as ft:
+        box.inject("out of range", 1)
+        time.sleep(0.05)
+        with pytest.raises(DeviceError, match="saturated"):
+            ft.tare()
+        box.inject("silent", 1)
+        with pytest.raises(DeviceError, match="silent"):
+            ft.tare()
+
+
+def test_silence_is_noticed_and_passes_when_it_streams_again() -> None:
+    box = emulated()
+    with started(box, stream=StreamSettings(NOISE)) as ft:
+        for fault in ("silent", "rebooted"):
+            noticed = []
+            for _ in range(3):
+                box.inject(fault, 1)
+                after, error = until_failure(ft)
+                noticed.append(after)
+                assert "F/T sensor at 127.0.0.1: silent for" in str(error)
+                assert "cable" in error.remedy
+                box.inject("silent", 0)
+                until_good(ft)
+            assert min(noticed) <= 0.05
+        assert ft.counts.requests >= 4
+
+
+def test_an_overload_is_unhealthy_at_once_and_says_what_to_do() -> None:
+    box = emulated(status_words=AXIA)
+    with started(box, status_words=AXIA) as ft:
+        noticed = []
+        for _ in range(3):
+            box.take(state((0.0, 0.0, -40.0, 0.0, 0.0, 0.0)))
+            begin = time.monotonic()
+            while ft.read().healthy:
+                assert time.monotonic() < begin + 2.0
+                time.sleep(0.001)
+            noticed.append(time.monotonic() - begin)
+            assert "take the load off" in ft.problem
+            assert ft.read().wrench[2] == pytest.approx(-17.0)
+            box.take(state(ZERO_LOAD))
+            until_good(ft)
+            assert ft.problem == ""
+        assert min(noticed) <= 0.05
+
+
+def test_gaps_are_counted_and_nothing_else_happens() -> None:
+    box = emulated()
+    with started(box) as ft:
+        for gap in (1, 7, 100):
+            box.inject("gap", gap)
+            time.sleep(0.02)
+        assert ft.read().lost == 108
+        assert (ft.counts.restarts, ft.counts.refused, ft.counts.older) == (0, 0, 0)
+
+
+def test_a_bad_network_costs_what_it_takes_and_no_more() -> None:
+    box = emulated(rate=2000.0)
+    with started(box) as ft:
+        for fault, k, counted in (
+            ("dropped", 10, "lost"),
+            ("reordered", 5, "older"),
+            ("repeated", 4, "older"),
+            ("wrong length", 5, "refused"),
+        ):
+            records, sent, before = ft.counts.records, box.sent, getattr(ft.counts, counted)
+            box.inject(fault, k)
+            for _ in range(40):
+                time.sleep(0.005)
+                ft.read()
+            box.inject(fault, 0)
+            time.sleep(0.03)
+            came, cost = ft.counts.records - records, getattr(ft.counts, counted) - before
+            sent = box.sent - sent
+            assert cost == pytest.approx(sent / k, rel=0.3, abs=3), fault
+            assert came >= sent - cost - 3, fault
+        assert ft.counts.restarts == 0
+
+
+def test_counters_that_begin_anew_are_followed_without_a_restart_of_the_client() -> None:
+    box = emulated()
+    with started(box) as ft:
+        box.inject("restarted", 1)
+        begin = time.monotonic()
+        while ft.counts.restarts == 0:
+            assert time.monotonic() - begin < 1.0
+            time.sleep(0.001)
+        last = ft.read().time
+        for _ in range(50):
+            time.sleep(0.002)
+            reading = ft.read()
+            assert last <= reading.time <= time.monotonic()
+            last = reading.time
+        assert ft.counts.requests == 1
+
+
+def test_a_stream_taken_by_another_client_is_noticed_and_taken_back() -> None:
+    box = emulated()
+    with (
+        started(box, stream=StreamSettings(NOISE)) as ft,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as thief,
+    ):
+        thief.sendto(bytes.fromhex("1234000200000000"), (box.address, box.rdt_port))
+        _, error = until_failure(ft)
+        assert "no other program" in error.remedy
+        until_good(ft)
+        assert ft.counts.requests >= 2
+
+
+def test_nobody_listens() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    stream = StreamSettings(NOISE, start_within=0.3)
+    with pytest.raises(DeviceError, match="nobody listens on TCP port 1;"):
+        NetFt("127.0.0.1", NetFtSettings(stream, rdt_port=port, calibration_port=1)).start()
+    with pytest.raises(DeviceError, match=f"nobody listens on UDP port {port}"):
+        NetFt("127.0.0.1", NetFtSettings(stream, Scales(1e-6, 1e-6), rdt_port=port)).start()
+
+
+def test_a_box_that_is_switched_off_is_noticed_and_back_when_it_is_on_again() -> None:
+    box = emulated()
+    ports = {"rdt_port": box.rdt_port, "calibration_port": box.calibration_port}
+    ft = sensor(box)
+    try:
+        with served(box):
+            ft.start()
+        after, _ = until_failure(ft)
+        assert after < 1.0
+        time.sleep(0.15)  # until it has asked again, and heard that nobody is there
+        with pytest.raises(DeviceError, match="nobody listens"):
+            ft.read()
+        with served(emulated(**ports)):
+            until_good(ft)
+    finally:
+        ft.close()
+
+
+def test_a_silent_box_fails_to_start_in_time_and_in_words() -> None:
+    box = emulated()
+    box.inject("silent", 1)
+    with served(box):
+        begin = time.monotonic()
+        with pytest.raises(DeviceError, match=r"no answer on TCP port \d+ within 0.3 s"):
+            sensor(box).start()
+        with pytest.raises(DeviceError, match=r"no steady stream within 0.3 s"):
+            sensor(box, stream=StreamSettings(NOISE, start_within=0.3), scales=Scales(1e-6, 1e-9)).start()
+        assert time.monotonic() - begin < 3.0
+
+
+def test_a_box_without_calibration_is_refused() -> None:
+    with (
+        served(emulated(calibration=BoxCalibration(2, 4, 1, 1))),
+        socket.create_server(("127.0.0.1", 0)) as liar,
+    ):
+        port = liar.getsockname()[1]
+
+        def answer() -> None:
+            wire, _ = liar.accept()
+            with wire:
+                wire.recv(20)
+                wire.sendall(bytes(24))
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with pytest.raises(DeviceError, match="useless: it begins with 0x0000"):
+            NetFt("127.0.0.1", NetFtSettings(StreamSettings(NOISE), calibration_port=port)).start()
+        thread.join(2.0)
+
+
+def test_it_leaves_nothing_behind_and_can_start_again() -> None:
+    box = emulated()
+    with served(box):
+        files, threads = len(os.listdir("/proc/self/fd")), threading.active_count()
+        ft = sensor(box)
+        with pytest.raises(DeviceError, match="not started"):
+            ft.read()
+        for _ in range(2):
+            ft.start()
+            ft.read()
+            ft.close()
+            ft.close()
+            with pytest.raises(DeviceError, match="not started"):
+                ft.read()
+        time.sleep(0.05)
+        assert threading.active_count() == threads
+        assert len(os.listdir("/proc/self/fd")) <= files + 1  # the box may still hold the last one who asked it
+        assert box.due() > time.monotonic() + 1.0  # told to stop
+
+
+@pytest.mark.parametrize("changes", [{"silent_after": 0.0}, {"ask_again_after": -1.0}, {"noise": (0.0,) * 6}])
+def test_settings_that_cannot_be_are_refused(changes: dict[str, object]) -> None:
+    with pytest.raises(InvalidValueError):
+        StreamSettings(**{"noise": NOISE, **changes})

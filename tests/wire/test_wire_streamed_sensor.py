@@ -1,0 +1,162 @@
+"""What every streaming sensor does, on a link that is made up."""
+
+import time
+from collections.abc import Sequence
+
+import pytest
+
+from ft_host import state
+from palpate.hw.devices import DeviceError, SensorDevice
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
+from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
+from palpate.hw.emulators.server import Server
+from palpate.hw.ft_stream import Record, StreamCounts, StreamedSensor, StreamSettings
+from palpate.hw.netft import NetFt, NetFtSettings, Scales
+from palpate.hw.serial_ft import Bota, Resense, SerialSensor
+
+NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
+SETTINGS = StreamSettings(NOISE, start_within=0.3)
+
+
+class MadeUpLink:
+    """Gives what it is told to, every 2 ms."""
+
+    name = "made-up sensor"
+
+    def __init__(self) -> None:
+        self.counts = StreamCounts()
+        self.failure: Exception | None = None
+        self.silent = False
+        self.closed = 0
+
+    def open(self) -> None:
+        self.failure = None
+
+    def request(self) -> None:
+        self.counts.requests += 1
+
+    def receive(self) -> Sequence[Record]:
+        time.sleep(0.002)
+        if self.failure:
+            raise self.failure
+        if self.silent:
+            return ()
+        self.counts.records += 1
+        return (Record(time.monotonic(), None, (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), 0, anew=False),)
+
+    def problem(self, status: int) -> str:
+        return ""
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def test_sensors_and_emulators_are_what_a_rig_and_a_host_take() -> None:
+    stream = StreamSettings(NOISE)
+    devices: list[SensorDevice] = [
+        NetFt("127.0.0.1", NetFtSettings(stream, Scales(1.0, 1.0))),
+        SerialSensor("/dev/null", Bota(51), stream),
+        SerialSensor("/dev/null", Resense((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)), stream),
+    ]
+    servers: list[Server] = [
+        NetFtServer(BoxSettings(rdt_port=0, calibration_port=0)),
+        OnRobotServer(onrobot_box(rdt_port=0)),
+        BotaServer(sensor=1),
+        ResenseServer(sensor=1),
+    ]
+    for device in devices:
+        device.close()
+    for server in servers:
+        server.take(state((0.0,) * 6, (1.0,) * 6))
+        server.close()
+        assert server.name
+        assert server.address
+
+
+def test_a_bug_in_the_reading_thread_is_told_and_a_new_start_helps() -> None:
+    link = MadeUpLink()
+    ft = StreamedSensor(link, SETTINGS)
+    ft.start()
+    link.failure = ZeroDivisionError("a bug")
+    time.sleep(0.06)
+    with pytest.raises(DeviceError, match="thread has ended: ZeroDivisionError: a bug"):
+        ft.read()
+    ft.start()
+    assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
+    ft.close()
+
+
+def test_a_device_that_begins_anew_is_stamped_by_its_new_count() -> None:
+    class Counting(MadeUpLink):
+        sampled, first, anew = 0.0, 0.0, False
+
+        def receive(self) -> Sequence[Record]:
+            time.sleep(0.002)
+            now = time.monotonic()
+            anew, self.anew = self.anew, False
+            self.first = now if anew else self.first or now
+            count = int(1e6 * (now - self.first)) + (0 if self.restarted else 5_000_000)
+            return (Record(now, count, (0.0,) * 6, 0, anew),)
+
+        restarted = False
+
+    link = Counting()
+    ft = StreamedSensor(link, StreamSettings(NOISE))
+    ft.start()
+    for _ in range(2):
+        ages = []
+        for _ in range(250):
+            time.sleep(0.002)
+            ages.append(time.monotonic() - ft.read().time)
+        assert min(ages) > -1e-6
+        assert sorted(ages)[125] < 0.004
+        assert ft.counter_rate == pytest.approx(1e6, rel=2e-3)
+        link.restarted = link.anew = True
+    ft.close()
+
+
+def test_a_new_start_forgets_the_tare() -> None:
+    ft = StreamedSensor(MadeUpLink(), SETTINGS)
+    ft.start()
+    ft.tare()
+    assert ft.read().wrench[:3] == (0.0, 0.0, 0.0)
+    ft.start()
+    assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
+    ft.close()
+
+
+def test_a_tare_that_goes_silent_keeps_the_old_zero() -> None:
+    link = MadeUpLink()
+    ft = StreamedSensor(link, SETTINGS)
+    ft.start()
+    link.silent = True
+    with pytest.raises(DeviceError, match="silent"):
+        ft.tare()
+    link.silent = False
+    time.sleep(0.02)
+    assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
+    ft.close()
+
+
+def test_a_broken_wire_is_tried_again_and_said_meanwhile() -> None:
+    link = MadeUpLink()
+    ft = StreamedSensor(link, SETTINGS)
+    ft.start()
+    link.failure = OSError("no route")
+    time.sleep(0.3)
+    with pytest.raises(DeviceError, match="no route"):
+        ft.read()
+    assert 2 <= link.counts.requests <= 5  # every tenth of a second
+    link.failure = None
+    time.sleep(0.05)
+    assert ft.read().healthy
+    ft.close()
+
+
+def test_what_is_none_of_its_records_is_told_from_silence() -> None:
+    link = MadeUpLink()
+    link.silent = True
+    link.counts.refused = 7
+    with pytest.raises(DeviceError, match="7 pieces of what arrived"):
+        StreamedSensor(link, SETTINGS).start()
+    assert link.closed >= 1
