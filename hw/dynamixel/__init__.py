@@ -1,0 +1,1 @@
+"""A hand of Dynamixel servos on one bus."""

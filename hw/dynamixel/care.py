@@ -1,0 +1,78 @@
+"""How a servo is, and how to bring it back: what is asked outside of the loop."""
+
+import time
+from dataclasses import dataclass
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.dynamixel import registers as reg
+from palpate.hw.dynamixel.bus import Bus
+from palpate.hw.dynamixel.finger_servo import FingerServo
+from palpate.hw.dynamixel.registers import HardwareError
+
+REBOOT_TIME = 2.0
+"""How long a servo may take to come back after a reboot [s]; a few tenths are assumed."""
+
+ANSWER_GONE = 0.05
+"""After which a servo that reboots has said so, and is deaf [s]; assumed."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoHealth:
+    """What a doctor asks a servo.
+
+    Attributes:
+        servo_id: On the bus.
+        model: Its name.
+        firmware: Its version.
+        temperature: [degrees C].
+        temperature_limit: At which it shuts down [degrees C].
+        voltage: Supply [V].
+        voltage_range: At whose ends it shuts down [V].
+        error: What is wrong with it, if anything.
+    """
+
+    servo_id: int
+    model: str
+    firmware: int
+    temperature: float
+    temperature_limit: float
+    voltage: float
+    voltage_range: tuple[float, float]
+    error: HardwareError
+
+
+def health(bus: Bus, finger: FingerServo) -> ServoHealth:
+    """Ask one servo how it is.
+
+    Raises:
+        DeviceError: It does not answer.
+    """
+    its = finger.servo_id
+    return ServoHealth(
+        its,
+        finger.kind.servo.name,
+        bus.read(its, reg.FIRMWARE),
+        float(bus.read(its, reg.PRESENT_TEMPERATURE)),
+        float(bus.read(its, reg.TEMPERATURE_LIMIT)),
+        0.1 * bus.read(its, reg.PRESENT_VOLTAGE),
+        (0.1 * bus.read(its, reg.MIN_VOLTAGE_LIMIT), 0.1 * bus.read(its, reg.MAX_VOLTAGE_LIMIT)),
+        HardwareError(bus.read(its, reg.HARDWARE_ERROR_STATUS)),
+    )
+
+
+def reboot(bus: Bus, device: str, servo_id: int) -> None:
+    """Restart one servo and wait until it is there again.
+
+    Raises:
+        DeviceError: It does not come back, or its hardware error does.
+    """
+    bus.reboot(servo_id)
+    end = time.monotonic() + REBOOT_TIME
+    time.sleep(ANSWER_GONE)
+    while bus.ping(servo_id) is None:
+        if time.monotonic() > end:
+            problem = f"servo {servo_id} did not come back from its reboot"
+            raise DeviceError(device, problem, "switch its power off and on")
+    error = HardwareError(bus.read(servo_id, reg.HARDWARE_ERROR_STATUS))
+    if error:
+        raise DeviceError(device, f"servo {servo_id} still reports {error.words}", "see its e-manual")

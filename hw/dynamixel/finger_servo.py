@@ -1,0 +1,137 @@
+"""One finger on the wire: registers to SI units and back, forces to currents."""
+
+import math
+import struct
+from dataclasses import dataclass
+
+from palpate.hw.dynamixel import registers as reg
+from palpate.hw.dynamixel.registers import MIDDLE, HardwareError, ServoKind
+from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
+from palpate.kinematics.servo_model import PULSE, VELOCITY_UNIT, ServoModel
+
+STATE_ITEMS = (
+    reg.TORQUE_ENABLE,
+    reg.HARDWARE_ERROR_STATUS,
+    reg.BUS_WATCHDOG,
+    reg.PRESENT_CURRENT,
+    reg.PRESENT_VELOCITY,
+    reg.PRESENT_POSITION,
+)
+"""What is read of every servo in every period, through indirect addresses: they stand far apart."""
+
+_STATE = struct.Struct("<BBBhii")
+
+STATE_LENGTH = _STATE.size
+"""Of these [bytes]."""
+
+LENGTHS = 8
+"""How many lengths of reads take turns when answers fail, so that a late one is told by its length. The XL330 has
+20 indirect addresses, 13 of them are the state's."""
+
+OPENING_FORCE = 0.5
+"""With which a finger opens [N]: enough against the gear's friction, and harmless while it still squeezes, until
+the profile is back from where it ran to behind the object."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoReading:
+    """What a servo said of itself.
+
+    Attributes:
+        torque_on: Whether it drives.
+        error: What is wrong with it, if anything.
+        watchdog: As Bus Watchdog(98) has it.
+        position: Of its shaft [rad], 0 in the middle of its turn, in its own direction.
+        velocity: Likewise [rad/s].
+        current: Likewise [A].
+    """
+
+    torque_on: bool
+    error: HardwareError
+    watchdog: int
+    position: float
+    velocity: float
+    current: float
+
+
+@dataclass(frozen=True, slots=True)
+class Goals:
+    """Goal Current(102), then Profile Velocity(112) and Goal Position(116), as written every period."""
+
+    current: bytes
+    motion: bytes
+
+
+class FingerServo:
+    """A servo with its finger, as far as both are numbers: no bus."""
+
+    def __init__(
+        self, calibration: ServoCalibration, settings: HandSettings, kind: ServoKind, current_limit: int
+    ) -> None:
+        """Take what is known of it.
+
+        Args:
+            calibration: Its zero and direction.
+            settings: Of its hand.
+            kind: Its model.
+            current_limit: Current Limit(38) as it stands in the servo.
+        """
+        self.calibration, self.kind = calibration, kind
+        self.motor: ServoModel = calibration.motor or kind.servo
+        self._finger, self._along = settings.finger, settings.tip_along
+        self._closed = settings.closed
+        self._unit = kind.servo.current_unit
+        self._largest = min(current_limit, math.floor(self.motor.largest_current / self._unit + 0.5))
+        speed = settings.closing_speed / self._finger.lever(0.0, self._along)
+        self._motion_speed = max(1, round(speed / VELOCITY_UNIT))
+
+    @property
+    def servo_id(self) -> int:
+        """On the bus."""
+        return self.calibration.servo_id
+
+    @property
+    def range(self) -> tuple[int, int]:
+        """Positions of the open and of the closed finger, as registers have them."""
+        return self._position(0.0), self._position(self._closed)
+
+    def reading(self, data: bytes) -> ServoReading:
+        """Return what bytes of `STATE_ITEMS` mean."""
+        torque, error, watchdog, current, velocity, position = _STATE.unpack_from(data)
+        return ServoReading(
+            bool(torque),
+            HardwareError(error),
+            watchdog,
+            (position - MIDDLE) * PULSE,
+            velocity * VELOCITY_UNIT,
+            current * self._unit,
+        )
+
+    def joint_position(self, position: float) -> float:
+        """Return the finger's coordinate [rad or m] at a position of the shaft [rad]."""
+        its = self.calibration
+        return its.direction * self._finger.ratio * (position - its.zero)
+
+    def goals(self, force: float, rising: bool, q: float) -> Goals:
+        """Return what makes the finger press.
+
+        Args:
+            force: Normal force [N]; 0 opens it.
+            rising: Whether the force was to rise last: friction in the gear then takes its part, else gives it.
+            q: Where the joint is [rad or m].
+        """
+        lever, motor = self._finger.lever(q, self._along), self.motor
+        if force == 0.0:
+            return self._goals(motor.driving_current(OPENING_FORCE * lever), 0.0)
+        torque = force * lever
+        return self._goals(
+            motor.driving_current(torque) if rising else motor.yielding_current(torque), self._closed
+        )
+
+    def _goals(self, current: float, q: float) -> Goals:
+        units = self._largest if current == math.inf else min(self._largest, round(current / self._unit))
+        return Goals(struct.pack("<h", units), struct.pack("<ii", self._motion_speed, self._position(q)))
+
+    def _position(self, q: float) -> int:
+        its = self.calibration
+        return MIDDLE + round((its.zero + its.direction * q / self._finger.ratio) / PULSE)

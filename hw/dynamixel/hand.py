@@ -1,0 +1,272 @@
+"""A hand of Dynamixel servos: a `HandDevice` over the maker's library.
+
+Every period has one read of all servos, with position, velocity, current, hardware error, torque and watchdog in
+one transaction, and one write of goals. An exchange that fails is no fault yet: `read` returns the state before
+it, with its time, and raises once several in a row have failed for `HandSettings.silence`.
+"""
+
+import math
+import time
+
+from palpate.errors import InvalidValueError
+from palpate.hw.devices import DeviceError
+from palpate.hw.dynamixel import registers as reg
+from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
+from palpate.hw.dynamixel.care import ServoHealth, health, reboot
+from palpate.hw.dynamixel.finger_servo import LENGTHS, FingerServo, ServoReading
+from palpate.hw.dynamixel.port import Port, adapter_latency
+from palpate.hw.dynamixel.preparation import hold_still, prepare, shutdown_error, state_span
+from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
+from palpate.hw.dynamixel.settings import HandSettings
+from palpate.runtime.data import HandSample
+
+FEWEST = 3
+"""Exchanges in a row that must have failed, besides, before a hand is given up."""
+
+
+class DynamixelHand:
+    """Fingers on one bus, for one thread. `start` may be called again after any fault: it connects anew."""
+
+    def __init__(self, port: str, settings: HandSettings) -> None:
+        """Name what there is; nothing is opened yet.
+
+        Args:
+            port: Path of the adapter's terminal.
+            settings: Servos, fingers and patience.
+        """
+        self._port_path, self.settings = port, settings
+        self._bus: Bus | None = None
+        self._fingers: tuple[FingerServo, ...] = ()
+        self._forces: tuple[float, ...] = ()
+        self._rising: tuple[bool, ...] = ()
+        self._found_pressing = False
+        self._readings: tuple[ServoReading, ...] = ()
+        self._spans: list[Span] = []
+        self._failing_since, self._failures = math.inf, 0
+        self._forget()
+        self.closing_note = ""
+        self.missed = 0
+
+    @property
+    def name(self) -> str:
+        """See `Device`."""
+        return f"Dynamixel hand at {self._port_path}"
+
+    @property
+    def holding(self) -> bool:
+        """Whether a finger was last told to press, by this program or one before it."""
+        return self._found_pressing or any(force > 0.0 for force in self._forces)
+
+    def start(self) -> None:
+        """See `HandDevice`: connect, check, and switch the torque on where the fingers stand.
+
+        What a hand still holds from before, it goes on holding.
+
+        Raises:
+            DeviceError: The port or a servo is not fit; the message names it and the remedy.
+        """
+        if self._bus is not None:
+            self._bus.close()
+            self._bus = None
+        latency = adapter_latency(self._port_path)
+        if latency is not None and 2.0 * latency[0] > self.settings.answer_time:
+            raise DeviceError(
+                self.name,
+                f"the adapter keeps bytes back for {1e3 * latency[0]:.0f} ms",
+                f"`echo 1 | sudo tee {latency[1]}`, and a udev rule to keep it so",
+            )
+        bus = self._opened()
+        try:
+            self._fingers = tuple(prepare(bus, self.name, its, self.settings) for its in self.settings.servos)
+            # after all of them have turned out fit
+            pressing = [hold_still(bus, finger) for finger in self._fingers]
+            self._bus = bus
+            self._forget()
+            self._found_pressing = any(pressing)
+            self._read_first()
+        except BaseException:
+            self._bus = None
+            bus.close()
+            raise
+
+    def read(self) -> HandSample:
+        """See `HandDevice`.
+
+        Raises:
+            DeviceError: A servo is silent or has shut down, or the port is lost. The next call tries again.
+        """
+        sample = self._take()
+        self._watch()
+        return sample
+
+    def state(self) -> tuple[ServoReading, ...]:
+        """Return what the servos said at the last `read` that came through."""
+        self._connected()
+        return self._readings
+
+    def press(self, grip_force: tuple[float, ...]) -> None:
+        """See `HandDevice`: more than the servos can do is what they can do.
+
+        To be called every period: levers change as fingers move, and goals are not confirmed by anybody.
+
+        Raises:
+            InvalidValueError: Another number of forces than of fingers, or one that is negative or not finite.
+            DeviceError: The port is lost.
+        """
+        if len(grip_force) != len(self.settings.servos):
+            raise InvalidValueError(
+                f"grip_force = {grip_force}: must have {len(self.settings.servos)} entries, one per finger"
+            )
+        for force in grip_force:
+            if not 0.0 <= force < math.inf:
+                raise InvalidValueError(
+                    f"grip_force = {grip_force} N: must be finite, 0 or above; 0 opens the hand"
+                )
+        bus = self._connected()
+        changes = zip(grip_force, self._forces, self._rising, strict=True)
+        self._rising = tuple(new > old or (new == old and was) for new, old, was in changes)
+        self._forces, self._found_pressing = grip_force, False
+        currents, motions = {}, {}
+        each = zip(self._fingers, grip_force, self._rising, self._sample.joint_position, strict=True)
+        for finger, force, rising, q in each:
+            goals = finger.goals(force, rising, q)
+            currents[finger.servo_id], motions[finger.servo_id] = goals.current, goals.motion
+        # two short packets: between them stand Goal Velocity(104) and Profile Acceleration(108), left alone
+        bus.write_together(reg.GOAL_CURRENT, currents)
+        bus.write_together(reg.PROFILE_VELOCITY, motions)
+
+    def health(self) -> tuple[ServoHealth, ...]:
+        """Ask every servo how it is; takes a few milliseconds each, so not in the loop.
+
+        Raises:
+            DeviceError: One does not answer.
+        """
+        bus = self._connected()
+        return tuple(health(bus, finger) for finger in self._fingers)
+
+    def reboot(self, servo_id: int) -> None:
+        """Restart one servo, which lets go of what it holds; then `start` the hand again.
+
+        Raises:
+            DeviceError: It does not come back, or its hardware error does.
+            InvalidValueError: No such servo in this hand.
+        """
+        ids = [its.servo_id for its in self.settings.servos]
+        if servo_id not in ids:
+            raise InvalidValueError(f"servo_id = {servo_id}: must be one of {ids}")
+        bus = self._bus if self._bus is not None else self._opened()
+        try:
+            reboot(bus, self.name, servo_id)
+        finally:
+            if self._bus is None:
+                bus.close()
+
+    def close(self) -> None:
+        """See `Device`: torque off, unless the hand presses; `closing_note` says which.
+
+        A hand that was last told to press keeps pressing with that force, its bus watchdog off.
+        """
+        bus, self._bus = self._bus, None
+        if bus is None:
+            return
+        holding = self.holding
+        register = reg.BUS_WATCHDOG if holding else reg.TORQUE_ENABLE
+        failed = []
+        for finger in self._fingers:
+            try:
+                bus.write(finger.servo_id, register, 0)
+            except DeviceError as error:
+                failed.append(error.problem)
+        bus.close()
+        if not holding:
+            note = "told to switch its torque off" if failed else "torque off"
+        elif self._found_pressing:
+            note = "left with its torque on, as it was found"
+        else:
+            note = f"left with its torque on, pressing with {', '.join(f'{force:g}' for force in self._forces)} N"
+        self.closing_note = f"{self.name}: " + ", but ".join([note, *failed[:1]])
+
+    def _opened(self) -> Bus:
+        port = Port(self._port_path, self.name, self.settings.baud_rate)
+        port.open()
+        port.drain(QUIET, 0.05)  # what a program before us was still told
+        return Bus(port, self.settings.answer_time)
+
+    def _connected(self) -> Bus:
+        if self._bus is None:
+            raise DeviceError(self.name, "it is not connected", "call start()")
+        return self._bus
+
+    def _forget(self) -> None:
+        n = len(self.settings.servos)
+        self._forces, self._rising, self._found_pressing = (0.0,) * n, (True,) * n, False
+        self._failing_since, self._failures = math.inf, 0
+        self._sample = HandSample(-math.inf, (0.0,) * n)
+        self._readings = ()
+        self._ask(0)
+
+    def _ask(self, longer: int) -> None:
+        self._longer = longer
+        self._spans = [state_span(finger, longer) for finger in self._fingers]
+
+    def _take(self) -> HandSample:
+        """Return the state of one exchange, or the last one if it fails."""
+        bus = self._connected()
+        sent = time.monotonic()
+        try:
+            answers = bus.exchange(self._spans)
+        except MissedError as missed:
+            return self._miss(missed, sent)
+        self._failing_since, self._failures = math.inf, 0
+        fingers = self._fingers
+        self._readings = readings = tuple(
+            finger.reading(data) for finger, data in zip(fingers, answers, strict=True)
+        )
+        pairs = zip(fingers, readings, strict=True)
+        self._sample = HandSample(sent, tuple(finger.joint_position(its.position) for finger, its in pairs))
+        self._check()
+        return self._sample
+
+    def _read_first(self) -> None:
+        while not math.isfinite(self._sample.time):
+            self._take()
+
+    def _miss(self, missed: MissedError, sent: float) -> HandSample:
+        """Count a failed exchange; ask for another length next time, so that a late answer is told by its own."""
+        self.missed += 1
+        self._ask((self._longer + 1) % LENGTHS)
+        self._failing_since = min(self._failing_since, sent)
+        failing = time.monotonic() - self._failing_since
+        self._failures += 1
+        # a failure or two may be this process having slept, however long it took
+        if failing < self.settings.silence or self._failures < FEWEST:
+            return self._sample
+        remedy = "check its cable and its power" if missed.silent else "check the bus for loose or noisy cables"
+        raise DeviceError(self.name, f"{missed} for {1e3 * failing:.0f} ms", f"{remedy}, then call start() again")
+
+    def _check(self) -> None:
+        for finger, its in zip(self._fingers, self._readings, strict=True):
+            if its.error:
+                raise shutdown_error(self.name, finger.servo_id, its.error)
+            if its.watchdog == WATCHDOG_EXPIRED:
+                raise DeviceError(
+                    self.name,
+                    f"servo {finger.servo_id} has stopped: nobody spoke to it for {self.settings.watchdog:g} s",
+                    "call start() again; if it comes back, find what held the loop up",
+                )
+            if not its.torque_on:
+                raise DeviceError(
+                    self.name,
+                    f"the torque of servo {finger.servo_id} is off: it lost its power, or somebody else did it",
+                    "check its power, then call start() again",
+                )
+
+    def _watch(self) -> None:
+        """Set the bus watchdog where it is not: not before the first period, as other devices take time to start.
+
+        Nobody confirms it, so every read looks.
+        """
+        wanted = math.ceil(self.settings.watchdog / WATCHDOG_UNIT - 1e-9)
+        if any(its.watchdog != wanted for its in self._readings):
+            one = reg.BUS_WATCHDOG.bytes_of(wanted)
+            self._connected().write_together(reg.BUS_WATCHDOG, {its.servo_id: one for its in self._fingers})

@@ -1,0 +1,96 @@
+"""A pseudo terminal that stands in for the USB adapter of a servo bus.
+
+It has no speed: bytes arrive at once. But it knows which one the client has set.
+"""
+
+import contextlib
+import errno
+import fcntl
+import os
+import pty
+import struct
+import termios
+import tty
+from pathlib import Path
+
+from palpate.errors import InvalidValueError
+
+_TCGETS2 = 0x802C542A
+"""Linux, x86 and ARM: asks for the terminal's settings with any speed as a number (asm-generic/ioctls.h)."""
+
+_TERMIOS2 = struct.Struct("=4IB19s2I")
+
+_SPEEDS = {getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()}
+
+
+class Terminal:
+    """Both ends of it, non-blocking; a link of a fixed name may lead to it."""
+
+    def __init__(self, link: Path | None = None) -> None:
+        """Open it.
+
+        Args:
+            link: Where a symbolic link to it shall stand, as udev makes them for adapters; one to another pseudo
+                terminal is replaced, as a process that was killed leaves it behind.
+
+        Raises:
+            InvalidValueError: Something else is there, or no link can be made.
+        """
+        self.master, self._slave = pty.openpty()
+        # the slave's end stays open, too: the master's reads would fail whenever the client closes its own
+        for end in (self.master, self._slave):
+            tty.setraw(end)
+        os.set_blocking(self.master, False)
+        self._link, self._device = link, os.ttyname(self._slave)
+        self.lost = 0
+        if link is not None:
+            try:
+                if link.is_symlink() and os.readlink(link).startswith(os.path.dirname(self._device) + os.sep):
+                    link.unlink()
+                link.symlink_to(self._device)
+            except OSError as error:
+                self._close_ends()
+                raise InvalidValueError(f"link = {link}: {error.strerror}; choose another place for it") from None
+
+    @property
+    def path(self) -> str:
+        """What a client opens."""
+        return self._device if self._link is None else str(self._link)
+
+    def baud_rate(self) -> int | None:
+        """Return the rate that the client has set [1/s]; None if this system does not tell."""
+        try:
+            reply = fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size))
+            return int(_TERMIOS2.unpack(reply)[-1])
+        except OSError:
+            return _SPEEDS.get(termios.tcgetattr(self._slave)[5])
+
+    def read(self) -> bytes:
+        """Return what has arrived; nothing, if nothing has."""
+        try:
+            return os.read(self.master, 4096)
+        except OSError as error:
+            if error.errno in (errno.EAGAIN, errno.EIO):
+                return b""
+            raise
+
+    def write(self, data: bytes) -> None:
+        """Send; what nobody has read for long is lost, as on a wire."""
+        try:
+            self.lost += len(data) - os.write(self.master, data)
+        except BlockingIOError:
+            self.lost += len(data)
+
+    def close(self) -> None:
+        """Close both ends and take the link away; may be called more than once."""
+        if self.master < 0:
+            return
+        self._close_ends()
+        if self._link is not None and self._link.is_symlink() and os.readlink(self._link) == self._device:
+            self._link.unlink()
+
+    def _close_ends(self) -> None:
+        for end in (self.master, self._slave):
+            with contextlib.suppress(OSError):
+                os.close(end)
+        self.master = self._slave = -1

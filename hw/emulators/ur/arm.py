@@ -1,0 +1,250 @@
+"""What the controller knows of its arm: joints, flange, TCP and the force on it, in the arm's own base frame.
+
+The plant speaks of a tip frame in base coordinates of its scene; a controller of a TCP in the frame of the arm's
+foot, which ur_rtde calls base. Here is the one place where the two meet.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.hw.emulators.plant import PlantState
+from palpate.kinematics import UR5E, ArmKinematics, Pose, SerialArm, nearest_joint_position
+from palpate.kinematics.pose import checked_pose, rotation_from_rotvec, rotvec_from_rotation, times, transposed
+from palpate.spatial import ZERO, Vector, Wrench, add, cross, norm, rotate, rotate_back, scale, subtract
+
+Joints = tuple[float, ...]
+"""Six joint angles [rad] or speeds [rad/s]."""
+
+Twist = tuple[Vector, Vector]
+"""Velocity of the TCP [m/s] and angular velocity [rad/s], in the axes of the arm's foot."""
+
+STILL: Twist = (ZERO, ZERO)
+NO_WRENCH: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+_QUARTER = math.pi / 2.0
+
+HOME: Joints = (-_QUARTER, -_QUARTER, _QUARTER, -_QUARTER, -_QUARTER, 0.0)
+"""[rad] -90, -90, 90, -90, -90, 0 deg: the tool hangs over the work place, far from singular poses."""
+
+_DAMPING = 1e-3
+"""Of least squares: joints follow the tip to 1e-4 per step where the smallest singular value is 0.1."""
+
+OUT_OF_REACH = 1e-3
+"""[m, rad] by which the joints may fail to follow the plant's tip before it counts as out of their reach."""
+
+MISPLACED = 0.005
+"""[m, rad] between the plant's tip and where its joints hold it: more than factory calibrations differ by."""
+
+_LONGEST_STEP = 0.1
+"""[rad] of a joint between two measurements: sixteen times what 180 deg/s makes in a cycle of 2 ms, so that only
+what has lost its way is held back."""
+
+_MOST_STEPS = 3
+_ACCURACY = 1e-9
+"""[m, rad] to which joints follow the tip."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mounting:
+    """How the arm stands in the plant's scene and what of it the plant moves.
+
+    Attributes:
+        arm: Geometry and limits.
+        pose_base_foot: Where the arm's own base frame is in the plant's.
+        pose_flange_tip: Where the plant's tip frame is on the flange; also the TCP until a client sets another.
+        joints: To start near to [rad], if the plant does not tell joints.
+        sensor: Which of the plant's wrenches the controller measures; its frame is the tip frame.
+    """
+
+    arm: SerialArm = UR5E
+    pose_base_foot: Pose = field(default_factory=Pose)
+    pose_flange_tip: Pose = field(default_factory=Pose)
+    joints: Joints = HOME
+    sensor: int = 0
+
+    def __post_init__(self) -> None:
+        checked_pose("pose_base_foot", self.pose_base_foot)
+        checked_pose("pose_flange_tip", self.pose_flange_tip)
+        self.arm.joint_position("joints", self.joints)
+
+
+class Arm:
+    """The arm as the controller last measured it.
+
+    Attributes:
+        mounting: How it stands.
+        kinematics: Of the flange in the foot's frame.
+        pose_flange_tcp: As the installation or a client says.
+        joints: [rad].
+        joint_speeds: [rad/s].
+        flange: pose_foot_flange.
+        tcp: pose_foot_tcp.
+        twist: Of the TCP.
+        out_of_reach: Whether the plant has taken the tip to where the joints cannot be.
+        sensed: Wrench on the sensor's tip side, its own frame, about its origin [N, N m]: what `Tool` starts from.
+    """
+
+    def __init__(self, mounting: Mounting) -> None:
+        """Know nothing yet."""
+        self.mounting = mounting
+        self.kinematics = ArmKinematics(mounting.arm)
+        self.pose_flange_tcp = mounting.pose_flange_tip
+        self.joints: Joints = mounting.joints
+        self.joint_speeds: Joints = (0.0,) * 6
+        self.flange = Pose()
+        self.tcp = Pose()
+        self.twist = STILL
+        self.sensed: Wrench = NO_WRENCH
+        self._foot_base = mounting.pose_base_foot.inverse()
+        self._tip_flange = mounting.pose_flange_tip.inverse()
+        self._jacobian: FloatArray = np.zeros((6, 6))
+        self.out_of_reach = False
+        self._started = False
+
+    def measure(self, state: PlantState) -> None:
+        """Take what the plant says.
+
+        Raises:
+            InvalidValueError: The arm cannot hold the tip where the plant begins, or the plant's joints do not.
+        """
+        sample = state.arm
+        pose_base_tip = Pose(sample.position_base_tip, sample.rotation_base_tip)
+        tip = self._foot_base @ pose_base_tip
+        self.flange = tip @ self._tip_flange
+        self.tcp = self.flange @ self.pose_flange_tcp
+        if len(sample.joint_position) == 6:
+            self.joints = sample.joint_position
+            if not self._started:
+                self._check_mounting()
+        elif not self._started:
+            self.joints = nearest_joint_position(self.kinematics, self.flange, self.joints)
+        else:
+            self._follow()
+        self._started = True
+        foot = self._foot_base.rotation
+        turning = rotate(foot, sample.angular_velocity_base_tip)
+        arm = subtract(self.tcp.position, tip.position)
+        self.twist = (add(rotate(foot, sample.velocity_base_tip), cross(turning, arm)), turning)
+        self._jacobian = self.kinematics.jacobian(self.joints)
+        lever = subtract(self.flange.position, self.tcp.position)
+        at_flange = add(self.twist[0], cross(turning, lever))
+        self.joint_speeds = tuple(self._solve(np.array(at_flange + turning)).tolist())
+        index = self.mounting.sensor
+        wrench = state.wrenches[index].wrench if index < len(state.wrenches) else ()
+        fx, fy, fz, mx, my, mz = wrench if len(wrench) == 6 else NO_WRENCH
+        self.sensed = (fx, fy, fz, mx, my, mz)
+
+    def joints_of(self, pose_foot_tcp: Pose, near: Joints) -> Joints:
+        """Return the joints that hold the TCP somewhere, nearest to others [rad].
+
+        Raises:
+            InvalidValueError: There are none.
+        """
+        flange = pose_foot_tcp @ self.pose_flange_tcp.inverse()
+        return nearest_joint_position(self.kinematics, flange, near)
+
+    def tcp_of(self, joints: Joints, pose_flange_tcp: Pose | None = None) -> Pose:
+        """Return pose_foot_tcp at some joints [rad]."""
+        return self.kinematics.pose(joints) @ (
+            self.pose_flange_tcp if pose_flange_tcp is None else pose_flange_tcp
+        )
+
+    def twist_of(self, joint_speeds: Joints) -> Twist:
+        """Return how the TCP moves with the joints [rad/s] where it is."""
+        vx, vy, vz, wx, wy, wz = (self._jacobian @ np.array(joint_speeds)).tolist()
+        turning = (wx, wy, wz)
+        lever = subtract(self.tcp.position, self.flange.position)
+        return add((vx, vy, vz), cross(turning, lever)), turning
+
+    def tip_velocity(self, twist: Twist) -> Twist:
+        """Return how the plant's tip moves with the TCP, in the plant's base axes."""
+        tip = self.flange @ self.mounting.pose_flange_tip
+        lever = subtract(tip.position, self.tcp.position)
+        base = self.mounting.pose_base_foot.rotation
+        return rotate(base, add(twist[0], cross(twist[1], lever))), rotate(base, twist[1])
+
+    def set_tcp(self, pose_flange_tcp: Pose) -> None:
+        """Let the TCP be elsewhere on the flange."""
+        self.pose_flange_tcp = pose_flange_tcp
+        self.tcp = self.flange @ pose_flange_tcp
+
+    def tcp_jacobian(self) -> FloatArray:
+        """Return the Jacobian of the TCP, shape (6, 6)."""
+        columns = [self.twist_of(tuple(float(i == j) for j in range(6))) for i in range(6)]
+        return np.array([velocity + turning for velocity, turning in columns]).T
+
+    def torques(self, force: Vector, torque: Vector) -> Joints:
+        """Return the joint torques [N m] that hold a wrench on the TCP."""
+        return tuple((-self.tcp_jacobian().T @ np.array(force + torque)).tolist())
+
+    def _check_mounting(self) -> None:
+        """See whether the joints that the plant tells hold its tip where it says."""
+        shift, turn = difference(self.flange, self.kinematics.pose(self.joints))
+        if max(norm(shift), norm(turn)) > MISPLACED:
+            raise InvalidValueError(
+                f"the plant's joints hold its tip {norm(shift):.4f} m and {norm(turn):.4f} rad away from where it "
+                f"says it is: must be within {MISPLACED:g}; give the mounting the plant's arm, pose_base_foot and "
+                "pose_flange_tip"
+            )
+
+    def _follow(self) -> None:
+        """Let the joints follow the flange, from where they were, not too fast and within their ranges."""
+        before, error = self.joints, 0.0
+        for _ in range(_MOST_STEPS):
+            shift, turn = difference(self.flange, self.kinematics.pose(self.joints))
+            error = max(norm(shift), norm(turn))
+            if error < _ACCURACY:
+                break
+            self._jacobian = self.kinematics.jacobian(self.joints)
+            step = self._solve(np.array(shift + turn)).tolist()
+            self.joints = tuple(
+                max(limit.lower, q - _LONGEST_STEP, min(limit.upper, q + _LONGEST_STEP, now + dq))
+                for q, now, dq, limit in zip(before, self.joints, step, self.mounting.arm.limits, strict=True)
+            )
+        # before the last step, if it has come to that: above rounding only where the arm cannot follow
+        self.out_of_reach = error > OUT_OF_REACH
+
+    def _solve(self, flange: FloatArray) -> FloatArray:
+        """Joint motion of a motion of the flange: damped least squares."""
+        j = self._jacobian
+        square = j @ j.T
+        square.flat[::7] += _DAMPING**2
+        result: FloatArray = j.T @ np.linalg.solve(square, flange)
+        return result
+
+
+def pose_of(numbers: tuple[float, ...]) -> Pose:
+    """Return a pose from x, y, z [m] and a rotation vector [rad]."""
+    x, y, z, rx, ry, rz = numbers
+    return Pose((x, y, z), rotation_from_rotvec((rx, ry, rz)))
+
+
+def numbers_of(pose: Pose) -> tuple[float, ...]:
+    """Return x, y, z [m] and the rotation vector [rad] of a pose."""
+    return (*pose.position, *rotvec_from_rotation(pose.rotation))
+
+
+def difference(wanted: Pose, actual: Pose) -> tuple[Vector, Vector]:
+    """Return the way [m] and the turn [rad] from one pose to another, axes of the frame both are in."""
+    return (
+        subtract(wanted.position, actual.position),
+        rotvec_from_rotation(times(wanted.rotation, transposed(actual.rotation))),
+    )
+
+
+def turned(twist: Twist, frame: Pose) -> Twist:
+    """Return a twist given in the axes of a frame in those of the foot."""
+    return rotate(frame.rotation, twist[0]), rotate(frame.rotation, twist[1])
+
+
+def turned_back(twist: Twist, frame: Pose) -> Twist:
+    """Return a twist given in the axes of the foot in those of a frame."""
+    return rotate_back(frame.rotation, twist[0]), rotate_back(frame.rotation, twist[1])
+
+
+def scaled(factor: float, twist: Twist) -> Twist:
+    """Return a multiple of a twist."""
+    return scale(factor, twist[0]), scale(factor, twist[1])

@@ -1,0 +1,384 @@
+"""A hand over the maker's library, on a terminal with emulated servos: states, forces, start and end."""
+
+import math
+import time
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulated_bus import FINGER, EmulatedBus, connected, read_until, settings, still
+from palpate.errors import InvalidValueError
+from palpate.hw.devices import DeviceError, HandDevice
+from palpate.hw.dynamixel import registers as reg
+from palpate.hw.dynamixel.bus import Bus
+from palpate.hw.dynamixel.finger_servo import OPENING_FORCE, FingerServo
+from palpate.hw.dynamixel.hand import DynamixelHand
+from palpate.hw.dynamixel.port import Port, adapter_latency
+from palpate.hw.dynamixel.registers import XL330, XM430, HardwareError, Mode
+from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
+from palpate.hw.emulators.dynamixel.servo import EmulatedServo
+from palpate.hw.emulators.plant import ServoState
+from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
+from palpate.kinematics.servo_model import PULSE, VELOCITY_UNIT, XL330_M288
+from palpate.sim.hand.finger import HingeFinger, SlideFinger
+
+
+def walled():
+    """Motors of two fingers with an object between them, which stops the shafts after half a radian."""
+    return [SimpleServo(wall=ElasticWall(0.5)) for _ in range(2)]
+
+
+@pytest.fixture
+def emulated():
+    with EmulatedBus(motors=walled()) as bus:
+        yield bus
+
+
+@pytest.fixture
+def hand(emulated):
+    device = connected(emulated)
+    device.start()
+    yield device
+    device.close()
+
+
+def exchange(hand):
+    """Read until an answer has come: what was written before it has been taken then."""
+    begun = time.monotonic()
+    return read_until(hand, lambda sample: sample.time >= begun)
+
+
+def goal_current(emulated, i=0):
+    return emulated.servos[i].table.get(reg.GOAL_CURRENT) * emulated.servos[i].table.kind.servo.current_unit
+
+
+def test_it_is_a_hand_device(hand):
+    device: HandDevice = hand
+    assert device.name.startswith("Dynamixel hand at /dev/")
+
+
+def test_starting_leaves_the_fingers_where_they_stand():
+    motors = [SimpleServo(state=ServoState(position, 0.0, 0.0)) for position in (0.4, -0.2)]
+    with EmulatedBus(motors=motors) as emulated:
+        hand = connected(emulated, servos=(ServoCalibration(1), ServoCalibration(2, zero=-0.7)))
+        hand.start()
+        for _ in range(20):
+            sample = hand.read()
+            time.sleep(2e-3)
+        assert sample.joint_position == pytest.approx((0.4 * 0.02, 0.5 * 0.02), abs=2 * PULSE * 0.02)
+        assert all(its.torque_on for its in hand.state())
+        hand.close()
+
+
+@given(
+    st.floats(-math.pi, math.pi),
+    st.sampled_from([-1, 1]),
+    st.floats(0.0, 0.04),
+    st.sampled_from([0.005, 0.02, 0.05]),
+)
+def test_goals_and_positions_are_each_others_inverse(zero, direction, q, pinion):
+    given = HandSettings((ServoCalibration(3, zero, direction),), SlideFinger(pinion=pinion), q + 1e-3, 0.0)
+    finger = FingerServo(given.servos[0], given, XL330, 1750)
+    _, closed = finger.range
+    position = (closed - 2048) * PULSE
+    assert finger.joint_position(position) == pytest.approx(q + 1e-3, abs=0.51 * PULSE * pinion)
+
+
+@given(st.floats(0.1, 5.0), st.floats(0.0, 0.8))
+def test_the_current_of_a_force_is_what_friction_and_lever_make_of_it(force, q):
+    """What this current drives at most, over the lever, is the force again; when it sinks, what it holds."""
+    hinge = HingeFinger(length=0.07)
+    given = HandSettings((ServoCalibration(1),), hinge, 0.04, 0.012)
+    finger, motor = FingerServo(given.servos[0], given, XM430, 1193), XM430.servo
+    step = 0.51 * motor.torque_constant * 2.69e-3 / hinge.lever(q, 0.012)
+
+    def current(rising):
+        return int.from_bytes(finger.goals(force, rising, q).current, "little") * 2.69e-3
+
+    lever = hinge.lever(q, 0.012)
+    assert motor.driving_torque(current(True)) / lever == pytest.approx(force, abs=step * 1.1)
+    if motor.yielding_current(force * lever) > 0.0:
+        assert motor.holding_torque(current(False)) / lever == pytest.approx(force, abs=step * 1.2)
+
+
+def test_pressing_raises_the_current_sinking_yields_and_nothing_opens(emulated, hand):
+    hand.read()
+    hand.press((4.0, 4.0))
+    read_until(hand, lambda _: hand.state()[0].current > 0.0 and goal_current(emulated) > 0.0)
+    assert goal_current(emulated) == pytest.approx(XL330_M288.driving_current(4.0 * 0.02), abs=5.1e-4)
+    hand.press((2.0, 4.0))
+    exchange(hand)
+    assert goal_current(emulated) == pytest.approx(XL330_M288.yielding_current(2.0 * 0.02), abs=5.1e-4)
+    assert goal_current(emulated, 1) == pytest.approx(XL330_M288.driving_current(4.0 * 0.02), abs=5.1e-4)
+    hand.press((2.0, 4.0))  # as before: the way it was going stays the way
+    exchange(hand)
+    assert goal_current(emulated) == pytest.approx(XL330_M288.yielding_current(2.0 * 0.02), abs=5.1e-4)
+    hand.press((0.0, 0.0))
+    exchange(hand)
+    assert goal_current(emulated) == pytest.approx(XL330_M288.driving_current(OPENING_FORCE * 0.02), abs=5.1e-4)
+    assert emulated.servos[0].table.get(reg.GOAL_POSITION) == 2048
+
+
+def test_fingers_close_with_their_speed_stop_at_the_object_and_press_what_was_asked(emulated):
+    hand = connected(emulated, closing_speed=0.05)
+    hand.start()
+    wanted = XL330_M288.driving_current(3.0 * 0.02)
+
+    def pressing(sample):
+        hand.press((3.0, 3.0))
+        return sample.joint_position[0] > 0.01 and all(
+            its.current == pytest.approx(wanted, abs=6e-4) for its in hand.state()
+        )
+
+    read_until(hand, pressing)
+    assert emulated.servos[0].goal().speed == pytest.approx(0.05 / 0.02, abs=0.5 * VELOCITY_UNIT)
+    sample = hand.read()
+    torque = emulated.motors[0].motor.torque_constant * hand.state()[0].current
+    assert sample.joint_position[0] == pytest.approx(0.02 * (0.5 + torque / 20.0), abs=2e-4)
+    hand.close()
+
+
+def test_more_than_a_servo_can_do_is_what_it_can_do(emulated, hand):
+    hand.read()
+    hand.press((1e6, 1e300))
+    exchange(hand)
+    assert (
+        goal_current(emulated) == goal_current(emulated, 1) == pytest.approx(XL330_M288.largest_current, abs=1e-3)
+    )
+
+
+def test_friction_that_was_measured_is_taken_for_the_makers():
+    rough = replace(XL330_M288, coulomb=0.03)
+    given = settings(servos=(ServoCalibration(1), ServoCalibration(2, motor=rough)))
+    makers, measured = (FingerServo(its, given, XL330, 1750) for its in given.servos)
+    more = [int.from_bytes(its.goals(2.0, True, 0.0).current, "little") * 1e-3 for its in (makers, measured)]
+    assert more == pytest.approx([XL330_M288.driving_current(0.04), rough.driving_current(0.04)], abs=5.1e-4)
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_servos_that_answer_little_are_told_to_answer(emulated, level):
+    emulated.servos[1].table.put(reg.STATUS_RETURN_LEVEL, level)
+    hand = connected(emulated)
+    hand.start()
+    assert emulated.servos[1].status_level == 2
+    hand.close()
+
+
+def test_every_hardware_error_has_words():
+    for bits in range(1, 256):
+        assert HardwareError(bits).words
+    assert HardwareError(0x24).words == "overheating and overload"
+    assert HardwareError(0x40).words == "hardware error 0x40"
+
+
+@pytest.mark.parametrize("force", [(1.0,), (1.0, -1.0), (math.nan, 1.0), (math.inf, 1.0)])
+def test_forces_that_are_none_are_refused(hand, force):
+    with pytest.raises(InvalidValueError, match="grip_force"):
+        hand.press(force)
+
+
+# current -1 and velocity -3 stand side by side as FF FF FD FF FF FF: what must be stuffed
+SIGNED = [(-1, -3, 2048), (-1, -771, 0), (-1, 0, 4095), (-1000, 3, 1), (1, -1, 2047), (-3, -3, 253)]
+
+
+@pytest.mark.parametrize(("current", "velocity", "position"), SIGNED)
+def test_signs_and_stuffed_bytes_are_read_as_they_are(current, velocity, position):
+    motors = [still((position - 2048) * PULSE, velocity * VELOCITY_UNIT, current * 1e-3) for _ in range(3)]
+    with EmulatedBus([EmulatedServo(XL330, i) for i in (1, 7, 9)], motors) as emulated:
+        hand = connected(emulated, servos=tuple(ServoCalibration(i) for i in (1, 7, 9)), watchdog=0.0)
+        hand.start()
+        sample = hand.read()
+        for its, q in zip(hand.state(), sample.joint_position, strict=True):
+            assert its.current == pytest.approx(current * 1e-3)
+            assert its.velocity == pytest.approx(velocity * VELOCITY_UNIT)
+            assert its.position == pytest.approx((position - 2048) * PULSE)
+            assert q == pytest.approx(0.02 * (position - 2048) * PULSE)
+        hand.close()
+
+
+def test_goals_with_a_header_in_them_arrive(emulated):
+    """Position -131073 is FF FF FD FF, which the library alone sends unstuffed."""
+    port = Port(emulated.bus.address, "bus", 1_000_000)
+    port.open()
+    bus = Bus(port, 0.03)
+    bus.write(1, reg.OPERATING_MODE, Mode.CURRENT_BASED_POSITION)
+    bus.write_together(reg.GOAL_POSITION, {1: reg.GOAL_POSITION.bytes_of(-131073)})
+    assert bus.read(1, reg.GOAL_POSITION) == -131073
+    bus.write(1, reg.GOAL_POSITION, -131073)
+    assert emulated.bus.rejected == 0
+    bus.close()
+
+
+def test_two_models_on_one_bus_are_read_in_one_transaction():
+    with EmulatedBus([EmulatedServo(XL330, 1), EmulatedServo(XM430, 2)], [still(0.3), still(-0.3)]) as emulated:
+        hand = connected(emulated)
+        hand.start()
+        assert hand.read().joint_position == pytest.approx((0.006, -0.006), abs=0.02 * PULSE)
+        assert [its.model for its in hand.health()] == ["XL330-M288", "XM430-W210"]
+        hand.close()
+
+
+def test_health_is_what_the_servos_measure(emulated, hand):
+    emulated.inject("voltage", 4.6)
+    emulated.inject("temperature", 55)
+    first, _ = hand.health()
+    assert first.voltage == pytest.approx(4.6)
+    assert first.voltage_range == pytest.approx((3.5, 7.0))
+    assert (first.temperature, first.temperature_limit) == (55.0, 70.0)
+    assert first.error == HardwareError(0)
+
+
+def test_closing_an_open_hand_takes_the_torque_off(emulated, hand):
+    hand.read()
+    hand.press((3.0, 3.0))
+    exchange(hand)
+    hand.press((0.0, 0.0))
+    hand.close()
+    hand.close()
+    assert not any(servo.table.get(reg.TORQUE_ENABLE) for servo in emulated.servos)
+    assert hand.closing_note.endswith("torque off")
+
+
+def test_a_hand_that_holds_goes_on_holding_and_may_be_taken_over(emulated, hand):
+    hand.read()
+    hand.press((3.0, 3.0))
+    exchange(hand)
+    hand.close()
+    assert "pressing with 3, 3 N" in hand.closing_note
+    time.sleep(0.5)  # longer than the watchdog would have waited
+    held = goal_current(emulated)
+    assert held == pytest.approx(XL330_M288.driving_current(0.06), abs=5.1e-4)
+    assert all(servo.table.get(reg.TORQUE_ENABLE) for servo in emulated.servos)
+    again = connected(emulated)
+    again.start()
+    exchange(again)
+    assert goal_current(emulated) == held
+    assert emulated.servos[0].table.get(reg.GOAL_POSITION) > 2048
+    assert all(servo.table.get(reg.TORQUE_ENABLE) for servo in emulated.servos)
+    again.close()  # as somebody who only looked
+    assert "as it was found" in again.closing_note
+    assert all(servo.table.get(reg.TORQUE_ENABLE) for servo in emulated.servos)
+    again.start()
+    again.press((0.0, 0.0))
+    again.close()
+    assert not any(servo.table.get(reg.TORQUE_ENABLE) for servo in emulated.servos)
+
+
+def test_nothing_is_written_to_lasting_memory_that_stands_there_already(emulated, hand):
+    hand.close()
+    writes = []
+    table = emulated.servos[0].table
+    real = table.write
+    table.write = lambda address, data: writes.append(address) or real(address, data)
+    hand.start()
+    assert writes
+    assert not [address for address in writes if address < reg.EEPROM_END]
+
+
+def test_the_watchdog_is_set_with_the_first_read_and_not_before(emulated, hand):
+    time.sleep(0.5)  # other devices of a rig start
+    hand.read()
+    read_until(hand, lambda _: emulated.servos[0].table.get(reg.BUS_WATCHDOG) == 20)
+
+
+def test_only_one_program_has_the_bus(emulated, hand):
+    with pytest.raises(DeviceError, match="end the other program"):
+        connected(emulated).start()
+    hand.read()
+
+
+@pytest.mark.parametrize("what", ["read", "state", "health"])
+def test_before_the_start_it_says_what_to_do(emulated, what):
+    with pytest.raises(DeviceError, match=r"call start\(\)"):
+        getattr(connected(emulated), what)()
+
+
+def test_a_port_that_is_not_there_says_where_to_look():
+    with pytest.raises(DeviceError, match="ls /dev/serial/by-id"):
+        DynamixelHand("/dev/ttyNone0", settings()).start()
+
+
+def test_a_rate_that_the_library_does_not_know_is_refused(emulated):
+    with pytest.raises(DeviceError, match="no baud rate of 4500000"):
+        connected(emulated, baud_rate=4_500_000).start()
+
+
+def test_servos_at_another_rate_do_not_answer(emulated):
+    with pytest.raises(DeviceError, match="servo 1 does not answer at 57600 baud"):
+        connected(emulated, baud_rate=57600).start()
+
+
+def put(register, value):
+    return lambda servo: servo.table.put(register, value)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (put(reg.MODEL_NUMBER, 999), "unknown model 999; use one of XL330"),
+        (put(reg.DRIVE_MODE, 1), r"drive mode 1.*Drive Mode\(10\) to 0"),
+        (put(reg.HOMING_OFFSET, 5000), "outside of the turn"),
+        (lambda servo: servo.fail(HardwareError.OVERLOAD), r"reports overload; .*call reboot\(2\)"),
+    ],
+)
+def test_a_servo_that_is_not_fit_is_named_with_the_remedy(emulated, spoil, told):
+    spoil(emulated.servos[1])
+    with pytest.raises(DeviceError, match=told) as raised:
+        connected(emulated).start()
+    assert "servo 2" in str(raised.value)
+    assert raised.value.device.startswith("Dynamixel hand at")
+
+
+def test_an_adapter_that_keeps_bytes_back_is_told_of(tmp_path, monkeypatch):
+    (tmp_path / "ttyUSB0").mkdir()
+    file = tmp_path / "ttyUSB0" / "latency_timer"
+    file.write_text("16\n")
+    assert adapter_latency("/dev/ttyUSB0", tmp_path) == (pytest.approx(0.016), file)
+    assert adapter_latency("/dev/ttyACM0", tmp_path) is None
+    monkeypatch.setattr("palpate.hw.dynamixel.hand.adapter_latency", lambda _: (0.016, file))
+    with pytest.raises(DeviceError, match=r"16 ms; `echo 1 \| sudo tee"):
+        DynamixelHand("/dev/ttyUSB0", settings()).start()
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"servos": ()}, "one or more"),
+        ({"servos": (ServoCalibration(1), ServoCalibration(1))}, "its own"),
+        ({"watchdog": 0.01}, "above silence"),
+        ({"watchdog": 3.0}, "at most 2.54"),
+        ({"opening": -1.0}, "opening"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(given, told):
+    with pytest.raises(InvalidValueError, match=told):
+        settings(**given)
+
+
+@pytest.mark.parametrize(("given", "told"), [((253,), "252"), ((1, math.nan), "finite"), ((1, 0.0, 0), "1 or -1")])
+def test_calibrations_that_cannot_be_are_refused(given, told):
+    with pytest.raises(InvalidValueError, match=told):
+        ServoCalibration(*given)
+
+
+def test_fingers_of_the_simulation_are_fingers_here():
+    assert settings().finger is FINGER
+
+
+def test_four_servos_are_read_and_written_more_than_300_times_a_second():
+    """The best of three: other jobs share this machine."""
+    with EmulatedBus([EmulatedServo(XL330, i + 1) for i in range(4)]) as emulated:
+        hand = connected(emulated)
+        hand.start()
+        rates = []
+        for _ in range(3):
+            begun = time.monotonic()
+            for _ in range(200):
+                hand.read()
+                hand.press((1.0,) * 4)
+            rates.append(200 / (time.monotonic() - begun))
+        hand.press((0.0,) * 4)
+        hand.close()
+    assert max(rates) > 300

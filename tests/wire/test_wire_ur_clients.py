@@ -1,0 +1,288 @@
+"""The real ur_rtde against the emulated controller, over real sockets, in processes of their own."""
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.emulators.process import EmulatorProcess
+from palpate.hw.emulators.simple_tip import ElasticPlane
+from palpate.hw.emulators.ur import ControllerVersion, Fault, SimpleUr
+from palpate.hw.emulators.ur.arm import pose_of
+from ur_wire_sessions import (
+    ClientProcess,
+    connect,
+    hold,
+    moves,
+    own_address,
+    press,
+    protective_stop,
+    questions,
+    stream_speed,
+    told_by,
+)
+
+ADDRESS = own_address(1)
+OTHER = own_address(2)
+FLOOR = ElasticPlane(height=0.48)
+"""Just below where the tip starts: 0.4879 m."""
+
+
+@pytest.fixture(scope="module")
+def shared() -> Iterator[EmulatorProcess]:
+    with EmulatorProcess(SimpleUr(ADDRESS, unlock_delay=0.0)) as process:
+        yield process
+
+
+@pytest.fixture
+def robot(shared: EmulatorProcess) -> Iterator[EmulatorProcess]:
+    yield shared
+    for fault in Fault:
+        shared.control.fault("ur", fault, 0.0)
+
+
+def same_pose(got: Sequence[float], wanted: Sequence[float], within: float) -> bool:
+    """Whether poses as UR gives them are one: near half a turn, as a tool hangs, the vector's sign is free."""
+    a, b = pose_of(tuple(got)), pose_of(tuple(wanted))
+    return np.allclose(a.position, b.position, atol=within) and np.allclose(a.rotation, b.rotation, atol=within)
+
+
+def device(process: EmulatorProcess) -> dict[str, Any]:
+    told = process.control.state()["devices"]
+    assert isinstance(told, dict)
+    return told["ur"]
+
+
+def height(process: EmulatorProcess) -> float:
+    position = process.control.state()["position"]
+    assert isinstance(position, list)
+    return position[2]
+
+
+@pytest.mark.slow
+def test_every_move_arrives(robot: EmulatorProcess) -> None:
+    told = told_by(moves, ADDRESS)
+    assert all(told["ok"])
+    assert told["moveJ"] == pytest.approx(told["turned"], abs=2e-4)
+    for move, wanted in (("moveL", "there"), ("moveL_FK", "pose"), ("moveJ_IK", "there"), ("path", "there")):
+        assert same_pose(told[move], told[wanted], 2e-4), move
+    assert told["running"]
+    assert not told["after stop"]
+    # 20 mm/s for 0.1 s, then stopped on its way of 36 mm
+    assert 1e-4 < np.linalg.norm(np.subtract(told["stopped"], told["there"])[:3]) < 0.02
+    assert told["servoL"][2] == pytest.approx(told["pose"][2] + 0.0099, abs=1e-5)
+    assert told["speedJ"] == pytest.approx([0.1, 0, 0, 0, 0, 0], abs=2e-3)
+    assert device(robot)["runtime"] == "STOPPED"
+    assert device(robot)["dropped"] == 0
+
+
+def test_questions_get_their_answers(robot: EmulatorProcess) -> None:
+    told = told_by(questions, ADDRESS)
+    assert told["inverse"] == pytest.approx(told["joints"], abs=1e-6)
+    assert told["inverse near"] == pytest.approx(told["joints"], abs=1e-6)
+    assert told["has"]
+    assert not told["has not"]
+    assert all(told["safe"])
+    assert not told["unsafe"]
+    # the tool's z axis points down
+    lower = [*told["pose"][:2], told["pose"][2] - 0.1, *told["pose"][3:]]
+    for name in ("forward", "trans", "moved tcp"):
+        assert same_pose(told[name], lower, 1e-6), name
+    assert told["step"] == 0.002
+    assert same_pose(told["flange"], told["pose"], 1e-9)
+    assert told["history"] == pytest.approx(told["joints"], abs=1e-9)
+    assert told["steady"]
+    assert told["again"]
+    assert told["custom"]
+    assert told["tcp set"]
+    assert told["tcp"] == pytest.approx([0, 0, 0.1, 0, 0, 0])
+    # nothing hangs on the sensor: what the client says is too much, until zeroed
+    assert told["payload set"]
+    assert told["payload"] == pytest.approx(1.2)
+    assert told["weight"][:3] == pytest.approx([0.0, 0.0, 1.2 * 9.82], abs=1e-9)
+    assert told["zeroed"]
+    assert told["force"] == pytest.approx([0.0] * 6, abs=1e-9)
+    assert told["freedrive"] == (True, 1)
+    assert told["driven"] == (True, 0)
+    assert told["teach"] == (True, True)
+    assert told["digital"] == 1 << 3 | 1 << 10 | 1 << 17
+    assert told["analog"] == pytest.approx(5.0)
+    assert told["fraction"] == pytest.approx(0.5)
+    assert told["dashboard"] == [
+        "5.14.0.1",
+        "Robotmode: RUNNING",
+        "Safetymode: NORMAL",
+        True,
+        True,
+        True,
+        "20235500001",
+    ]
+    assert device(robot)["dropped"] == 0
+
+
+@pytest.mark.slow
+def test_force_mode_settles_at_the_force() -> None:
+    with EmulatorProcess(SimpleUr(OTHER, plane=FLOOR)):
+        told = told_by(press, OTHER, 10.0)
+    # equilibrium: the plane pushes back what is asked for, at the depth of its stiffness
+    assert told["force"][2] == pytest.approx(10.0, abs=0.05)
+    assert told["pose"][2] == pytest.approx(FLOOR.height - 10.0 / FLOOR.stiffness, abs=5e-5)
+    assert told["left"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("version", "rate"),
+    [
+        (ControllerVersion(3, 15, 8, 0), 125.0),
+        (ControllerVersion(5, 23, 0, 0), 500.0),
+        (ControllerVersion(10, 10, 0, 0), 500.0),
+    ],
+    ids=str,
+)
+def test_versions(version: ControllerVersion, rate: float) -> None:
+    with EmulatorProcess(SimpleUr(OTHER, version=version)):
+        told = told_by(connect, OTHER, rate)
+    assert told["alive"]
+    assert told["steady"]
+    assert told["states"] <= 0.5 * rate * 1.1
+    # a busy machine loses some
+    assert told["states"] > 0.5 * rate * 0.3
+
+
+@pytest.mark.slow
+def test_time_runs_as_fast_as_told() -> None:
+    with EmulatorProcess(SimpleUr(OTHER, scale=4.0)) as process:
+        told = told_by(connect, OTHER, 500.0)
+        state = process.control.state()
+    assert told["steady"]
+    # what could not be kept up with is told
+    time_, wall, given_up = (state[name] for name in ("time", "wall", "given_up"))
+    assert isinstance(time_, float)
+    assert isinstance(wall, float)
+    assert isinstance(given_up, float)
+    assert time_ == pytest.approx(4.0 * (wall - given_up), rel=0.05, abs=0.3)
+
+
+def test_second_control_client_is_refused_and_the_first_goes_on(robot: EmulatorProcess) -> None:
+    first = ClientProcess(hold, ADDRESS)
+    try:
+        assert first.hear() == "connected"
+        with pytest.raises(RuntimeError, match=r"(?i)in use|setup|fail|input"):
+            told_by(connect, ADDRESS, 500.0)
+        first.go_on()
+        assert first.hear() == "works"
+    finally:
+        first.end()
+
+
+def test_watchdog_stops_the_arm_of_a_killed_client(robot: EmulatorProcess) -> None:
+    client = ClientProcess(stream_speed, ADDRESS, 10.0, 0.02)
+    try:
+        assert client.hear() == "moving"
+        client.process.kill()
+        at_death = height(robot)
+        deadline = time.monotonic() + 5.0
+        while device(robot)["runtime"] != "STOPPED" and time.monotonic() < deadline:
+            time.sleep(0.005)
+        time.sleep(0.1)
+        rest = height(robot)
+        time.sleep(0.2)
+    finally:
+        client.end()
+    # 1/10 s at 20 mm/s, the lag of the arm, a few cycles; and a state that is 50 ms old on a busy machine
+    assert 0.0 < at_death - rest < 0.02 * (0.1 + 0.01 + 0.01 + 0.05)
+    assert height(robot) == pytest.approx(rest, abs=1e-6)
+    assert any("ended why=watchdog" in line for line in robot.control.log("ur"))
+
+
+@pytest.mark.slow
+def test_without_watchdog_the_arm_goes_on(robot: EmulatorProcess) -> None:
+    client = ClientProcess(stream_speed, ADDRESS, 0.0, 0.02)
+    try:
+        assert client.hear() == "moving"
+        client.process.kill()
+        client.process.join(5.0)
+        before = height(robot)
+        time.sleep(0.5)
+        # this is what makes the watchdog a duty
+        assert before - height(robot) == pytest.approx(0.02 * 0.5, rel=0.3)
+    finally:
+        client.end()
+
+
+@pytest.mark.slow
+def test_protective_stop_freezes_the_arm_until_it_is_recovered(robot: EmulatorProcess) -> None:
+    client = ClientProcess(protective_stop, ADDRESS)
+    try:
+        assert client.hear() == "moving"
+        time.sleep(0.3)
+        robot.control.fault("ur", Fault.PROTECTIVE_STOP)
+        told = client.hear()
+    finally:
+        client.end()
+    assert not told["moved"]
+    assert told["stopped"] == (True, 4, False)
+    # the lag of the plant at 50 mm/s
+    assert same_pose(told["still"], told["at"], 0.05 * 0.012)
+    assert told["uploaded"]
+    assert told["again"]
+    assert same_pose(told["back"], told["pose"], 2e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "fault",
+    [Fault.REJECT_START, Fault.LOCAL_CONTROL, Fault.WITHHOLD_GREETING, Fault.STRAY_TEXT],
+)
+def test_faults_of_the_start_reach_the_client(robot: EmulatorProcess, fault: Fault) -> None:
+    robot.control.fault("ur", fault)
+    with pytest.raises(RuntimeError):
+        told_by(hold, ADDRESS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("late", "starts"), [(1.0, True), (7.0, False)])
+def test_script_that_starts_late(robot: EmulatorProcess, late: float, starts: bool) -> None:
+    robot.control.fault("ur", Fault.LATE_START, late)
+    client = ClientProcess(hold, ADDRESS)
+    try:
+        if starts:
+            assert client.hear() == "connected"
+        else:
+            with pytest.raises(RuntimeError):
+                client.hear()
+    finally:
+        client.process.kill()
+        client.end()
+
+
+def test_everything_listens_on_loopback_only(robot: EmulatorProcess) -> None:
+    children = psutil.Process(os.getpid()).children(recursive=True)
+    listening = [
+        connection.laddr
+        for child in children
+        for connection in child.net_connections("inet")
+        if connection.status == psutil.CONN_LISTEN
+    ]
+    assert {address.port for address in listening} >= {29999, 30003, 30004}
+    assert all(address.ip.startswith("127.") for address in listening)
+
+
+@pytest.mark.slow
+def test_address_that_is_taken_is_said(robot: EmulatorProcess) -> None:
+    with pytest.raises(DeviceError, match="cannot listen on port 30004"), EmulatorProcess(SimpleUr(ADDRESS)):
+        pass
+
+
+@pytest.mark.slow
+def test_killed_emulator_is_said() -> None:
+    with EmulatorProcess(SimpleUr(OTHER)) as process:
+        process.kill()
+        with pytest.raises(ConnectionError):
+            process.control.state()

@@ -1,0 +1,432 @@
+"""How the emulated controller moves its arm: properties of motion, without sockets or clients."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.hw.emulators.simple_plant import SimplePlant
+from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
+from palpate.hw.emulators.ur.arm import HOME, Mounting, numbers_of, pose_of
+from palpate.hw.emulators.ur.control_script import BLOCKING, REAL_TIME, control_script
+from palpate.hw.emulators.ur.motions import NO_WAY, Profile
+from palpate.hw.emulators.ur.registers import DONE, READY, Registers
+from palpate.hw.emulators.ur.robot import Robot
+from palpate.hw.emulators.ur.script import Script
+from palpate.hw.emulators.ur.version import ControllerVersion
+from palpate.kinematics import UR5E, ArmKinematics, Pose
+from palpate.kinematics.pose import rotation_from_rotvec
+
+MOVE_L, FORCE_MODE, SPEED_L, SPEED_J, SPEED_STOP, SET_TCP, WATCHDOG, STOP_L, ZERO = 3, 6, 10, 9, 15, 29, 35, 33, 8
+STOP_SCRIPT = 255
+
+
+class Bench:
+    """A robot with a running control script, and hands on its registers."""
+
+    def __init__(self, mounting: Mounting | None = None, plane: ElasticPlane | None = None) -> None:
+        mounting = mounting or Mounting()
+        flange = ArmKinematics(UR5E).pose(HOME)
+        tip = mounting.pose_base_foot @ flange @ mounting.pose_flange_tip
+        self.plant = SimplePlant(SimpleTip(tip, plane))
+        self.robot = Robot(ControllerVersion(), mounting, unlock_delay=5.0)
+        self.robot.measure(self.plant.start())
+        self.registers = Registers(self.robot.inputs, self.robot.outputs)
+        self.robot.start_program(control_script(Script(self.robot, self.registers)), "control")
+        self.path: list[tuple[float, ...]] = []
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / self.plant.period)):
+            self.robot.cycle()
+            velocity, turning = self.robot.arm.tip_velocity(self.robot.twist)
+            self.robot.measure(self.plant.step(velocity, turning, ()))
+            self.path.append(self.tcp)
+
+    def write(self, command: int, doubles: Iterable[float] = (), integers: Iterable[int] = ()) -> None:
+        values = {f"input_double_register_{i}": (value,) for i, value in enumerate(doubles)}
+        values |= {f"input_int_register_{i + 1}": (value,) for i, value in enumerate(integers)}
+        self.robot.write({**values, "input_int_register_0": (command,)})
+
+    def wait(self, command: int, doubles: Iterable[float] = (), integers: Iterable[int] = (0,)) -> float:
+        """Do a blocking command as the client does; returns how long it took [s]."""
+        self.write(0)
+        self.run(0.002)
+        assert self.state == READY
+        self.write(command, doubles, integers)
+        begun = self.robot.time
+        while self.state != DONE:
+            self.run(0.002)
+            assert self.robot.time - begun < 60.0
+        self.write(0)
+        return self.robot.time - begun
+
+    @property
+    def state(self) -> float:
+        return self.robot.outputs["output_int_register_0"][0]
+
+    @property
+    def tcp(self) -> tuple[float, ...]:
+        return self.robot.outputs["actual_TCP_pose"]
+
+    @property
+    def force(self) -> tuple[float, ...]:
+        return self.robot.outputs["actual_TCP_force"]
+
+
+def test_every_command_of_the_library_has_one_meaning() -> None:
+    known = set(REAL_TIME) | set(BLOCKING)
+    assert not set(REAL_TIME) & set(BLOCKING)
+    assert set(REAL_TIME) == {6, 9, 10, 11, 24, 25, 26, 27, 38, 58, *range(66, 72)}
+    assert known >= {1, 2, 3, 4, 7, 8, *range(15, 22), *range(28, 38), *range(39, 48), *range(51, 66)} - {32}
+
+
+def test_a_blocking_command_is_done_once_until_it_is_taken_back() -> None:
+    bench = Bench()
+    bench.wait(SET_TCP, (0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+    bench.run(0.01)
+    assert bench.state == READY
+    bench.write(SET_TCP, (0.0, 0.0, 0.2, 0.0, 0.0, 0.0))
+    bench.run(0.01)
+    assert bench.state == DONE
+    bench.write(SET_TCP, (0.0, 0.0, 0.3, 0.0, 0.0, 0.0))
+    bench.run(0.1)
+    assert bench.robot.arm.pose_flange_tcp.position == (0.0, 0.0, 0.2)
+
+
+def test_stop_script_ends_the_program_without_done() -> None:
+    bench = Bench()
+    bench.run(0.01)
+    bench.write(STOP_SCRIPT)
+    bench.run(0.01)
+    assert bench.robot.runtime.name == "STOPPED"
+    assert bench.state == READY
+
+
+@given(
+    length=st.floats(1e-4, 3.0),
+    speed=st.floats(1e-3, 2.0),
+    acceleration=st.floats(0.01, 20.0),
+    fraction=st.floats(0.1, 1.0),
+    share=st.floats(1e-3, 0.05),
+)
+@settings(max_examples=50)
+def test_a_profile_keeps_its_limits_and_never_overshoots(
+    length: float, speed: float, acceleration: float, fraction: float, share: float
+) -> None:
+    profile = Profile(length, speed, acceleration)
+    previous, covered = 0.0, 0.0
+    ideal = length / speed + speed / acceleration if length > speed**2 / acceleration else 0.0
+    ideal = ideal or 2.0 * math.sqrt(length / acceleration)
+    dt = share * ideal
+    steps = 0
+    while not profile.over:
+        profile.advance(dt, fraction)
+        # the last step may be what rounding leaves
+        if not profile.over:
+            assert abs(profile.speed - previous) <= acceleration * dt * fraction * (1.0 + 1e-6) + 1e-12
+        assert 0.0 <= profile.speed <= speed + 1e-12
+        assert covered <= profile.at <= length + 1e-12
+        previous, covered = profile.speed, profile.at
+        steps += 1
+        # a cycle is lost at each corner of the profile, and the end is approached in ever smaller steps
+        assert steps * dt * fraction < ideal + 60.0 * dt
+    assert profile.at == pytest.approx(length, rel=1e-9)
+    # and comes to rest there: in one more cycle, or from where nothing is left to go
+    assert previous <= 1.01 * acceleration * dt * fraction + math.sqrt(2.0 * acceleration * NO_WAY)
+
+
+def test_a_linear_move_is_straight_takes_its_time_and_keeps_its_speed() -> None:
+    bench = Bench()
+    start = np.array(bench.tcp)
+    target = np.add(start, (0.06, -0.02, -0.08, 0.0, 0.0, 0.0))
+    bench.path.clear()
+    took = bench.wait(MOVE_L, (*target, 0.1, 0.5))
+    assert np.allclose(bench.tcp[:3], target[:3], atol=1e-4)
+    way = target[:3] - start[:3]
+    length = np.linalg.norm(way)
+    # ramps of v^2 / 2a each, and the arm's lag
+    assert took == pytest.approx(length / 0.1 + 0.1 / 0.5, abs=0.25)
+    points = np.array(bench.path)[:, :3] - start[:3]
+    beside = np.linalg.norm(np.cross(points, way / length), axis=1)
+    assert beside.max() < 1e-9
+    speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / bench.plant.period
+    assert speeds.max() < 0.1 * 1.05
+
+
+def test_speed_goes_on_until_stopped_and_accelerates_as_told() -> None:
+    bench = Bench()
+    bench.run(0.004)
+    bench.write(SPEED_L, (0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0))
+    bench.run(1.0)
+    # v t - v^2 / 2a, and v times the lag of 10 ms
+    expected = 0.02 * 1.0 - 0.02**2 / 0.2 - 0.02 * 0.01
+    assert bench.tcp[0] - bench.path[0][0] == pytest.approx(expected, abs=2e-4)
+    bench.write(0)
+    before = bench.tcp[0]
+    bench.run(0.5)
+    assert bench.tcp[0] - before == pytest.approx(0.01, abs=1e-4)
+    bench.wait(SPEED_STOP, (1.0,))
+    bench.run(0.1)
+    rest = bench.tcp
+    bench.run(0.5)
+    assert bench.tcp[:3] == pytest.approx(rest[:3], abs=1e-6)
+
+
+@pytest.mark.parametrize("command", [SPEED_L, SPEED_J])
+def test_the_slider_slows_down(command: int) -> None:
+    bench = Bench()
+    bench.run(0.004)
+    bench.robot.write({"speed_slider_mask": (1,), "speed_slider_fraction": (0.25,)})
+    bench.write(command, (0.04, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
+    bench.run(0.3)
+    arm = bench.robot.arm
+    measured = arm.twist[0] if command == SPEED_L else arm.joint_speeds
+    assert measured[0] == pytest.approx(0.01, rel=0.01)
+    assert bench.robot.outputs["target_speed_fraction"] == (0.25,)
+
+
+def test_the_slider_stretches_moves() -> None:
+    took = []
+    for fraction in (1.0, 0.5):
+        bench = Bench()
+        bench.robot.write({"speed_slider_mask": (1,), "speed_slider_fraction": (fraction,)})
+        target = np.add(bench.tcp, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
+        took.append(bench.wait(MOVE_L, (*target, 0.1, 0.5)))
+    # but for the settling at the end
+    assert took[1] == pytest.approx(2.0 * took[0], abs=0.3)
+
+
+@given(joint=st.integers(0, 5), speed=st.floats(-0.3, 0.3))
+@settings(max_examples=10, deadline=None)
+def test_joint_speeds_turn_the_joints_that_are_told(joint: int, speed: float) -> None:
+    bench = Bench()
+    bench.run(0.004)
+    before = bench.robot.arm.joints
+    wanted = tuple(speed if i == joint else 0.0 for i in range(6))
+    bench.write(SPEED_J, (*wanted, 10.0, 0.0))
+    bench.run(0.4)
+    change = np.subtract(bench.robot.arm.joints, before)
+    others = np.delete(change, joint)
+    ramp = abs(speed) / 10.0 * 0.5 + 0.01
+    assert change[joint] == pytest.approx(speed * (0.4 - ramp), abs=abs(speed) * 0.01 + 1e-6)
+    # turning in place of the tip's lag: second order in the way
+    assert np.abs(others).max() < 0.02 * abs(speed) + 1e-9
+    assert bench.robot.arm.joint_speeds[joint] == pytest.approx(speed, abs=0.02 * abs(speed) + 1e-9)
+
+
+@given(
+    foot=st.tuples(*[st.floats(-1.0, 1.0)] * 6),
+    tip=st.tuples(*[st.floats(-0.1, 0.1)] * 6),
+    twist=st.tuples(*[st.floats(-0.05, 0.05)] * 6),
+)
+@settings(max_examples=15, deadline=None)
+def test_the_foot_and_the_tool_may_be_anywhere(
+    foot: tuple[float, ...], tip: tuple[float, ...], twist: tuple[float, ...]
+) -> None:
+    """What the client sees is in the foot's frame and of the TCP, wherever the plant's frames are."""
+    plain = Bench(Mounting(pose_flange_tip=pose_of(tip)))
+    moved = Bench(Mounting(pose_base_foot=pose_of(foot), pose_flange_tip=pose_of(tip)))
+    tcp = (0.01, 0.02, 0.1, 0.3, 0.0, 0.1)
+    for bench in (plain, moved):
+        bench.wait(SET_TCP, tcp)
+        bench.run(0.002)
+        bench.write(SPEED_L, (*twist, 1.0, 0.0))
+        bench.run(0.2)
+    assert moved.tcp[:3] == pytest.approx(plain.tcp[:3], abs=1e-9)
+    # near half a turn the sign of a rotation vector is anybody's
+    assert np.allclose(pose_of(moved.tcp).rotation, pose_of(plain.tcp).rotation, atol=1e-9)
+    assert moved.robot.arm.joints == pytest.approx(plain.robot.arm.joints, abs=1e-6)
+    # pose of the plant's tip in its own base agrees with the joints
+    state = moved.plant.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), ()).arm
+    through = ArmKinematics(UR5E, pose_of(foot), pose_of(tip)).pose(moved.robot.arm.joints)
+    assert through.position == pytest.approx(state.position_base_tip, abs=1e-3)
+    # the TCP turns about itself where only turning is asked for
+    assert moved.robot.twist[1] == pytest.approx(twist[3:], abs=1e-12)
+
+
+def test_turning_about_the_tcp_leaves_it_in_place() -> None:
+    bench = Bench()
+    bench.wait(SET_TCP, (0.0, 0.0, 0.15, 0.0, 0.0, 0.0))
+    bench.run(0.01)
+    before = bench.tcp
+    bench.write(SPEED_L, (0.0, 0.0, 0.0, 0.2, 0.0, 0.0, 1.0, 0.0))
+    bench.run(1.0)
+    # the lag of linear and turning velocity is one and the same; what is left is second order in the step
+    assert bench.tcp[:3] == pytest.approx(before[:3], abs=5e-4)
+    assert np.linalg.norm(np.subtract(bench.tcp, before)[3:]) > 0.1
+
+
+@pytest.mark.parametrize("force", [2.0, 10.0])
+@pytest.mark.parametrize("stiffness", [2e3, 2e4])
+def test_force_mode_ends_in_the_balance_of_forces(force: float, stiffness: float) -> None:
+    height = ArmKinematics(UR5E).pose(HOME).position[2] - 0.001
+    bench = Bench(plane=ElasticPlane(height, stiffness))
+    bench.run(0.004)
+    bench.write(FORCE_MODE, (*[0.0] * 8, -force, 0.0, 0.0, 0.0, *[0.1] * 6), (2, 0, 0, 1, 0, 0, 0))
+    bench.run(3.0)
+    assert bench.force[2] == pytest.approx(force, rel=0.01)
+    assert bench.tcp[2] == pytest.approx(height - force / stiffness, abs=1e-5)
+    # axes that do not give way stay
+    assert bench.tcp[:2] == pytest.approx(bench.path[0][:2], abs=1e-9)
+
+
+def test_force_is_what_the_object_exerts_about_the_tcp() -> None:
+    height = ArmKinematics(UR5E).pose(HOME).position[2] + 0.001
+    bench = Bench(plane=ElasticPlane(height, 2e3))
+    assert bench.force == pytest.approx((0.0, 0.0, 2.0, 0.0, 0.0, 0.0), abs=1e-9)
+    # a TCP beside the contact: moment of the force about it, lever -0.1 m along the tool's x
+    bench.wait(SET_TCP, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
+    bench.run(0.01)
+    lever = np.subtract(ArmKinematics(UR5E).pose(HOME).position, bench.tcp[:3])
+    assert np.linalg.norm(lever) == pytest.approx(0.1)
+    assert bench.force[3:] == pytest.approx(np.cross(lever, (0.0, 0.0, 2.0)), abs=1e-9)
+    bench.wait(ZERO)
+    bench.run(0.01)
+    assert bench.force == pytest.approx((0.0,) * 6, abs=1e-9)
+    assert bench.robot.outputs["ft_raw_wrench"][2] == pytest.approx(-2.0)
+
+
+@given(st.floats(5.0, 50.0))
+@settings(max_examples=10, deadline=None)
+def test_the_watchdog_waits_as_long_as_told(frequency: float) -> None:
+    bench = Bench()
+    bench.wait(WATCHDOG, (frequency,))
+    bench.write(SPEED_L, (0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0))
+    for _ in range(10):
+        # the same values again are a sign of life, too
+        bench.run(0.5 / frequency)
+        assert bench.robot.runtime.name == "PLAYING"
+        bench.write(SPEED_L)
+    since = bench.robot.time
+    while bench.robot.runtime.name == "PLAYING":
+        bench.run(0.002)
+        assert bench.robot.time - since < 1.0
+    assert bench.robot.time - since == pytest.approx(1.0 / frequency, abs=0.0041)
+    at = bench.tcp
+    bench.run(0.5)
+    # braking at 10 m/s^2 takes 5 ms, the lag another 10
+    assert 0.0 <= bench.tcp[0] - at[0] < 0.05 * 0.02
+    assert bench.robot.twist == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    # the next program begins without a watchdog
+    bench.write(0)
+    bench.robot.start_program(control_script(Script(bench.robot, bench.registers)), "control")
+    bench.run(0.5)
+    assert bench.robot.runtime.name == "PLAYING"
+
+
+def test_an_asynchronous_move_is_told_and_stopped() -> None:
+    bench = Bench()
+
+    def word() -> int:
+        return int(bench.robot.outputs["output_int_register_2"][0])
+
+    bench.run(0.01)
+    assert not word() >> 15 & 1
+    before = word() >> 24
+    target = np.add(bench.tcp, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert bench.wait(MOVE_L, (*target, 0.05, 1.0), (1,)) < 0.02
+    assert word() >> 15 & 1
+    assert word() >> 24 == before + 1
+    bench.run(0.5)
+    bench.wait(STOP_L, (10.0,), (0,))
+    assert not word() >> 15 & 1
+    bench.run(0.1)
+    rest = bench.tcp
+    bench.run(0.3)
+    assert bench.tcp[:3] == pytest.approx(rest[:3], abs=1e-6)
+    assert rest[0] < target[0] - 0.05
+
+
+def test_protective_stop_holds_still_and_cannot_be_unlocked_at_once() -> None:
+    bench = Bench()
+    bench.run(0.004)
+    bench.write(SPEED_L, (0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
+    bench.run(0.5)
+    bench.robot.protective_stop("test")
+    bench.run(0.1)
+    at = bench.tcp
+    out = bench.robot.outputs
+    assert out["safety_status_bits"] == (1 << 2 | 1 << 10,)
+    assert (out["safety_mode"], out["runtime_state"]) == ((3,), (4,))
+    bench.run(1.0)
+    assert bench.tcp[:3] == pytest.approx(at[:3], abs=1e-6)
+    assert not bench.robot.unlock()
+    bench.run(5.0)
+    assert bench.robot.unlock()
+    bench.run(0.5)
+    # the program stays paused: nobody is surprised by an arm that goes on by itself
+    assert bench.tcp[:3] == pytest.approx(at[:3], abs=1e-6)
+    assert out["runtime_state"] == (4,)
+    assert out["safety_status_bits"] == (1,)
+
+
+def test_emergency_stop_needs_power_and_brakes_again() -> None:
+    bench = Bench()
+    bench.robot.press_emergency_stop(True)
+    bench.run(0.01)
+    out = bench.robot.outputs
+    assert out["safety_status_bits"] == (1 << 6 | 1 << 7 | 1 << 10,)
+    assert (out["runtime_state"], out["robot_mode"]) == ((1,), (3,))
+    assert not bench.robot.start_program(control_script(Script(bench.robot, bench.registers)), "control")
+    bench.robot.press_emergency_stop(False)
+    assert not bench.robot.start_program(control_script(Script(bench.robot, bench.registers)), "control")
+
+
+@pytest.mark.parametrize(
+    ("command", "doubles", "why"),
+    [
+        (MOVE_L, (3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 1.0), "cannot move there"),
+        (SPEED_L, (6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e4, 0.0), "faster than"),
+        (SPEED_L, (0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0), "does not reach"),
+    ],
+)
+def test_what_no_arm_can_do_is_a_protective_stop(command: int, doubles: tuple[float, ...], why: str) -> None:
+    bench = Bench()
+    bench.run(0.004)
+    bench.write(command, doubles)
+    bench.run(3.0)
+    assert bench.robot.safety.name == "PROTECTIVE_STOP"
+    assert any("protective stop" in line and why in line for line in bench.robot.lines())
+    # less than the length of the arm and of its tool
+    assert np.linalg.norm(bench.tcp[:3]) < 1.2
+
+
+def test_not_a_number_ends_the_program_and_never_reaches_the_plant() -> None:
+    bench = Bench()
+    bench.run(0.004)
+    before = bench.tcp
+    bench.write(SPEED_L, (math.nan, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
+    bench.run(0.1)
+    assert bench.robot.runtime.name == "STOPPED"
+    assert bench.tcp == before
+
+
+def test_a_start_out_of_reach_is_refused() -> None:
+    robot = Robot(ControllerVersion(), Mounting(), 5.0)
+    with pytest.raises(InvalidValueError, match="reach"):
+        robot.measure(SimplePlant(SimpleTip(Pose((2.0, 0.0, 0.0)))).start())
+
+
+def test_joints_of_the_plant_are_taken_if_they_hold_its_tip() -> None:
+    start = SimplePlant(SimpleTip(ArmKinematics(UR5E).pose(HOME))).start()
+    told = replace(start, arm=replace(start.arm, joint_position=HOME))
+    robot = Robot(ControllerVersion(), Mounting(), 5.0)
+    robot.measure(told)
+    assert robot.outputs["actual_q"] == HOME
+    wrong = Robot(ControllerVersion(), Mounting(pose_flange_tip=Pose((0.0, 0.0, 0.1))), 5.0)
+    with pytest.raises(InvalidValueError, match=r"0\.1000 m.*pose_flange_tip"):
+        wrong.measure(told)
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 3))
+def test_poses_as_numbers_and_back(rotvec: tuple[float, ...]) -> None:
+    x, y, z = rotvec
+    pose = Pose((0.1, 0.2, 0.3), rotation_from_rotvec((x, y, z)))
+    back = pose_of(numbers_of(pose))
+    assert np.allclose(back.rotation, pose.rotation, atol=1e-12)
+    assert back.position == pose.position

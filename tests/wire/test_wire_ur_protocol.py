@@ -1,0 +1,358 @@
+"""RTDE, script port and dashboard of the emulated controller, byte by byte, without sockets or clients."""
+
+import random
+import struct
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.hw.emulators.plant import PlantState
+from palpate.hw.emulators.simple_plant import SimplePlant
+from palpate.hw.emulators.ur.arm import Mounting
+from palpate.hw.emulators.ur.channels import Channels
+from palpate.hw.emulators.ur.control_script import BLOCKING, REAL_TIME, STOP
+from palpate.hw.emulators.ur.dashboard import Dashboard
+from palpate.hw.emulators.ur.faults import Fault
+from palpate.hw.emulators.ur.framing import HEADER, FramingError, PackageReader, PackageType, package, text_message
+from palpate.hw.emulators.ur.programs import program_of
+from palpate.hw.emulators.ur.recipes import requested_names
+from palpate.hw.emulators.ur.robot import Robot
+from palpate.hw.emulators.ur.rtde_session import RtdeSession
+from palpate.hw.emulators.ur.script_text import ProgramKind, ProgramReader
+from palpate.hw.emulators.ur.variables import INPUTS, outputs_of
+from palpate.hw.emulators.ur.version import ControllerVersion
+
+
+def standing(version: ControllerVersion | None = None) -> tuple[Robot, SimplePlant]:
+    """A robot that has measured once."""
+    robot, plant = Robot(version or ControllerVersion(), Mounting(), 5.0), SimplePlant()
+    robot.measure(plant.start())
+    return robot, plant
+
+
+def session(robot: Robot | None = None, owners: dict[str, RtdeSession] | None = None) -> RtdeSession:
+    return RtdeSession(robot or standing()[0], {} if owners is None else owners, set())
+
+
+def inputs(*names: str) -> bytes:
+    return package(PackageType.INPUTS, ",".join(names).encode() + b",")
+
+
+def outputs(frequency: float, *names: str) -> bytes:
+    return package(PackageType.OUTPUTS, struct.pack(">d", frequency) + ",".join(names).encode())
+
+
+# -- framing --
+
+
+def test_golden_frames() -> None:
+    """The maker's guide in bytes: size with header, type, payload, big-endian."""
+    one = session()
+    assert one.feed(bytes.fromhex("0005 56 0002")) == bytes.fromhex("0004 56 01")
+    assert one.feed(bytes.fromhex("0005 56 0001")) == bytes.fromhex("0004 56 00")
+    assert one.feed(bytes.fromhex("0003 76")) == bytes.fromhex("0013 76 00000005 0000000e 00000000 00000001")
+    request = bytes.fromhex("0014 4f 405f400000000000") + b"timestamp"
+    assert one.feed(request) == bytes.fromhex("000a 4f 01") + b"DOUBLE"
+    assert one.feed(bytes.fromhex("0003 53")) == bytes.fromhex("0004 53 01")
+    assert one.feed(bytes.fromhex("0003 50")) == bytes.fromhex("0004 50 01")
+    assert package(PackageType.TEXT, text_message("ab", "c", 2)) == bytes.fromhex("0009 4d 02 6162 01 63 02")
+
+
+@given(
+    payloads=st.lists(st.binary(max_size=200), max_size=8),
+    cuts=st.lists(st.integers(0, 2000), max_size=20),
+)
+def test_packages_survive_any_fragmentation(payloads: list[bytes], cuts: list[int]) -> None:
+    stream = b"".join(package(PackageType.DATA, payload) for payload in payloads)
+    places = sorted({0, len(stream), *(min(cut, len(stream)) for cut in cuts)})
+    reader = PackageReader()
+    seen = [item for a, b in pairwise(places) for item in reader.feed(stream[a:b])]
+    assert seen == [(PackageType.DATA, payload) for payload in payloads]
+
+
+@pytest.mark.parametrize("size", [0, 2, 5000, 65535])
+def test_impossible_sizes_are_refused(size: int) -> None:
+    with pytest.raises(FramingError):
+        PackageReader().feed(struct.pack(">HB", size, ord("V")))
+
+
+# -- recipes --
+
+
+def test_recipe_ids_count_from_one_for_inputs_and_outputs_apart() -> None:
+    one = session()
+    replies = one.feed(inputs("input_int_register_0") + inputs("input_int_register_0", "input_double_register_3"))
+    replies += one.feed(outputs(500.0, "actual_q", "robot_mode"))
+    assert PackageReader().feed(replies) == [
+        (PackageType.INPUTS, b"\x01INT32"),
+        (PackageType.INPUTS, b"\x02INT32,DOUBLE"),
+        (PackageType.OUTPUTS, b"\x01VECTOR6D,INT32"),
+    ]
+
+
+def test_unknown_and_taken_variables_are_said() -> None:
+    robot, owners = standing()[0], {}
+    first, second = session(robot, owners), session(robot, owners)
+    first.feed(inputs("input_int_register_0", "input_int_register_1"))
+    taken = second.feed(inputs("input_int_register_1", "input_int_register_2"))
+    assert taken == package(PackageType.INPUTS, b"\x00IN_USE,INT32")
+    assert second.feed(inputs("no_such")) == package(PackageType.INPUTS, b"\x00NOT_FOUND")
+    assert second.feed(outputs(500.0, "actual_q", "no")) == package(PackageType.OUTPUTS, b"\x00VECTOR6D,NOT_FOUND")
+    # nothing of a refused recipe was reserved, and the numbering goes on at one
+    assert second.feed(inputs("input_int_register_2")) == package(PackageType.INPUTS, b"\x01INT32")
+    first.close()
+    assert second.feed(inputs("input_int_register_0")) == package(PackageType.INPUTS, b"\x02INT32")
+
+
+def test_later_variables_belong_to_later_versions() -> None:
+    old, new = outputs_of(ControllerVersion(5, 4, 0, 0)), outputs_of(ControllerVersion(5, 23, 0, 0))
+    assert set(new) - set(old) == {
+        "payload",
+        "payload_cog",
+        "payload_inertia",
+        "ft_raw_wrench",
+        "actual_current_as_torque",
+    }
+    assert "ft_raw_wrench" not in outputs_of(ControllerVersion(3, 15, 8, 0))
+    assert "payload_inertia" in outputs_of(ControllerVersion(3, 15, 8, 0))
+
+
+def test_names_of_a_recipe() -> None:
+    assert requested_names(b"a,b,") == ("a", "b")
+    for wrong in (b"", b"a" * 2049, "ä".encode()):
+        with pytest.raises(InvalidValueError):
+            requested_names(wrong)
+
+
+@given(st.sampled_from(sorted(INPUTS)), st.integers(-3, 3))
+def test_a_package_of_the_wrong_length_changes_nothing_and_is_counted(name: str, change: int) -> None:
+    robot, _ = standing()
+    one = session(robot)
+    one.feed(inputs(name))
+    kind = INPUTS[name]
+    before = dict(robot.inputs)
+    size = struct.calcsize(">" + kind.code) + change
+    one.feed(package(PackageType.DATA, b"\x01" + b"\x01" * max(0, size)))
+    assert one.dropped == (1 if change else 0)
+    assert (robot.inputs == before) == bool(change)
+
+
+def test_inputs_persist_until_overwritten() -> None:
+    robot, _ = standing()
+    one = session(robot)
+    one.feed(inputs("input_int_register_5", "input_double_register_5"))
+    one.feed(inputs("input_int_register_5"))
+    one.feed(package(PackageType.DATA, struct.pack(">Bid", 1, 7, 2.5)))
+    one.feed(package(PackageType.DATA, struct.pack(">Bi", 2, 8)))
+    assert robot.inputs["input_int_register_5"] == (8,)
+    assert robot.inputs["input_double_register_5"] == (2.5,)
+
+
+@given(st.lists(st.tuples(st.integers(0, 255), st.integers(0, 255)), max_size=6))
+def test_outputs_that_are_not_masked_stay(writes: list[tuple[int, int]]) -> None:
+    channels = Channels()
+    expected = {"standard": 0, "tool": 0}
+    for i, (mask, bits) in enumerate(writes):
+        kind = ("standard", "tool")[i % 2]
+        channels.write({f"{kind}_digital_output_mask": (mask,), f"{kind}_digital_output": (bits,)})
+        for bit in range(8):
+            if mask >> bit & 1:
+                expected[kind] = expected[kind] & ~(1 << bit) | bits & 1 << bit
+    assert channels.digital == expected["standard"] | expected["tool"] << 16
+
+
+@pytest.mark.parametrize(("asked", "every"), [(500.0, 1), (125.0, 4), (250.0, 2), (1000.0, 1), (1.0, 500)])
+def test_a_stream_has_the_rate_asked_for(asked: float, every: int) -> None:
+    one = session()
+    one.feed(outputs(asked, "timestamp") + package(PackageType.START, b""))
+    sent = [bool(one.stream()) for _ in range(1000)]
+    assert sum(sent) == 1000 // every
+
+
+def test_stream_says_what_was_measured() -> None:
+    robot, plant = standing()
+    one = session(robot)
+    one.feed(outputs(500.0, "timestamp", "actual_TCP_pose", "runtime_state") + package(PackageType.START, b""))
+    robot.measure(plant.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), ()))
+    ((kind, payload),) = PackageReader().feed(one.stream())
+    number, time, x, y, z, *_, state = struct.unpack(">Bd6dI", payload)
+    assert (kind, number, time, state) == (PackageType.DATA, 1, 0.002, 1)
+    assert (x, y, z) == pytest.approx((-0.1333, 0.4919, 0.4879))
+    one.feed(package(PackageType.PAUSE, b""))
+    assert one.stream() == b""
+
+
+# -- fuzz --
+
+
+HARMLESS = (0.0, 0.4, -0.2, 0.1, 0.01)
+WILD = (*HARMLESS, float("nan"), float("inf"), -1e300, 1e300, 1e5)
+
+
+def hostile(random_: random.Random) -> bytes:
+    """A package that is nearly right."""
+    kind = random_.choice([*list(PackageType), 0, 255])
+    payload = random_.randbytes(random_.choice((0, 1, 2, 5, 9, 13, 69)))
+    match random_.randrange(3):
+        case 0:
+            names = random_.choices([*list(INPUTS)[:40], "timestamp", "x", ""], k=random_.randrange(1, 5))
+            payload = random_.randbytes(random_.choice((0, 8))) + ",".join(names).encode()
+        case 1:
+            doubles = random_.choices(HARMLESS if random_.random() < 0.9 else WILD, k=8)
+            command = random_.choice((0, random_.choice((*REAL_TIME, *BLOCKING, -1, 79, STOP))))
+            payload = struct.pack(">Bi8d", random_.randrange(4), command, *doubles)
+            kind = PackageType.DATA
+    data = HEADER.pack(HEADER.size + len(payload), kind) + payload
+    if random_.random() < 0.05:
+        spoilt = bytearray(data)
+        spoilt[random_.randrange(len(spoilt))] ^= 1 << random_.randrange(8)
+        return bytes(spoilt)
+    return data
+
+
+def fuzzed(packages: int, seed: int) -> tuple[int, int]:
+    """Feed rubbish to a robot with a running control script; returns packages dropped and streams given up."""
+    random_ = random.Random(seed)
+    robot, plant = standing()
+    owners: dict[str, RtdeSession] = {}
+    dropped = broken = 0
+    one = session(robot, owners)
+    layout = inputs("input_int_register_0", *(f"input_double_register_{i}" for i in range(8)))
+    one.feed(layout * 3)
+    script = b'def rtde_control():\ntextmsg("RTDE Control Script Loaded")\nend\n'
+    (uploaded,) = ProgramReader().feed(script)
+    for i in range(packages):
+        try:
+            one.feed(hostile(random_))
+        except FramingError:
+            broken += 1
+            dropped += one.dropped
+            one.close()
+            one = session(robot, owners)
+            one.feed(layout * 3)
+        if i % 200 == 0:
+            # a slow move would keep all other commands waiting
+            robot.end_program("to go on")
+        if i % 2 == 0:
+            robot.unlock(by_hand=True)
+            if robot.runtime.name != "PLAYING":
+                robot.start_program(program_of(uploaded, robot), "control")
+            robot.cycle()
+            velocity, turning = robot.arm.tip_velocity(robot.twist)
+            state = plant.step(velocity, turning, ())
+            check(state)
+            robot.measure(state)
+            one.stream()
+    return dropped + one.dropped, broken
+
+
+def check(state: PlantState) -> None:
+    """Nothing but numbers, and no speed beyond what the safety system lets through, gets to the plant."""
+    arm = state.arm
+    assert all(abs(x) < 100.0 for x in (*arm.position_base_tip, *arm.velocity_base_tip))
+
+
+def test_rubbish_neither_stops_nor_misleads_the_controller() -> None:
+    dropped, broken = fuzzed(6_000, seed=1)
+    assert dropped > 1000
+    assert broken > 5
+
+
+@pytest.mark.slow
+def test_much_rubbish() -> None:
+    dropped, broken = fuzzed(100_000, seed=2)
+    assert dropped > 10_000
+    assert broken > 100
+
+
+@given(st.lists(st.binary(max_size=400), max_size=20))
+def test_script_port_takes_anything(pieces: list[bytes]) -> None:
+    reader = ProgramReader()
+    for piece in pieces:
+        list(reader.feed(piece))
+
+
+@given(st.text(max_size=60))
+def test_dashboard_answers_any_line_with_one_line(line: str) -> None:
+    answer = Dashboard(standing_robot).answer(line)
+    assert answer
+    assert "\n" not in answer.replace(line, "")
+
+
+standing_robot = standing()[0]
+
+
+# -- script --
+
+_PATH = """def rtde_control():
+# HEADER_BEGIN
+    global reg_offset_float = # float register offset
+24    global reg_offset_int = # int register offset
+24    global stop_type = 0
+    def exec_move_path():
+        # inject move path
+\tsignal_async_progress(0)
+\tmovel(p[-0.1033,0.4919,0.4379,2.2214,-2.2214,0],a=1.2,v=0.25,r=0)
+\tsignal_async_progress(1)
+\tmovej([-1.5,-1.5e0,1.5,-1.5,-1.5,.0],a=1.4,v=1.05,r=0.02)
+    end
+        textmsg("RTDE Control Script Loaded (14.02.2024-12:23)")
+end
+"""
+
+
+@given(st.lists(st.integers(0, len(_PATH)), max_size=10))
+def test_a_script_is_recognised_in_any_pieces(cuts: list[int]) -> None:
+    places = sorted({0, len(_PATH), *cuts})
+    reader = ProgramReader()
+    found = [program for a, b in pairwise(places) for program in reader.feed(_PATH[a:b].encode())]
+    assert len(found) == 1
+    (program,) = found
+    assert program.kind is ProgramKind.CONTROL
+    assert (program.int_offset, program.double_offset) == (24, 24)
+    line, joints = program.path
+    assert (line.joint_space, line.is_pose, line.speed, line.acceleration, line.progress) == (
+        False,
+        True,
+        0.25,
+        1.2,
+        0,
+    )
+    assert line.target == (-0.1033, 0.4919, 0.4379, 2.2214, -2.2214, 0.0)
+    assert (joints.joint_space, joints.is_pose, joints.progress) == (True, False, 1)
+    assert joints.target == (-1.5, -1.5, 1.5, -1.5, -1.5, 0.0)
+
+
+def test_another_script_writes_its_registers() -> None:
+    text = b"def hello():\n\twrite_output_integer_register(0 + 2, 5)\n\tsleep(0.01)\n\tmovej(x)\nend\n"
+    (program,) = ProgramReader().feed(text)
+    robot, plant = standing()
+    robot.start_program(program_of(program, robot), program.name)
+    cycles = 0
+    while robot.runtime.name == "PLAYING":
+        robot.cycle()
+        robot.measure(plant.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), ()))
+        cycles += 1
+        assert cycles < 20
+    assert robot.outputs["output_int_register_2"] == (5,)
+    assert cycles >= 5
+
+
+def test_faults_of_a_session() -> None:
+    robot, _ = standing()
+    faults: set[Fault] = set()
+    one = RtdeSession(robot, {}, faults)
+    one.feed(outputs(500.0, "timestamp") + package(PackageType.START, b""))
+    faults.add(Fault.REFUSE_VERSION)
+    assert one.feed(bytes.fromhex("0005 56 0002")) == bytes.fromhex("0004 56 00")
+    faults.add(Fault.SHORT_DATA)
+    assert len(one.stream()) == 3 + 1 + 8 - 1
+    faults.add(Fault.STRAY_TEXT)
+    kinds = [kind for kind, _ in PackageReader().feed(one.feed(package(PackageType.PAUSE, b"")))]
+    assert kinds == [PackageType.TEXT, PackageType.PAUSE]
+    one.feed(package(PackageType.START, b""))
+    faults.add(Fault.STALL_STREAM)
+    assert one.stream() == b""
