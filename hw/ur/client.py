@@ -1,0 +1,189 @@
+"""The client process, from outside: started, asked, buried.
+
+The library that talks to the controller may crash, hang, and stop all threads for half a second: it does so in a
+process of its own. What is left of it after any death is a number and what it said last.
+"""
+
+import fcntl
+import os
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from multiprocessing import Pipe
+from time import monotonic, sleep
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.ur.exchange import Exchange, Phase, Status, new_memory
+from palpate.hw.ur.problems import FATAL, WORDS, Problem
+from palpate.hw.ur.requests import Answer, Request, Task
+from palpate.hw.ur.settings import UrSettings
+from palpate.hw.ur.version import Version
+
+LEAVE_WITHIN = 3.0
+"""[s] given to stop the arm and to end; then it is killed, and the controller's watchdog stops the arm."""
+
+HANGS = 0.5
+"""[s] without a beat after which it is given up: not even a busy machine keeps it from running for so long."""
+
+_KILLED_WITHIN = 5.0
+_SHOWN = 300
+"""Letters of what it said last that a message repeats."""
+
+
+class Client:
+    """One process.
+
+    Attributes:
+        exchange: The memory shared with it.
+    """
+
+    def __init__(self, device: str, address: str, settings: UrSettings, version: Version, library: str) -> None:
+        """Start it, without waiting for it.
+
+        Args:
+            device: Name for messages.
+            address: Of the controller.
+            settings: Checked.
+            version: Of the controller.
+            library: Name of the module that makes connections.
+        """
+        self._device = device
+        self._asking, self._asked = threading.Lock(), 0
+        self._log = os.memfd_create("palpate-ur-log")
+        fcntl.fcntl(self._log, fcntl.F_SETFL, os.O_APPEND)
+        memory = new_memory()
+        self._pipe, theirs = Pipe()
+        try:
+            self.exchange = Exchange(memory)
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "palpate.hw.ur.client_process", str(theirs.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=self._log,
+                stderr=self._log,
+                pass_fds=(theirs.fileno(), memory),
+                env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                start_new_session=True,  # Ctrl-C is for the loop, which brings the arm to rest first
+            )
+            self._pipe.send(settings.opening(address, version, library, memory))
+        finally:
+            os.close(memory)
+            theirs.close()
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    def status(self) -> Status:
+        """Return how it is.
+
+        Raises:
+            DeviceError: It has ended, or says why the arm does not go on.
+        """
+        status = self.exchange.status()
+        if status is not None and status.problem not in (Problem.NONE, Problem.FAILED):
+            raise DeviceError(self._device, *WORDS[status.problem])
+        code = self._process.poll()
+        if code is not None:
+            raise self._dead(code)
+        return status or Status(0.0, 0.0, Phase.STARTING, Problem.NONE, 0, 0)
+
+    @property
+    def responsive(self) -> bool:
+        """Whether it runs, goes round, and is not about to end."""
+        status = self.exchange.status()
+        if self._process.poll() is not None or status is None:
+            return False
+        return status.phase < Phase.LEAVING and status.problem not in FATAL and monotonic() - status.beat < HANGS
+
+    def wait_for(self, phase: Phase, within: float) -> None:
+        """Wait until it is as far.
+
+        Raises:
+            DeviceError: It ended, or is not as far by then.
+        """
+        deadline = monotonic() + within
+        while self.status().phase < phase:
+            if monotonic() > deadline:
+                raise DeviceError(
+                    self._device,
+                    f"the process that talks to it is not up within {within:g} s{self._said()}",
+                    "try again with a longer start_within",
+                )
+            sleep(1e-3)
+
+    def ask(self, task: Task, values: tuple[float, ...], within: float) -> None:
+        """Have something done.
+
+        Raises:
+            DeviceError: It could not be done, or was not in time; then the process is killed, for it hangs.
+        """
+        with self._asking:
+            try:
+                self._asked += 1
+                self._pipe.send(Request(task, self._asked, values))
+                answer = self._answer_by(monotonic() + within)
+            except (EOFError, BrokenPipeError, ConnectionResetError) as error:
+                raise self._lost() from error
+        if answer is None:
+            self._kill()
+            raise DeviceError(
+                self._device,
+                f"no answer to {task} within {within:g} s{self._said()}",
+                "see that the controller is up, then recover()",
+            )
+        if answer.problem:
+            raise DeviceError(self._device, answer.problem, answer.remedy)
+
+    def close(self) -> None:
+        """Stop the arm and end the process, by force if it does not; may be called more than once."""
+        if self._process.poll() is None:
+            with suppress(DeviceError):
+                self.ask(Task.LEAVE, (), LEAVE_WITHIN)
+        self._pipe.close()  # it ends when nobody is at the other end
+        try:
+            self._process.wait(LEAVE_WITHIN)
+        except subprocess.TimeoutExpired:
+            self._kill()
+        if self._log >= 0:
+            self.exchange.close()
+            os.close(self._log)
+            self._log = -1
+
+    def _answer_by(self, deadline: float) -> Answer | None:
+        while self._pipe.poll(max(0.0, deadline - monotonic())):
+            answer: Answer = self._pipe.recv()
+            if answer.number == self._asked:
+                return answer
+        return None
+
+    def _kill(self) -> None:
+        self._process.kill()
+        self._process.wait(_KILLED_WITHIN)
+
+    def _lost(self) -> DeviceError:
+        """Why it does not answer any more."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(LEAVE_WITHIN)
+        try:
+            self.status()
+        except DeviceError as error:
+            return error
+        return DeviceError(self._device, *WORDS[Problem.FAILED])
+
+    def _dead(self, code: int) -> DeviceError:
+        how = f"was ended by signal {-code}" if code < 0 else f"ended with {code}"
+        return DeviceError(
+            self._device,
+            f"the process that talks to it {how}; the controller's watchdog has stopped the arm{self._said()}",
+            WORDS[Problem.FAILED][1],
+        )
+
+    def _said(self) -> str:
+        if self._log < 0:
+            return ""
+        size = os.fstat(self._log).st_size
+        lines = os.pread(self._log, _SHOWN, max(0, size - _SHOWN)).decode(errors="replace").split("\n")
+        said = " | ".join(filter(None, map(str.strip, lines)))
+        return f" (it said last: {said})" if said else ""

@@ -1,0 +1,77 @@
+"""The controller's version, asked over RTDE before the client library is let loose.
+
+The library waits for seconds, with Python's lock held, for a controller that is not there or too old; this says it
+at once.
+"""
+
+import socket
+import struct
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.ur.version import OLDEST, Version
+
+RTDE_PORT = 30004
+"""Fixed by the controller, and in the client library."""
+
+_HEADER = struct.Struct(">HB")
+_WANT_PROTOCOL, _WANT_VERSION = ord("V"), ord("v")
+
+
+def controller_version(device: str, address: str, timeout: float = 2.0) -> Version:
+    """Ask for the version.
+
+    Args:
+        device: Name for messages.
+        address: Of the controller.
+        timeout: For each answer [s].
+
+    Returns:
+        Major, minor, bug fix, build.
+
+    Raises:
+        DeviceError: Nobody answers, it is no such controller, or too old.
+    """
+    try:
+        with socket.create_connection((address, RTDE_PORT), timeout) as stream:
+            stream.settimeout(timeout)
+            stream.sendall(_HEADER.pack(5, _WANT_PROTOCOL) + struct.pack(">H", 2))
+            if _answer(stream, _WANT_PROTOCOL)[:1] != b"\x01":
+                raise DeviceError(
+                    device, "it does not speak RTDE version 2", f"update PolyScope to {_wanted()} or newer"
+                )
+            stream.sendall(_HEADER.pack(3, _WANT_VERSION))
+            major, minor, bug_fix, build = struct.unpack(">4I", _answer(stream, _WANT_VERSION))
+    except DeviceError:
+        raise
+    except (OSError, struct.error, ValueError) as error:
+        raise DeviceError(
+            device,
+            f"no controller answers on port {RTDE_PORT} ({error})",
+            "check its address, that it is switched on and started, and that no firewall is in between",
+        ) from error
+    version = (major, minor, bug_fix, build)
+    if version < OLDEST.get(major, (999,)):
+        shown = ".".join(map(str, version))
+        raise DeviceError(device, f"version {shown} is not supported", f"update PolyScope to {_wanted()} or newer")
+    return version
+
+
+def _wanted() -> str:
+    return ", ".join(f"{v[0]}.{v[1]}" for v in OLDEST.values())
+
+
+def _answer(stream: socket.socket, kind: int) -> bytes:
+    size, got = _HEADER.unpack(_exactly(stream, _HEADER.size))
+    if got != kind or not _HEADER.size < size < 256:
+        raise ValueError(f"no answer of RTDE: type {got}, {size} bytes")
+    return _exactly(stream, size - _HEADER.size)
+
+
+def _exactly(stream: socket.socket, count: int) -> bytes:
+    data = b""
+    while len(data) < count:
+        part = stream.recv(count - len(data))
+        if not part:
+            raise ConnectionError("it closed the connection")
+        data += part
+    return data

@@ -1,0 +1,115 @@
+"""What can be wrong with an arm, in words: what it is, and what to do about it."""
+
+from enum import IntEnum, IntFlag
+
+
+class SafetyBit(IntFlag):
+    """Of the controller's safety_status_bits (maker's RTDE guide)."""
+
+    NORMAL = 1 << 0
+    REDUCED = 1 << 1
+    PROTECTIVE_STOP = 1 << 2
+    RECOVERY = 1 << 3
+    SAFEGUARD_STOP = 1 << 4
+    SYSTEM_EMERGENCY_STOP = 1 << 5
+    ROBOT_EMERGENCY_STOP = 1 << 6
+    EMERGENCY_STOP = 1 << 7
+    VIOLATION = 1 << 8
+    FAULT = 1 << 9
+    STOPPED = 1 << 10
+
+
+EMERGENCY = SafetyBit.SYSTEM_EMERGENCY_STOP | SafetyBit.ROBOT_EMERGENCY_STOP | SafetyBit.EMERGENCY_STOP
+
+RUNNING = 7
+"""robot_mode: powered, brakes released (maker's RTDE guide)."""
+
+IDLE = 5
+"""robot_mode: powered, brakes on."""
+
+PLAYING = 2
+"""runtime_state: a program runs; anything else does not execute commands."""
+
+
+class Problem(IntEnum):
+    """Why an arm must not go on."""
+
+    NONE = 0
+    SILENT = 1
+    RECEIVE_LOST = 2
+    CONTROL_LOST = 3
+    PROGRAM_STOPPED = 4
+    PROTECTIVE_STOP = 5
+    EMERGENCY_STOP = 6
+    SAFEGUARD_STOP = 7
+    SAFETY_FAULT = 8
+    NOT_POWERED = 9
+    REFUSED = 10
+    RESTARTED = 11
+    FAILED = 12
+    RUBBISH = 13
+
+
+FATAL = frozenset({Problem.RECEIVE_LOST, Problem.CONTROL_LOST, Problem.RESTARTED, Problem.RUBBISH, Problem.FAILED})
+"""Those after which the client process ends; a new one is needed."""
+
+_LOOK = "see that controller and network are up, then recover()"
+
+WORDS: dict[Problem, tuple[str, str]] = {
+    Problem.SILENT: ("the controller sends no state any more", _LOOK),
+    Problem.RECEIVE_LOST: ("the connection on which it sends its state was lost", _LOOK),
+    Problem.CONTROL_LOST: ("the connection that commands it was lost", _LOOK),
+    Problem.PROGRAM_STOPPED: (
+        "its program was stopped: at the pendant, by the watchdog for want of commands, or by an error of its own",
+        "look at the pendant's log, then recover()",
+    ),
+    Problem.PROTECTIVE_STOP: (
+        "it is in protective stop",
+        "see what it ran into and that its way is free, then recover()",
+    ),
+    Problem.EMERGENCY_STOP: (
+        "its emergency stop is pressed",
+        "make the cell safe, release it, then recover()",
+    ),
+    Problem.SAFEGUARD_STOP: ("it is in safeguard stop", "close the safeguard and reset it, then recover()"),
+    Problem.SAFETY_FAULT: (
+        "its safety system reports a violation or a fault",
+        "look at the pendant, restart the safety system there, then recover()",
+    ),
+    Problem.NOT_POWERED: (
+        "it is not powered, or its brakes are on",
+        "recover() powers it and releases the brakes",
+    ),
+    Problem.REFUSED: ("it refused a command", "look at the pendant's log, then recover()"),
+    Problem.RESTARTED: ("its clock went back: the controller was started anew", "recover()"),
+    Problem.RUBBISH: ("it sends states that cannot be", "check versions and network, then recover()"),
+    Problem.FAILED: ("the process that talks to it failed", "recover(); if it comes again, report what it said"),
+}
+"""Problem and remedy of each."""
+
+
+def safety_problem(robot_mode: int, safety_bits: int) -> Problem:
+    """Return what the controller's own safety says, the gravest first."""
+    if safety_bits & EMERGENCY:
+        return Problem.EMERGENCY_STOP
+    if safety_bits & (SafetyBit.VIOLATION | SafetyBit.FAULT):
+        return Problem.SAFETY_FAULT
+    if safety_bits & SafetyBit.PROTECTIVE_STOP:
+        return Problem.PROTECTIVE_STOP
+    if safety_bits & (SafetyBit.SAFEGUARD_STOP | SafetyBit.STOPPED):
+        return Problem.SAFEGUARD_STOP
+    return Problem.NONE if robot_mode == RUNNING else Problem.NOT_POWERED
+
+
+class Refusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm's process
+    """Something cannot be done; what the client process raises, and its answer tells."""
+
+    def __init__(self, problem: str, remedy: str) -> None:
+        """Take what is wrong, and what to do about it."""
+        super().__init__(f"{problem}; {remedy}")
+        self.problem, self.remedy = problem, remedy
+
+
+def refusal(problem: Problem) -> Refusal:
+    """Return one in the words for it."""
+    return Refusal(*WORDS[problem])

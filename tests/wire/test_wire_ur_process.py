@@ -1,0 +1,325 @@
+"""The client process, with a made-up library in it: whatever becomes of it, the arm's process lives on."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+import palpate.hw.ur.arm
+from palpate.errors import InvalidValueError
+from palpate.hw.devices import ArmDevice, DeviceError
+from palpate.hw.ur import Payload, UrArm, UrSettings
+from palpate.hw.ur.requests import Request, Task
+from palpate.kinematics.pose import Pose
+
+ZERO = (0.0, 0.0, 0.0)
+PATIENT = UrSettings(stale_after=0.5, watchdog=0.3)
+"""For tests that are not about time: the machine may stall."""
+
+WITHIN = 5.0
+"""[s] until something must have happened, on a machine however loaded."""
+
+
+@pytest.fixture(autouse=True)
+def no_controller(monkeypatch):
+    monkeypatch.setattr(palpate.hw.ur.arm, "controller_version", lambda name, address: (5, 14, 0, 0))
+
+
+@contextlib.contextmanager
+def arm_on(folder: Path, settings: UrSettings = PATIENT) -> Iterator[UrArm]:
+    arm = UrArm(str(folder), settings, library="fake_ur_library")
+    arm.start()
+    try:
+        yield arm
+    finally:
+        arm.close()
+
+
+def spoil(folder: Path, fault: str) -> float:
+    (folder / "new").write_text(fault)
+    (folder / "new").replace(folder / "fault")  # never half written
+    return time.monotonic()
+
+
+def calls(folder: Path) -> list[str]:
+    return (folder / "calls").read_text().splitlines()
+
+
+def names(folder: Path) -> list[str]:
+    return [line.split()[0] for line in calls(folder)]
+
+
+def told(arm: UrArm, within: float = WITHIN) -> DeviceError:
+    """Read until it fails."""
+    until = time.monotonic() + within
+    while time.monotonic() < until:
+        try:
+            arm.read()
+        except DeviceError as error:
+            return error
+        time.sleep(5e-4)
+    raise AssertionError("nothing was noticed")
+
+
+def wait_until(met, within: float = WITHIN) -> None:
+    until = time.monotonic() + within
+    while not met():
+        assert time.monotonic() < until
+        time.sleep(1e-3)
+
+
+def gone(pid: int) -> bool:
+    return not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+
+
+def test_it_is_an_arm_device(tmp_path):
+    with arm_on(tmp_path) as arm:
+        device: ArmDevice = arm
+        assert str(tmp_path) in device.name
+        before = device.read()
+        assert before.position_base_tip == (0.1, 0.2, 0.3)
+        for _ in range(100):
+            device.move((0.02, 0.0, 0.0), ZERO)
+            time.sleep(2e-3)
+        after = device.read()
+        assert after.time > before.time
+        assert after.position_base_tip[0] > before.position_base_tip[0] + 0.001
+        assert after.velocity_base_tip == (0.02, 0.0, 0.0)
+    assert "CONCURRENT" not in names(tmp_path)
+
+
+def test_the_watchdog_is_set_before_anything_moves_and_fed_while_nothing_does(tmp_path):
+    with arm_on(tmp_path) as arm:
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        wait_until(lambda: "speedL" in names(tmp_path))
+        arm.stop()
+        time.sleep(0.5)
+    order = [n for n in names(tmp_path) if n in ("upload", "setWatchdog", "setTcp", "speedL", "kickWatchdog")]
+    assert order[:2] == ["upload", "setWatchdog"]
+    assert "kickWatchdog" in order[order.index("speedL") :]
+    assert not [line for line in calls(tmp_path) if line.startswith("STARVED")]
+
+
+def test_closing_stops_the_arm_then_the_script_and_leaves_nothing(tmp_path):
+    files = len(os.listdir("/proc/self/fd"))
+    with arm_on(tmp_path) as arm:
+        pid = arm.process_id
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        wait_until(lambda: "speedL" in names(tmp_path))
+    assert names(tmp_path)[-2:] == ["speedStop", "stopScript"]
+    assert gone(pid)
+    assert len(os.listdir("/proc/self/fd")) == files
+    arm.close()
+    with pytest.raises(DeviceError, match="start"):
+        arm.read()
+
+
+def test_other_motions_wait_until_the_one_before_has_ended(tmp_path):
+    with arm_on(tmp_path) as arm:
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        wait_until(lambda: "speedL" in names(tmp_path))
+        arm.servo_joints(arm.state().joint_position)
+        wait_until(lambda: "servoJ" in names(tmp_path))
+        s = arm.read()
+        arm.servo_pose(Pose(s.position_base_tip, s.rotation_base_tip))
+        wait_until(lambda: "servoL" in names(tmp_path))
+    order = [n for n in names(tmp_path) if n not in ("kickWatchdog",)]
+    begun = {n: order.index(n) for n in ("speedL", "speedStop", "servoJ", "servoStop", "servoL")}
+    assert list(begun) == sorted(begun, key=begun.__getitem__)
+
+
+def test_an_arm_that_hears_nothing_comes_to_rest_and_goes_on_when_it_does(tmp_path):
+    with arm_on(tmp_path, UrSettings(stale_after=0.5, watchdog=0.1)) as arm:
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        wait_until(lambda: "speedStop" in names(tmp_path))
+        wait_until(lambda: arm.read().velocity_base_tip == ZERO)
+        time.sleep(0.2)  # the old command does not come back
+        assert names(tmp_path).index("speedStop") > len(names(tmp_path)) - 1 - names(tmp_path)[::-1].index(
+            "speedL"
+        )
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        wait_until(lambda: arm.read().velocity_base_tip[0] == 0.01)
+
+
+def test_a_command_given_before_a_tare_does_not_move_the_arm_after_it(tmp_path):
+    """Neither one that is being followed nor one that has not been yet."""
+    with arm_on(tmp_path) as arm:
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        wait_until(lambda: "speedL" in names(tmp_path))
+        for tares in range(1, 6):
+            arm.move((0.01, 0.0, 0.0), ZERO)
+            arm.tare()
+            time.sleep(0.03)
+            done = names(tmp_path)
+            assert done.count("zeroFtSensor") == tares
+            assert "speedL" not in done[len(done) - done[::-1].index("zeroFtSensor") :]
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ("silent", "no state"),
+        pytest.param("receive lost", "sends its state was lost", marks=pytest.mark.slow),
+        pytest.param("control lost", "commands it was lost", marks=pytest.mark.slow),
+        ("storm", "commands it was lost"),
+        pytest.param("stopped", "program was stopped", marks=pytest.mark.slow),
+        ("protective", "protective stop"),
+        pytest.param("emergency", "emergency stop", marks=pytest.mark.slow),
+        pytest.param("refuse", "refused", marks=pytest.mark.slow),
+        pytest.param("back", "clock went back", marks=pytest.mark.slow),
+        ("crash", "signal 11"),
+    ],
+)
+def test_whatever_goes_wrong_is_told_with_a_remedy_and_recovered_from(tmp_path, fault, said):
+    with arm_on(tmp_path, UrSettings(stale_after=0.1, watchdog=0.3)) as arm:
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        spoil(tmp_path, fault)
+        error = told(arm)
+        assert said in str(error)
+        assert error.device == arm.name
+        assert "recover()" in error.remedy
+        with pytest.raises(DeviceError):
+            arm.move(ZERO, ZERO)
+        if fault == "emergency":
+            with pytest.raises(DeviceError, match="release"):
+                arm.recover()
+            assert "release" in told(arm).remedy
+        if fault != "protective":  # that one is unlocked by recover()
+            (tmp_path / "fault").unlink()
+        arm.recover()
+        arm.move((0.02, 0.0, 0.0), ZERO)
+        wait_until(lambda: arm.read().velocity_base_tip[0] == 0.02)
+    assert "CONCURRENT" not in names(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "how", [signal.SIGKILL, *(pytest.param(s, marks=pytest.mark.slow) for s in (signal.SIGSEGV, signal.SIGABRT))]
+)
+def test_the_death_of_the_client_is_noticed_within_20_ms(tmp_path, how):
+    """By the second of three tries at the latest: a stall of the machine is not ours."""
+    noticed = []
+    with arm_on(tmp_path) as arm:
+        for _ in range(3):
+            os.kill(arm.process_id, how)
+            killed = time.monotonic()
+            assert "signal" in str(told(arm))
+            noticed.append(time.monotonic() - killed)
+            arm.recover()
+    assert sorted(noticed)[1] < 0.02
+
+
+@pytest.mark.slow
+def test_a_client_that_hangs_is_noticed_by_its_silence_and_replaced(tmp_path):
+    with arm_on(tmp_path, UrSettings(stale_after=0.1)) as arm:
+        pid = arm.process_id
+        os.kill(pid, signal.SIGSTOP)
+        assert "hangs" in str(told(arm))
+        time.sleep(0.5)
+        arm.recover()  # by force
+        assert gone(pid)
+        arm.read()
+
+
+def test_a_call_that_never_comes_back_is_given_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(palpate.hw.ur.arm, "_ANSWER_WITHIN", 0.5)
+    with arm_on(tmp_path) as arm:
+        spoil(tmp_path, "deaf")
+        pid = arm.process_id
+        with pytest.raises(DeviceError, match="no answer to tare"):
+            arm.tare()
+        assert gone(pid)
+        (tmp_path / "fault").unlink()
+        arm.recover()
+        arm.tare()
+
+
+def test_an_answer_that_nobody_waited_for_is_not_the_next_ones(tmp_path):
+    """As after Ctrl-C in the middle of a request."""
+    with arm_on(tmp_path) as arm:
+        arm._client._pipe.send(Request(Task.TARE))
+        spoil(tmp_path, "refuse")
+        with pytest.raises(DeviceError, match="setPayload"):
+            arm.set_payload(Payload(0.1))
+
+
+def test_local_control_is_refused_with_the_way_out(tmp_path):
+    spoil(tmp_path, "local")
+    with pytest.raises(DeviceError, match="Remote Control"):
+        UrArm(str(tmp_path), PATIENT, library="fake_ur_library").start()
+    assert "upload" not in names(tmp_path)
+
+
+def test_the_library_s_words_are_kept_from_the_terminal_and_told_at_its_death(tmp_path, capfd):
+    with arm_on(tmp_path, UrSettings(stale_after=0.5)) as arm:
+        spoil(tmp_path, "crash")
+        told(arm)
+    with pytest.raises(DeviceError, match="No module named"):
+        UrArm(str(tmp_path), PATIENT, library="there_is_no_such_library").start()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_freedrive_excludes_motion_and_ends(tmp_path):
+    with arm_on(tmp_path) as arm:
+        with arm.freedrive():
+            with pytest.raises(DeviceError, match="by hand"):
+                arm.move(ZERO, ZERO)
+            time.sleep(0.4)  # longer than the watchdog
+            arm.read()
+        arm.move((0.01, 0.0, 0.0), ZERO)
+        wait_until(lambda: "speedL" in names(tmp_path))
+    order = [n for n in names(tmp_path) if n in ("freedriveMode", "endFreedriveMode", "speedL")]
+    assert order[:3] == ["freedriveMode", "endFreedriveMode", "speedL"]
+
+
+def test_too_fast_is_refused_and_not_sent(tmp_path):
+    with arm_on(tmp_path) as arm:
+        with pytest.raises(InvalidValueError, match=r"UrSettings\.speed"):
+            arm.move((1.0, 0.0, 0.0), ZERO)
+        time.sleep(0.05)
+    assert "speedL" not in names(tmp_path)
+
+
+PARENT = """
+import sys, time
+import palpate.hw.ur.arm
+palpate.hw.ur.arm.controller_version = lambda name, address: (5, 14, 0, 0)
+from palpate.hw.ur import UrArm
+arm = UrArm(sys.argv[1], library="fake_ur_library")  # on purpose without a __main__ guard
+arm.start()
+print(arm.process_id, flush=True)
+while True:
+    arm.move((0.01, 0.0, 0.0), (0.0, 0.0, 0.0))
+    time.sleep(2e-3)
+"""
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
+def test_when_its_parent_dies_the_client_stops_the_arm_and_dies(tmp_path, how):
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    parent = subprocess.Popen(
+        [sys.executable, "-c", PARENT, str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+        text=True,
+    )
+    try:
+        pid = int(parent.stdout.readline())
+        wait_until(lambda: "speedL" in names(tmp_path))
+        parent.send_signal(how)
+        parent.wait(WITHIN)
+        wait_until(lambda: gone(pid))
+    finally:
+        parent.kill()
+        parent.wait(WITHIN)
+        parent.stdout.close()
+    done = names(tmp_path)
+    assert done[-1] == "stopScript"
+    assert "speedStop" in done[len(done) - done[::-1].index("speedL") :]
