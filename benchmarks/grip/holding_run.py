@@ -18,6 +18,7 @@ import mujoco
 import numpy as np
 
 from palpate.controllers.grip.belief import SurfaceBelief
+from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import GripNeed, least_grip_of_two
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
@@ -261,7 +262,7 @@ def hold(
     tip = scene.hand.tip
     finger = Finger(tip.surface, Payload(tip.mass, tip.center_of_mass))
     touch = Touch(finger, finger)
-    grip = SlipSafeGrip(2, belief, PERIOD, parameters, need=need)
+    grip = SlipSafeGrip(2, belief, PERIOD, parameters, plan=CommonGrip(2, belief, PERIOD, parameters, need))
     controller: Controller = LiftController(grip, PERIOD, LIFT)
     if isinstance(belief, NudgedSurface):
         center = (0.0, 0.0, -(scene.hand.depth + scene.hand.tip_along))

@@ -160,8 +160,7 @@ class LiftController:
         share, needed = dt / RATE_TIME, self.grip.needed
         self._rate += share * ((needed - self._needed) / dt - self._rate)
         self._needed, foretold = needed, needed + FORETOLD * max(self._rate, 0.0)
-        pressed = min(finger.contact.normal_force for finger in now.fingers)
-        if pressed < foretold * (1.0 + ROOM):
+        if self.grip.pressed(now) < foretold * (1.0 + ROOM):
             self._speed = max(self._speed - BRAKING * dt, 0.0)
             if now.time - self._moved >= CATCHES_UP:
                 self._go_on(Phase.LOST, now.time)

@@ -22,10 +22,14 @@ class GripParameters:
         release_time: Time constant with which it is let down [s],
         release_rate: and how fast at most [N/s].
         least_grip: [N] Below that the wanted grip is never let down. The command may be, where the fingers feel
-            more than is wanted: by `correction_share`, and never to less than half of it.
+            more than is wanted: by `correction_down`, and never to less than half of it.
         largest_grip: [N] Above that it is never raised.
         correction_time: Time constant with which the command is corrected by what the fingers feel [s].
-        correction_share: Bound on that correction, as a share of the grip.
+        correction_share: Bound on that correction upwards, as a share of the grip,
+        correction_down: and downwards. What gears hold by friction besides what is commanded does no harm; to
+            work against it ends in stick-slip, which shakes an object out of fingers that share it unevenly.
+        play: [N] By how much what is wanted must have fallen before the command follows: gears that change their
+            direction with every bit of noise shake the object.
         regrip: Share by which the grip is raised when a slip begins.
         regrip_time: For how long it then stays there [s].
         fault_raise: Share by which the grip is raised while a finger feels nothing, or nothing to be believed.
@@ -42,14 +46,16 @@ class GripParameters:
     largest_grip: float = 20.0
     correction_time: float = 0.1
     correction_share: float = 0.3
+    correction_down: float = 0.3
+    play: float = 0.0
     regrip: float = 0.3
     regrip_time: float = 0.5
     fault_raise: float = 0.3
 
     def __post_init__(self) -> None:
-        for name in ("margin", "correction_share", "regrip", "fault_raise"):
+        for name in ("margin", "correction_share", "correction_down", "regrip", "fault_raise"):
             not_negative(name, getattr(self, name), "")
-        for name, unit in (("reserve", "N"), ("lead", "s"), ("regrip_time", "s")):
+        for name, unit in (("reserve", "N"), ("play", "N"), ("lead", "s"), ("regrip_time", "s")):
             not_negative(name, getattr(self, name), unit)
         for name, unit in (
             ("smoothing", "s"),

@@ -1,7 +1,7 @@
 """A slip-safe grip with a small ripple on it, by which slip is felt where friction is only guessed."""
 
 from palpate.controllers.grip.belief import SlipWatch, SurfaceBelief
-from palpate.controllers.grip.need import GripNeed
+from palpate.controllers.grip.grip_plan import GripPlan
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.slip.grip_dither import GripDither
@@ -22,7 +22,7 @@ class RippledGrip(SlipSafeGrip):
         dither: GripDither,
         parameters: GripParameters | None = None,
         watch: SlipWatch | None = None,
-        need: GripNeed | None = None,
+        plan: GripPlan | None = None,
     ) -> None:
         """Take the ripple, and all else as `SlipSafeGrip` does.
 
@@ -31,7 +31,7 @@ class RippledGrip(SlipSafeGrip):
         """
         dither.half_cycle(period)
         self._dither = dither
-        super().__init__(fingers, belief, period, parameters, watch, need)
+        super().__init__(fingers, belief, period, parameters, watch, plan)
 
     def step(self, now: Observation, at_least: float = 0.0) -> tuple[float, ...]:
         """See `SlipSafeGrip`."""

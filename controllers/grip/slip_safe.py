@@ -1,8 +1,7 @@
 """The least grip that keeps every contact within its limit surface, with a margin.
 
-Each finger tells by its own sensor which share of the load it bears: its tangential force and spin torque, and
-where they will be when a command given now has become a force. From those the limit surface says the least normal
-force. The largest of the fingers' needs is the grip of all: fingers opposite each other balance with one.
+What each finger is to press with, a plan says (`palpate.controllers.grip.grip_plan`) from what all of them feel,
+for now and for when a command given now has become a force. Here it becomes a grip that is safe.
 
 The grip rises as fast as the actuator may, and is let down slowly. What the fingers feel of it corrects the
 command, slowly too: gears rub. Where a finger feels nothing, or nothing to be believed, the grip is raised once by
@@ -10,11 +9,9 @@ a bounded share, and not let down before all fingers feel again. It never opens.
 """
 
 import math
-from collections.abc import Sequence
 
 from palpate.controllers.grip.belief import NobodyWatches, SlipWatch, SurfaceBelief
-from palpate.controllers.grip.load_ahead import LoadAhead
-from palpate.controllers.grip.need import GripNeed, NeedWithSpin
+from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan, Loads
 from palpate.controllers.grip.parameters import GripParameters, live_grip
 from palpate.errors import InvalidValueError
 from palpate.friction.contact_load import ContactLoad
@@ -27,15 +24,16 @@ ANSWER_TIME = 0.05
 """[s] After which a slip that goes on is answered once more: about what it takes until a raised grip is felt (bus,
 servo, and the swing of its rotor on the contact: 2 + 15 + 30 ms for the simulated hand)."""
 
+Forces = tuple[float, ...]
+"""One per finger [N]."""
+
 
 class SlipSafeGrip:
     """From what the fingers feel to the force with which they press. Part of a controller; a pure step function.
 
     Attributes:
         live: What may be changed while it runs: `margin` and `least_grip`; the loop moves them on.
-        target: Grip that is wanted [N].
-        needed: Least grip of the present load by the limit surface believed in, without margin [N]; while a finger
-            is faulty, that of the last load that all of them felt.
+        targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
         regrips: How often a slip was answered.
     """
@@ -47,33 +45,57 @@ class SlipSafeGrip:
         period: float,
         parameters: GripParameters | None = None,
         watch: SlipWatch | None = None,
-        need: GripNeed | None = None,
+        plan: GripPlan | None = None,
     ) -> None:
         """Take the pieces.
 
         Args:
             fingers: How many there are, 2 or more.
-            belief: What the contacts bear.
+            belief: What the contacts bear; it is taught here.
             period: Of control [s].
             parameters: How; safe defaults if not given.
             watch: Tells when a contact begins to slip; nobody if not given.
-            need: From load to least grip; with spin if not given.
+            plan: From what is felt to what each finger is to press with, by that belief; one grip for all if not
+                given.
         """
         if fingers < _TOO_FEW:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
-        self._belief, self._watch, self._need = belief, watch or NobodyWatches(), need or NeedWithSpin()
-        self._ahead = tuple(LoadAhead(parameters.smoothing, period) for _ in range(fingers))
-        self._period = period
+        self._belief, self._watch = belief, watch or NobodyWatches()
+        self._plan = plan or CommonGrip(fingers, belief, period, parameters)
+        self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
+
+    @property
+    def target(self) -> float:
+        """Grip that is wanted, mean over the fingers [N]."""
+        return _mean(self.targets)
+
+    @property
+    def needed(self) -> float:
+        """Least grip of the present load by what is believed, without margin, mean over the fingers [N].
+
+        While a finger is faulty, that of the last load that all of them felt; 0 before the first.
+        """
+        return _mean(self._plan.needed)
+
+    def pressed(self, now: Observation) -> float:
+        """Return the grip that is felt [N], by the finger that presses least of its part of what is needed."""
+        needed = self.needed
+        parts = zip(now.fingers, self._plan.needed, strict=True)
+        felt = [(finger.contact.normal_force, need) for finger, need in parts if need > 0.0]
+        if not felt:
+            return min(finger.contact.normal_force for finger in now.fingers)
+        return min(force if need == needed else force * needed / need for force, need in felt)
 
     def start(self, grip: float) -> None:
         """Begin a new grip, of which nothing is known yet, with one that has been commanded so far [N]."""
         self.live.restart()
         self._belief.start()
         self._watch.start()
-        self.regrips, self._correction = 0, 0.0
+        self._plan.start()
+        self.regrips, self._correction = 0, (0.0,) * self._fingers
         self.resume(grip)
 
     def resume(self, grip: float) -> None:
@@ -83,14 +105,16 @@ class SlipSafeGrip:
         count of slips answered. Loads felt before do not count, nor slips told before, nor a grip that was to be
         kept for a while.
         """
-        for ahead in self._ahead:
-            ahead.restart()
-        self.target, self.needed, self.faulty = grip, 0.0, False
-        self._safe = grip
-        self._floor, self._floor_until, self._answered = 0.0, -math.inf, -math.inf
+        self._plan.start()
+        nothing = (0.0,) * self._fingers
+        self.targets: Forces = (grip,) * self._fingers
+        self.faulty = False
+        self._safe = self._moved = self.targets
+        self._commanded = nothing
+        self._floor, self._floor_until, self._answered = nothing, -math.inf, -math.inf
         self._resumed, self._heeded = True, False
 
-    def step(self, now: Observation, at_least: float = 0.0) -> tuple[float, ...]:
+    def step(self, now: Observation, at_least: float = 0.0) -> Forces:
         """Return with which force each finger is to press during the next period [N].
 
         Args:
@@ -100,80 +124,97 @@ class SlipSafeGrip:
         Raises:
             InvalidValueError: Another number of fingers than the grip has.
         """
-        if len(now.fingers) != len(self._ahead):
+        if len(now.fingers) != self._fingers:
             raise InvalidValueError(
-                f"the observation has {len(now.fingers)} fingers: the grip has {len(self._ahead)}"
+                f"the observation has {len(now.fingers)} fingers: the grip has {self._fingers}"
             )
-        p = self.parameters
+        p, margin = self.parameters, self.live.value("margin")
         loads = tuple(_load_of(finger) for finger in now.fingers)
-        nothing = (None,) * len(loads)
-        if self._resumed:  # what detectors heard before is a gap to them
-            self._watch.step(now.time, nothing)
-            self._resumed = False
-        onsets = self._watch.step(now.time, loads)
-        ongoing = self._watch.slipping
-        # a load under which something goes on slipping was not held
-        self._belief.watch(now.time, nothing if ongoing and not any(onsets) else loads, onsets)
-        self._heeded |= not ongoing or any(onsets)
-        wanted = self._wanted(loads)
+        onset, ongoing = self._listen(now.time, loads)
+        wanted = tuple(force + p.reserve for force in self._plan.wanted(now, loads, margin))
         self.faulty = None in loads
         if self.faulty:  # from the last safe grip: a contact that comes and goes must not raise it again and again
-            self._hold(now.time, now.time, max(self.target, self._safe * (1.0 + p.fault_raise)))
+            raised = tuple(force * (1.0 + p.fault_raise) for force in self._safe)
+            self._hold(now.time, now.time, _larger(self.targets, raised))
         # what a detector says of a finger that feels nothing is old
-        slips = any(onsets) or (ongoing and self._heeded and not self.faulty)
+        slips = onset or (ongoing and not self.faulty)
         if slips and now.time >= self._answered + ANSWER_TIME:
             self._answered, self.regrips = now.time, self.regrips + 1
-            self._hold(now.time, now.time + p.regrip_time, max(self.target, self.needed) * (1.0 + p.regrip))
-        wanted = max(wanted, at_least, self.live.value("least_grip"))
+            held = _larger(self.targets, self._plan.needed)
+            self._hold(now.time, now.time + p.regrip_time, tuple(force * (1.0 + p.regrip) for force in held))
+        least = max(at_least, self.live.value("least_grip"))
+        wanted = tuple(max(force, least) for force in wanted)
         if not self.faulty:
             self._safe = self._towards(wanted, self._safe)
-        self.target = self._towards(
-            max(wanted, self._floor) if now.time <= self._floor_until else wanted, self.target
-        )
+        kept = _larger(wanted, self._floor) if now.time <= self._floor_until else wanted
+        self._moved = self._towards(kept, self._moved)
+        self.targets = self._plan.completed(self._moved)
         self._correct(loads)
-        command = max(self.target + self._correction, 0.5 * self.live.value("least_grip"))
-        return (min(command, p.largest_grip),) * len(loads)
+        self._commanded = self._command()
+        return self._commanded
 
-    def _towards(self, wanted: float, before: float) -> float:
+    def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
+        """Ask who listens for slip, teach what is believed; return whether one begins, and whether one goes on."""
+        nothing = (None,) * len(loads)
+        if self._resumed:  # what detectors heard before is a gap to them
+            self._watch.step(time, nothing)
+            self._resumed = False
+        onsets = self._watch.step(time, loads)
+        ongoing = self._watch.slipping
+        # a load under which something goes on slipping was not held
+        self._belief.watch(time, nothing if ongoing and not any(onsets) else loads, onsets)
+        self._heeded |= not ongoing or any(onsets)
+        return any(onsets), ongoing and self._heeded
+
+    def _towards(self, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period on its way to the wanted one [N]: as fast as may be up, slowly down."""
-        p, wanted = self.parameters, min(wanted, self.parameters.largest_grip)
-        if wanted >= before:
-            return min(wanted, before + p.grip_rate * self._period)
-        return before - min(p.release_rate, (before - wanted) / p.release_time) * self._period
+        p, dt = self.parameters, self._period
+        moved = []
+        for most, at in zip(wanted, before, strict=True):
+            aim = min(most, p.largest_grip)
+            if aim >= at:
+                moved.append(min(aim, at + p.grip_rate * dt))
+            else:
+                moved.append(at - min(p.release_rate, (at - aim) / p.release_time) * dt)
+        return tuple(moved)
 
-    def _hold(self, time: float, until: float, grip: float) -> None:
+    def _command(self) -> Forces:
+        """What is wanted and corrected; where it has fallen but a bit, what was commanded before."""
+        p, least = self.parameters, 0.5 * self.live.value("least_grip")
+        out = []
+        for target, more, before in zip(self.targets, self._correction, self._commanded, strict=True):
+            command = max(target + more, least)
+            out.append(min(max(command, min(before, command + p.play)), p.largest_grip))
+        return tuple(out)
+
+    def _hold(self, time: float, until: float, grip: Forces) -> None:
         """Keep at least this grip until then, and what was to be kept before."""
-        kept = self._floor if time <= self._floor_until else 0.0
-        self._floor, self._floor_until = max(kept, grip), max(until, self._floor_until)
+        self._floor = _larger(self._floor, grip) if time <= self._floor_until else grip
+        self._floor_until = max(until, self._floor_until)
 
-    def _wanted(self, loads: Sequence[ContactLoad | None]) -> float:
-        """The grip that the present load and that of a little later want, with margin [N]."""
-        p, most, now_most = self.parameters, 0.0, 0.0
-        for i, load in enumerate(loads):
-            ahead = self._ahead[i]
-            if load is None:  # the floor stands for it: its last rate is that of a fall or a glitch, not of a load
-                ahead.restart()
-                continue
-            ahead.step(load)
-            surface = self._belief.surface(i)
-            need = self._need.least(surface, *ahead.ahead(0.0))
-            now_most = max(now_most, need)
-            most = max(most, need, self._need.least(surface, *ahead.ahead(p.lead)))
-        if None not in loads:
-            self.needed = now_most
-        return most * (1.0 + self.live.value("margin")) + p.reserve
-
-    def _correct(self, loads: Sequence[ContactLoad | None]) -> None:
+    def _correct(self, loads: Loads) -> None:
         """Move the command by what the fingers feel too little or too much."""
-        p, felt = self.parameters, [load.normal_force for load in loads if load is not None]
+        p, felt = self.parameters, tuple(load.normal_force for load in loads if load is not None)
         if len(felt) < len(loads):
             return
         share = self._period / p.correction_time
-        most = p.correction_share * self.target
-        correction = self._correction + share * (self.target - min(felt))
-        self._correction = min(max(correction, -most), most)
+        missing = self._plan.missing(self.targets, felt)
+        moved = []
+        for correction, lack, target in zip(self._correction, missing, self.targets, strict=True):
+            least, most = -p.correction_down * target, p.correction_share * target
+            moved.append(min(max(correction + share * lack, least), most))
+        self._correction = tuple(moved)
 
 
 def _load_of(finger: FingerObservation) -> ContactLoad | None:
     """What a finger bears, if it can be believed."""
     return ContactLoad.of(finger.contact) if finger.believed else None
+
+
+def _larger(first: Forces, second: Forces) -> Forces:
+    return tuple(max(a, b) for a, b in zip(first, second, strict=True))
+
+
+def _mean(values: Forces) -> float:
+    """Their mean; of equal ones, that very one."""
+    return values[0] if min(values) == max(values) else sum(values) / len(values)

@@ -112,21 +112,23 @@ class FingerServo:
         its = self.calibration
         return its.direction * self._finger.ratio * (position - its.zero)
 
-    def goals(self, force: float, rising: bool, q: float) -> Goals:
+    def goals(self, force: float, driving: float, q: float) -> Goals:
         """Return what makes the finger press.
 
         Args:
             force: Normal force [N]; 0 opens it.
-            rising: Whether the force was to rise last: friction in the gear then takes its part, else gives it.
+            driving: Share of the current that makes up for the gear's friction, by `GearDirection`; the rest
+                gives way to it.
             q: Where the joint is [rad or m].
         """
         lever, motor = self._finger.lever(q, self._along), self.motor
         if force == 0.0:
             return self._goals(motor.driving_current(OPENING_FORCE * lever), 0.0)
         torque = force * lever
-        return self._goals(
-            motor.driving_current(torque) if rising else motor.yielding_current(torque), self._closed
-        )
+        current = driving * motor.driving_current(torque)
+        if driving < 1.0:
+            current += (1.0 - driving) * motor.yielding_current(torque)
+        return self._goals(current, self._closed)
 
     def _goals(self, current: float, q: float) -> Goals:
         units = self._largest if current == math.inf else min(self._largest, round(current / self._unit))

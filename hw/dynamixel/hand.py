@@ -18,6 +18,7 @@ from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.preparation import hold_still, prepare, shutdown_error, state_span
 from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
 from palpate.hw.dynamixel.settings import HandSettings
+from palpate.kinematics.gear_direction import GearDirection
 from palpate.runtime.data import HandSample
 
 FEWEST = 3
@@ -38,7 +39,8 @@ class DynamixelHand:
         self._bus: Bus | None = None
         self._fingers: tuple[FingerServo, ...] = ()
         self._forces: tuple[float, ...] = ()
-        self._rising: tuple[bool, ...] = ()
+        self._gears: tuple[GearDirection, ...] = ()
+        self._pressed = 0.0
         self._found_pressing = False
         self._readings: tuple[ServoReading, ...] = ()
         self._spans: list[Span] = []
@@ -123,13 +125,15 @@ class DynamixelHand:
                     f"grip_force = {grip_force} N: must be finite, 0 or above; 0 opens the hand"
                 )
         bus = self._connected()
-        changes = zip(grip_force, self._forces, self._rising, strict=True)
-        self._rising = tuple(new > old or (new == old and was) for new, old, was in changes)
+        now = time.monotonic()
+        period, self._pressed = now - self._pressed, now
         self._forces, self._found_pressing = grip_force, False
         currents, motions = {}, {}
-        each = zip(self._fingers, grip_force, self._rising, self._sample.joint_position, strict=True)
-        for finger, force, rising, q in each:
-            goals = finger.goals(force, rising, q)
+        each = zip(self._fingers, grip_force, self._gears, self._sample.joint_position, strict=True)
+        for finger, force, gear, q in each:
+            gear.command(force)
+            gear.advance(period)
+            goals = finger.goals(force, gear.share, q)
             currents[finger.servo_id], motions[finger.servo_id] = goals.current, goals.motion
         # two short packets: between them stand Goal Velocity(104) and Profile Acceleration(108), left alone
         bus.write_together(reg.GOAL_CURRENT, currents)
@@ -199,7 +203,8 @@ class DynamixelHand:
 
     def _forget(self) -> None:
         n = len(self.settings.servos)
-        self._forces, self._rising, self._found_pressing = (0.0,) * n, (True,) * n, False
+        self._forces, self._found_pressing = (0.0,) * n, False
+        self._gears, self._pressed = tuple(GearDirection() for _ in range(n)), time.monotonic()
         self._failing_since, self._failures = math.inf, 0
         self._sample = HandSample(-math.inf, (0.0,) * n)
         self._readings = ()

@@ -40,7 +40,7 @@ class HandBackend:
     """Runs a grasp scene: one call of `step` is one control period of simulated time.
 
     The arm in its samples is what carries the hand: its tip frame is the hand frame. Where each sensor frame is in
-    that, `Hand.pose_hand_sensor` tells from the joint positions. Sensor values belong to the state before the
+    that, `Hand.sensor_poses` tells from the joint positions. Sensor values belong to the state before the
     last time step, as MuJoCo computes them; the sample's time says so. Joint positions are as old as the bus made
     them.
     """
@@ -113,7 +113,8 @@ class HandBackend:
         """Simulate one period; grip forces reach the servos with the next exchange on the bus.
 
         Raises:
-            InvalidValueError: A motion that the carrier cannot do, or of absurd numbers; or see `Grip.command`.
+            InvalidValueError: A motion that the carrier cannot do, or of absurd numbers; or see `Grip.command`
+                and `Grip.move`.
             SimulationDivergedError: The simulation diverged.
         """
         data, drive, grip = self._data, self._drive, self._grip
@@ -121,6 +122,7 @@ class HandBackend:
         drive.begin(command.velocity_base_tip, command.angular_velocity_base_tip)
         if command.grip_force is not None:
             grip.command(command.grip_force)
+        grip.move(command.finger_velocity)
         for _ in range(self._steps):
             self._advance()
         sample = self._sample(data.time - self.scene.fidelity.time_step)
@@ -148,13 +150,13 @@ class HandBackend:
         x, y, z, u, v, w, qw, qx, qy, qz, a, b, c = s[6:SENSORS_AT_ALL]
         contacts = None if self._plant is None else self._plant.contacts
         fingers = []
-        for i, (current, q) in enumerate(self._grip.last()):
+        for i, (current, q, way) in enumerate(self._grip.last()):
             if contacts is None:
                 at = SENSORS_AT_ALL + SENSORS_PER_FINGER * i
-                fingers.append(truth_of_readings(s[at + 9 : at + SENSORS_PER_FINGER], current, q))
+                fingers.append(truth_of_readings(s[at + 9 : at + SENSORS_PER_FINGER], current, q, way))
             else:
                 its = tuple(contact for contact in contacts if contact.pair is self.scene.rubbing[i])
-                fingers.append(truth_of_contacts(its, current, q))
+                fingers.append(truth_of_contacts(its, current, q, way))
         return HandTruth(self._time, tuple(fingers), (x, y, z), (qw, qx, qy, qz), (u, v, w), (a, b, c))
 
     @property

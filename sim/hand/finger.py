@@ -13,7 +13,7 @@ from typing import Protocol
 import mujoco
 
 from palpate.errors import InvalidValueError, positive
-from palpate.sim.hand.servo import XL330_M288, XM430_W210, ServoModel
+from palpate.kinematics.servo_model import XL330_M288, XM430_W210, ServoModel
 from palpate.spatial import Vector
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from palpate.errors import InvalidValueError, positive
 from palpate.kinematics.pose import Pose
 from palpate.sim.hand.finger import Finger, HingeFinger, SlideFinger
+from palpate.sim.hand.sideways import NoSideways, SidewaysDrive
 from palpate.sim.tip import Tip
 from palpate.spatial import Matrix, Vector
 from palpate.surfaces import Sphere
@@ -148,6 +149,20 @@ class Hand:
         rotation: Matrix = ((-c * cq, -s, -c * sq), (-s * cq, c, -s * sq), (sq, 0.0, -cq))
         return Pose((radius * c, radius * s, -self.depth - along), rotation)
 
+    def sensor_poses(self, joint_position: tuple[float, ...]) -> tuple[Pose, ...]:
+        """See `palpate.kinematics.hand.HandKinematics`.
+
+        Raises:
+            InvalidValueError: Fewer positions than fingers.
+        """
+        if len(joint_position) < self.fingers:
+            raise InvalidValueError(f"joint_position = {joint_position}: must have {self.fingers} entries or more")
+        return tuple(self.pose_hand_sensor(i, joint_position[i]) for i in range(self.fingers))
+
+    def sideways_drive(self, model: mujoco.MjModel, data: mujoco.MjData) -> SidewaysDrive:
+        """Return what moves the fingers sideways in a compiled scene: nothing does, they only close."""
+        return NoSideways()
+
     @property
     def _finger_length(self) -> float:
         """From where a finger begins to its sensor [m]: its servo's horn, or the palm."""
@@ -155,49 +170,63 @@ class Hand:
 
     def add_to(self, spec: mujoco.MjSpec, palm: mujoco.MjsBody) -> None:
         """Add fingers and their motors to a scene, joints at 0; the palm's frame becomes the hand frame."""
-        finger, ratio = self.finger, self.finger.ratio
         for i in range(self.fingers):
-            name, pose = finger_name(i), self.pose_hand_sensor(i, 0.0)
-            quat_wxyz = np.zeros(4)
-            mujoco.mju_mat2Quat(quat_wxyz, np.array(pose.rotation).ravel())
-            body = palm.add_body(name=name, pos=pose.position, quat=quat_wxyz)
-            length = self._finger_length
-            body.explicitinertial = True
-            body.mass = finger.mass
-            body.ipos = [0.0, 0.0, -0.5 * length]
-            rod = finger.mass * length**2 / 12.0
-            # a rod, with some thickness: an inertia of 0 is none
-            body.inertia = [rod, rod, 0.1 * rod]
-            body.add_joint(
-                name=name,
-                type=finger.joint,
-                axis=finger.axis,
-                pos=finger.pivot,
-                # the rotor turns 1 / ratio times as fast as the joint
-                armature=finger.servo.inertia / ratio**2,
-            )
-            spec.add_actuator(
-                name=name,
-                trntype=mujoco.mjtTrn.mjTRN_JOINT,
-                target=name,
-                gear=[1.0 / ratio] + [0.0] * 5,
-                gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-                gainprm=[1.0] + [0.0] * 9,
-                biastype=mujoco.mjtBias.mjBIAS_NONE,
-            )
-            body.add_geom(
-                name=f"{name}_shape",
-                type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-                fromto=[0.0, 0.0, -length, 0.0, 0.0, 0.0],
-                size=[FINGER_RADIUS, 0.0, 0.0],
-                contype=0,
-                conaffinity=0,
-                group=2,
-            )
-            carried = mujoco.MjSpec()
-            self.tip.add_assets(carried)
-            tip = self.tip.add_to(carried.worldbody)
-            body.add_frame().attach_body(tip, f"{name}_", "")
+            self.add_finger(spec, palm, i)
+
+    def add_finger(self, spec: mujoco.MjSpec, parent: mujoco.MjsBody, i: int) -> None:
+        """Add a finger and its motor to a body whose frame is the hand frame while all joints are at 0."""
+        finger, name, pose = self.finger, finger_name(i), self.pose_hand_sensor(i, 0.0)
+        quat_wxyz = np.zeros(4)
+        mujoco.mju_mat2Quat(quat_wxyz, np.array(pose.rotation).ravel())
+        body = parent.add_body(name=name, pos=pose.position, quat=quat_wxyz)
+        length = self._finger_length
+        body.explicitinertial = True
+        body.mass = finger.mass
+        body.ipos = [0.0, 0.0, -0.5 * length]
+        rod = finger.mass * length**2 / 12.0
+        # a rod, with some thickness: an inertia of 0 is none
+        body.inertia = [rod, rod, 0.1 * rod]
+        body.add_joint(
+            name=name,
+            type=finger.joint,
+            axis=finger.axis,
+            pos=finger.pivot,
+            # the rotor turns 1 / ratio times as fast as the joint
+            armature=finger.servo.inertia / finger.ratio**2,
+        )
+        add_motor(spec, name, finger.ratio)
+        body.add_geom(
+            name=f"{name}_shape",
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            fromto=[0.0, 0.0, -length, 0.0, 0.0, 0.0],
+            size=[FINGER_RADIUS, 0.0, 0.0],
+            contype=0,
+            conaffinity=0,
+            group=2,
+        )
+        carried = mujoco.MjSpec()
+        self.tip.add_assets(carried)
+        tip = self.tip.add_to(carried.worldbody)
+        body.add_frame().attach_body(tip, f"{name}_", "")
+
+
+def add_motor(spec: mujoco.MjSpec, joint: str, ratio: float) -> None:
+    """Add an actuator of a joint's name whose control is the torque at its servo's shaft [N m].
+
+    Args:
+        spec: The scene.
+        joint: Which.
+        ratio: Of its motion to that of the shaft [m/rad, or 1].
+    """
+    spec.add_actuator(
+        name=joint,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=joint,
+        gear=[1.0 / ratio] + [0.0] * 5,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        gainprm=[1.0] + [0.0] * 9,
+        biastype=mujoco.mjtBias.mjBIAS_NONE,
+    )
 
 
 def two_finger_hand() -> Hand:

@@ -18,6 +18,7 @@ class FingerTruth:
         torque: Likewise, about `position` [N m].
         current: Of its servo [A].
         joint_position: Without rounding [rad or m].
+        sideways: Way of the joint that moves it sideways, likewise [m]; 0 where there is none.
     """
 
     touching: bool
@@ -26,6 +27,7 @@ class FingerTruth:
     torque: Vector
     current: float
     joint_position: float
+    sideways: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,27 +51,33 @@ class HandTruth:
     angular_velocity: Vector
 
 
-def truth_of_readings(readings: list[float], current: float, joint_position: float) -> FingerTruth:
+def truth_of_readings(
+    readings: list[float], current: float, joint_position: float, sideways: float = 0.0
+) -> FingerTruth:
     """Return what a fingertip's contact sensor says, where MuJoCo presses and rubs.
 
     Args:
         readings: Of that sensor: found, force, torque, position.
         current: Of the finger's servo [A].
         joint_position: Of the finger [rad or m].
+        sideways: How far it has moved sideways [m].
     """
     found, fx, fy, fz, tx, ty, tz, x, y, z = readings
     # the contact sensor gives what its first geom, the tip, exerts on the object
-    return FingerTruth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), current, joint_position)
+    return FingerTruth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), current, joint_position, sideways)
 
 
-def truth_of_contacts(contacts: tuple[FrictionContact, ...], current: float, joint_position: float) -> FingerTruth:
+def truth_of_contacts(
+    contacts: tuple[FrictionContact, ...], current: float, joint_position: float, sideways: float = 0.0
+) -> FingerTruth:
     """Return what contacts of a friction plant come to, on one fingertip.
 
     Args:
         contacts: Of that tip alone, which is the first geom of their pair.
         current: Of the finger's servo [A].
         joint_position: Of the finger [rad or m].
+        sideways: How far it has moved sideways [m].
     """
     if not contacts:
-        return FingerTruth(False, ZERO, ZERO, ZERO, current, joint_position)
-    return FingerTruth(True, *resultant(contacts), current, joint_position)
+        return FingerTruth(False, ZERO, ZERO, ZERO, current, joint_position, sideways)
+    return FingerTruth(True, *resultant(contacts), current, joint_position, sideways)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.controllers.grip.belief import KnownSurface
+from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import NeedWithoutSpin, least_grip_of_two
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
@@ -51,7 +52,9 @@ class Held:
         hand = scene.hand
         tip = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
         self.touch = Touch(*[tip] * hand.fingers)
-        self.grip = SlipSafeGrip(hand.fingers, KnownSurface(KNOWN), PERIOD, need=need)
+        known = KnownSurface(KNOWN)
+        plan = CommonGrip(hand.fingers, known, PERIOD, need=need)
+        self.grip = SlipSafeGrip(hand.fingers, known, PERIOD, plan=plan)
         self.controller = LiftController(self.grip, PERIOD, LIFT)
         self.now = self.touch.sense(self.backend.start())
         self.controller.start(self.now)

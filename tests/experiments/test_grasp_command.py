@@ -16,13 +16,14 @@ from palpate.experiments.friction_file import Finding, FrictionFile, How, fricti
 from palpate.experiments.grasp import GraspAttempt, carry_out, write_grasp
 from palpate.experiments.grasp_belief import COVERED, planned_with
 from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_least import CLOSE, _least_of_many, least_grip
+from palpate.experiments.grasp_least import CLOSE, _least_of_many, least_forces, least_grip
 from palpate.experiments.grasp_plan import PERIOD, plan, plan_from_texts
 from palpate.experiments.grasp_scene import scene_of, sensor_of
 from palpate.experiments.grasp_text import grasp_text, read_grasp
 from palpate.experiments.grasp_truth import STAGES
 from palpate.experiments.grasp_words import outcome
 from palpate.friction.limit_surface import LimitSurface
+from palpate.grasp import GraspContacts, GraspForceOptimizer
 from palpate.runtime import Ending, Phase, Supervisor, Touch, run
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.replay import replay
@@ -70,12 +71,12 @@ def test_the_least_of_three_does_not_depend_on_the_frame_and_grows_with_the_load
     contacts, normals = three_contacts()
     surface = LimitSurface(mu, e)
     load = np.array([*force, *moment]) + 0.01
-    least = _least_of_many(surface, load, contacts, normals)
-    assert _least_of_many(surface, 2.0 * load, contacts, normals) == pytest.approx(2.0 * least, rel=3.0 * CLOSE)
+    least = least_grip(surface, load, contacts, normals)
+    assert least_grip(surface, 2.0 * load, contacts, normals) == pytest.approx(2.0 * least, rel=3.0 * CLOSE)
     R, _ = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))
     R *= np.sign(np.linalg.det(R))
     turned = np.concatenate([R @ load[:3], R @ load[3:]])
-    there = _least_of_many(surface, turned, contacts @ R.T, normals @ R.T)
+    there = least_grip(surface, turned, contacts @ R.T, normals @ R.T)
     assert there == pytest.approx(least, rel=3.0 * CLOSE)
 
 
@@ -85,9 +86,28 @@ def test_of_two_opposed_fingers_the_programme_finds_what_theory_says(y, z, about
     contacts = np.array([[0.03, 0.0, 0.0], [-0.03, 0.0, 0.0]])
     surface, load = LimitSurface(0.5, 0.004), (0.0, y, z - 5.0, about, 0.0, 0.0)
     theory = least_grip_of_two(surface, load, *(tuple(each) for each in contacts.tolist()))
-    assert _least_of_many(surface, np.array(load), contacts, -contacts / 0.03) == pytest.approx(
-        theory, rel=2.0 * CLOSE
+    found = _least_of_many(surface, np.ones(2), np.array(load), contacts, -contacts / 0.03)
+    assert found == pytest.approx([theory, theory], rel=2.0 * CLOSE)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(-4.0, 4.0), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
+def test_the_least_of_three_is_what_cones_have_for_least_and_below_any_grip_that_is_alike(y, about, across):
+    contacts, normals = three_contacts()
+    surface, load = LimitSurface(0.5, 0.004), (0.0, y, -5.0, about, across, 0.0)
+    mean = least_grip(surface, load, contacts, normals)
+    frames = [np.column_stack([n, [0.0, 0.0, 1.0], np.cross(n, [0.0, 0.0, 1.0])]) for n in normals]
+    grasp = GraspContacts(contacts, frames, 0.5, 0.004)
+    effort = GraspForceOptimizer(grasp).solve(np.array(load)).forces[:, 0]
+    alike = GraspForceOptimizer(grasp, "min_peak").solve(np.array(load)).objective
+    assert mean * (1.0 - 3.0 * CLOSE) <= effort.mean()
+    assert mean <= alike * (1.0 + 3.0 * CLOSE)
+    forces = least_forces(surface, load, contacts, normals)
+    held = GraspContacts(
+        contacts, frames, 0.5 * (1.0 + 5.0 * CLOSE), 0.004, force_min=0.0, force_max=np.array(forces)
     )
+    factor = GraspForceOptimizer(held, "load_factor").solve(np.array(load)).load_factor
+    assert factor > 1.0 - 5.0 * CLOSE
 
 
 # --- what is planned with

@@ -262,6 +262,6 @@ def test_what_makes_no_sense_is_refused():
     with pytest.raises(InvalidValueError, match="length = 0"):
         worst_disturbance(grasp, 0.0)
     with pytest.raises(InvalidValueError, match="cones alone"):
-        largest_disturbance(replace(grasp, load_exponent=[0.3] * 3), np.ones(6))
+        worst_disturbance(replace(grasp, load_exponent=[0.3] * 3), RADIUS)
     with pytest.raises(InvalidValueError, match="is not held"):
         grip_sensitivity(on_sphere([(1, 0, 0)]), np.array([-1.0, 0, 0, 0, 0, 0]))

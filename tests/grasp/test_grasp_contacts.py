@@ -68,3 +68,19 @@ def test_what_is_impossible_is_refused_by_name(change, words):
     GraspContacts(**good)
     with pytest.raises(InvalidValueError, match=words):
         GraspContacts(**(good | change))
+
+
+def test_what_is_just_possible_is_not_refused():
+    extremes = {"load_exponent": [0.0, 1.0 / 3.0], "norm_exponent": [1.0, 2.0], "force_min": [2.0, 0.0]}
+    grasp = GraspContacts(PLACE, FRAMES, 5e-324, 1e300, force_max=[2.0, np.inf], **extremes)
+    assert not grasp.is_convex
+    assert (grasp.force_min <= grasp.force_max).all()
+
+
+def test_layouts_of_memory_do_not_matter_and_nothing_given_is_kept():
+    places, frames = np.asfortranarray(PLACE), np.asfortranarray(FRAMES)
+    grasp = GraspContacts(places, frames, 0.5, 0.004)
+    np.testing.assert_array_equal(grasp.frames, FRAMES)
+    assert not np.shares_memory(grasp.positions, places)
+    for name in ("positions", "frames", "friction", "force_max"):
+        assert not getattr(grasp, name).flags.writeable

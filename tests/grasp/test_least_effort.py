@@ -124,6 +124,24 @@ def test_a_warm_start_on_a_path_takes_few_evaluations():
     assert max(used[1:]) <= 20
 
 
+def test_two_fingers_need_no_warm_start():
+    """Once everything slides the Hessian is a thousandth of what it is beyond the next kink."""
+    given_up, tried, rng = 0, 0, np.random.default_rng(12)
+    while tried < 100:
+        positions, normals = around(2, rng)
+        positions[1], normals[1] = -positions[0], positions[0] / 0.03 + 0.1 * rng.normal(size=3)
+        grasp = grasp_of(
+            positions, normals, rng.uniform(0.4, 1.0, 2), rng.uniform(0.002, 0.006, 2), rng, force_max=20.0
+        )
+        load = rng.normal(size=6) * [1, 1, 1, 0.009, 0.009, 0.009]
+        load /= np.linalg.norm(load[:3])
+        if not np.isfinite(Reference(grasp).least_effort(load)):
+            continue
+        tried += 1
+        given_up += solved(grasp, load)[0] != Outcome.SOLVED
+    assert given_up <= 2
+
+
 def test_a_reserve_is_kept_of_every_limit():
     rng = np.random.default_rng(6)
     grasp = grasp_of(*around(4, rng), 0.8, 0.004, rng, force_max=50.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
+from palpate.kinematics.servo_model import PULSE
 from palpate.runtime.data import Command
 from palpate.runtime.protocols import Backend
 from palpate.runtime.touch import Finger, Touch
@@ -17,7 +18,6 @@ from palpate.sim import Box, Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
 from palpate.sim.hand.scene import HeldObject, build_grasp_scene
-from palpate.sim.hand.servo import PULSE
 from palpate.sim.objects.table import Table
 from palpate.sim.sensor.model import SeededSensor, white_noise
 

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.sim.hand.servo import BRISTLE_STEP, PULSE, VELOCITY_UNIT, XL330_M288, XM430_W210, Servo, ServoModel
+from palpate.kinematics.servo_model import PULSE, VELOCITY_UNIT, XL330_M288, XM430_W210, ServoModel
+from palpate.sim.hand.servo import BRISTLE_STEP, Servo
 
 DT = 1e-3
 MODELS = pytest.mark.parametrize("model", [XM430_W210, XL330_M288], ids=lambda m: m.name)

@@ -8,7 +8,7 @@ import numpy as np
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction_file import Finding, FrictionFile, How, read_friction_file
-from palpate.experiments.grasp_config import SPREADS, GraspConfig
+from palpate.experiments.grasp_config import SPREADS, THREE, GraspConfig
 from palpate.experiments.grasp_nudged import NotedNudge
 from palpate.experiments.grasp_strength import at_worst
 from palpate.experiments.grasp_surface import true_surface
@@ -46,6 +46,9 @@ usual tenth, an object that slides out of fingers that press with 1.5 N is not h
 NUDGING_GRIP = 2.0
 """[N] 2 mu e f_n is then less than tips over a box of 0.1 kg, with mu 0.65 and e 6 mm too: 16 of 24 mNm."""
 
+FARTHEST = 3.0
+"""Standard deviations by which an estimate may be off: beyond, e could be nothing."""
+
 EVEN = 3.0**0.5
 """Half width over standard deviation of what lies evenly between two bounds."""
 
@@ -64,9 +67,11 @@ def believed_surface(config: GraspConfig, texts: Mapping[str, str]) -> LimitSurf
         return planned_with(read_friction_file(texts[KNOWN_TEXT]))
     generator = np.random.default_rng((config.seed, 11))
     a, b = generator.uniform(-1.0, 1.0, 2).tolist()
+    if config.known == "estimated":
+        a, b = np.clip(generator.standard_normal(2), -FARTHEST, FARTHEST).tolist()
     of_mu, of_e = SPREADS[config.known]
     true = true_surface(config)
-    # the truth lies evenly about what is believed; exponents are taken as they are
+    # the truth lies about what is believed, evenly or normally; exponents are taken as they are
     mu, e = true.friction / (1.0 + a * of_mu), true.spin_length / (1.0 + b * of_e)
     return LimitSurface(
         config.believed_friction or mu,
@@ -113,7 +118,7 @@ def _cautious(found: Finding, covered: float) -> float:
 def belief_of(config: GraspConfig, believed: LimitSurface) -> SurfaceBelief:
     """Return what is planned with, and how that learns."""
     of_mu, of_e = SPREADS[config.known]
-    if config.known == "touched":
+    if config.known in ("touched", "estimated"):
         return KnownSurface(believed)
     if config.known == "nudged":
         return NotedNudge(at_worst(believed, config.known), NUDGING_GRIP)
@@ -129,6 +134,17 @@ def belief_of(config: GraspConfig, believed: LimitSurface) -> SurfaceBelief:
     )
 
 
+def shares(config: GraspConfig) -> bool:
+    """Return whether each finger presses with its own part of the least grip.
+
+    Two opposed fingers whose friction is known share alike, which is the least already: with one grip for both,
+    each by what it feels, they need no plan of the whole. Three do, and two where mu and e are estimated.
+    """
+    if config.ignore_spin or config.known not in ("touched", "estimated"):
+        return False
+    return config.fingers == THREE or config.known == "estimated"
+
+
 def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: float) -> FingerSlips:
     """Return who listens for slip.
 
@@ -139,7 +155,7 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
         period: Of control [s].
     """
     noise = LoadNoise.of_touch(config.force_noise, config.moment_noise, tip_radius(tip), tip.center_of_mass[2])
-    if config.known == "touched":
+    if config.known in ("touched", "estimated"):
         return FingerSlips(lambda: MarginCrossing(believed, period, noise, CROSSING))
     of_mu, of_e = SPREADS[config.known]
     weakest = LimitSurface(

@@ -9,7 +9,7 @@ from palpate.experiments.explore_config import LARGEST_SEED
 
 HeldName = Literal["box", "cylinder", "sphere"]
 LoadName = Literal["ramp", "step", "shake", "none"]
-Knowledge = Literal["touched", "nudged", "untouched"]
+Knowledge = Literal["touched", "nudged", "untouched", "estimated"]
 
 SIZES: dict[HeldName, tuple[float, ...]] = {
     "box": (0.06, 0.05, 0.06),
@@ -46,8 +46,13 @@ SPREADS: dict[Knowledge, tuple[float, float]] = {
     "touched": (0.03, 0.05),
     "nudged": (0.3, 0.5),
     "untouched": (0.3, 0.5),
+    "estimated": (0.15, 0.25),
 }
-"""How far what is believed of mu, and of e, may be off: by a touch, and by a guess."""
+"""How far what is believed of mu, and of e, may be off: by a touch, and by a guess; of an estimate, standard
+deviations."""
+
+MOST_PROBABLE = 0.999
+"""Of holding: with an estimate as wide as that of e nothing more can be promised."""
 
 THREE = 3
 
@@ -83,8 +88,11 @@ class GraspConfig:
     Example, what rubbing has found first (palpate friction): the object then rubs as that surface does
     palpate grasp --friction-file runs/friction/friction.yaml
 
-    Example, three fingers and a sphere:
+    Example, three fingers and a sphere, each pressing with its part of the least grip:
     palpate grasp --fingers 3 --object sphere --load shake
+
+    Example, friction that is only estimated, held with a probability of 99 %:
+    palpate grasp --fingers 3 --object cylinder --known estimated
     """
 
     object: HeldName = "box"
@@ -110,8 +118,11 @@ class GraspConfig:
     """Rub by the friction plant, whose contacts stick on bristles and tell when they slip, not by MuJoCo."""
     known: Knowledge = "touched"
     """How friction is known: touched before (mu within 3 %, e within 5 %), nudged before the lift (30 % and 50 %
-    until the fingers have slid a little down its sides), or untouched (the same, and no nudge: planned for the
-    worst that is likely, while a ripple on the grip listens for slip, and slip corrects what is believed)."""
+    until the fingers have slid a little down its sides), untouched (the same, and no nudge: planned for the worst
+    that is likely, while a ripple on the grip listens for slip, and slip corrects what is believed), or estimated
+    (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
+    probability: float = 0.99
+    """Of holding, where friction is estimated: 0.5 to 0.999."""
     believed_friction: float | None = None
     """mu that is believed at first. Left out, as the next: the seed draws it, within what --known says."""
     believed_spin_length: float | None = None
@@ -175,6 +186,10 @@ class GraspConfig:
             raise InvalidValueError(
                 f"lift_speed = {self.lift_speed:g} m/s: must be at most {FASTEST_LIFT:g} m/s, as the "
                 "supervisor has it"
+            )
+        if not 0.5 <= self.probability <= MOST_PROBABLE:
+            raise InvalidValueError(
+                f"probability = {self.probability:g}: must lie from 0.5 to {MOST_PROBABLE:g}; 0.99 stands for 99 %"
             )
         self._check_hand()
         self._check_load()

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.experiments.grasp import SLIPPED, SPUN, Grasp
-from palpate.experiments.grasp_belief import NUDGING_GRIP
+from palpate.experiments.grasp_belief import NUDGING_GRIP, shares
 from palpate.experiments.grasp_config import GraspConfig
 from palpate.experiments.grasp_strength import LARGEST_GRIP, OVERSHOOT
 from palpate.experiments.grasp_unit_text import MILLI, in_percent
@@ -135,13 +135,15 @@ def _found(name: str, values: list[float], off: float, unit: str, true: str) -> 
 
 
 def _who_tells(config: GraspConfig) -> str:
+    if shares(config):
+        return "a finger's load that comes up to its limit, of which the others then bear more"
     if config.known == "touched":
         return "a load that comes up to the limit surface believed in"
     return "a load that follows the ripple on the grip"
 
 
 def _why_raised(grasp: Grasp) -> str:
-    if grasp.planned.config.ignore_spin:
+    if grasp.planned.config.ignore_spin or shares(grasp.planned.config):
         return "alarms are not heeded"
     return "for an alarm, and again while it goes on; in the whole run"
 

@@ -7,6 +7,8 @@ from types import MappingProxyType
 
 from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.grasp import Carry, GraspController, GraspStage, SetDownParameters
+from palpate.controllers.grip.grasp_solver import GraspSolver, LeastGrip, LikelyGrip
+from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin
 from palpate.controllers.grip.noted_watch import NotedWatch, UnheededWatch
@@ -14,6 +16,7 @@ from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, Nudged
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.rippled import RippledGrip
 from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
+from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction_file import friction_file_text, load_friction_file
@@ -23,10 +26,11 @@ from palpate.experiments.grasp_belief import (
     belief_of,
     believed_surface,
     largest_rubbed,
+    shares,
     slips_of,
     tip_radius,
 )
-from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_config import SPREADS, GraspConfig
 from palpate.experiments.grasp_scene import PullTimes, hand_of, load_of, pull_times, scene_of, sensor_of
 from palpate.experiments.grasp_strength import LARGEST_GRIP, check_weight, taking_up_time
 from palpate.experiments.grasp_surface import true_surface, with_surface
@@ -124,9 +128,10 @@ class GraspPlan:
         return HandBackend(scene, PERIOD, sensor=sensor_of(config), load=load_of(config, self.times))
 
     def watch(self) -> NotedWatch:
-        """Return a fresh listener for slip; a grip that ignores spin does not listen to it."""
+        """Return a fresh listener for slip; a grip that ignores spin, or is shared, does not heed it."""
         slips = slips_of(self.config, self.believed, hand_of(self.config).tip, PERIOD)
-        return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
+        # of fingers that share, one may come up to its limit and hand on to the others: that is no slip
+        return UnheededWatch(slips) if self.config.ignore_spin or shares(self.config) else NotedWatch(slips)
 
     def belief(self) -> SurfaceBelief:
         """Return afresh what is planned with, and how that learns."""
@@ -154,10 +159,21 @@ class GraspPlan:
         return GraspController(carry, grip, PERIOD, down, first=first)
 
     def _grip(self, belief: SurfaceBelief, watch: NotedWatch, need: GripNeed) -> SlipSafeGrip:
-        parameters, n = GripParameters(margin=self.config.margin, largest_grip=LARGEST_GRIP), self.config.fingers
-        if self.config.known == "untouched":
-            return RippledGrip(n, belief, PERIOD, RIPPLE, parameters, watch, need)
-        return SlipSafeGrip(n, belief, PERIOD, parameters, watch, need)
+        config, n = self.config, self.config.fingers
+        if shares(config):
+            shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
+            plan = SharedGrip(n, belief, PERIOD, hand_of(config), shared, self._solver(), self.rubbed)
+            return SlipSafeGrip(n, belief, PERIOD, shared, watch, plan)
+        parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
+        common = CommonGrip(n, belief, PERIOD, parameters, need)
+        if config.known == "untouched":
+            return RippledGrip(n, belief, PERIOD, RIPPLE, parameters, watch, common)
+        return SlipSafeGrip(n, belief, PERIOD, parameters, watch, common)
+
+    def _solver(self) -> GraspSolver:
+        if self.config.known != "estimated":
+            return LeastGrip(self.config.fingers)
+        return LikelyGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
 
     def ignoring_spin(self) -> "GraspPlan":
         """Return the same, planned by Coulomb's law alone."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp_config import SPREADS, GraspConfig, Knowledge
-from palpate.experiments.grasp_least import least_grip
+from palpate.experiments.grasp_least import least_forces
 from palpate.experiments.grasp_surface import true_surface
 from palpate.experiments.grasp_unit_text import in_percent
 from palpate.friction.limit_surface import LimitSurface
@@ -25,6 +25,9 @@ LEAST_ROOM = 0.08
 FOLLOWS = 15.0
 """[N/s] With which the simulated fingers' grip follows a large change at least: position servos, whose profile
 closes with 5 mm/s."""
+
+LIKELY = 2.33
+"""Standard deviations: beyond lies 1 %."""
 
 UNLOADED = 0.15
 """[s] That taking up any weight takes longer than to start with the full acceleration."""
@@ -47,7 +50,7 @@ def largest_load(config: GraspConfig) -> Wrench:
 
 
 def grip_for(config: GraspConfig, surface: LimitSurface, load: Wrench) -> float:
-    """Return the least grip that holds a load where the fingers are meant to touch [N]; infinity if none does."""
+    """Return the largest of the least forces that hold a load where fingers are to touch [N], or infinity."""
     contacts: list[Vector] = []
     normals: list[Vector] = []
     for i in range(config.fingers):
@@ -55,19 +58,21 @@ def grip_for(config: GraspConfig, surface: LimitSurface, load: Wrench) -> float:
         x, y = math.cos(angle), math.sin(angle)
         contacts.append((config.half_width * x, config.half_width * y, 0.0))
         normals.append((-x, -y, 0.0))
-    return least_grip(surface, load, contacts, normals)
+    return max(least_forces(surface, load, contacts, normals))
 
 
 def cautious_surface(config: GraspConfig, believed: LimitSurface) -> LimitSurface:
     """Return the least that the grip is planned with while it is lifted: what a nudge told is the truth."""
     if config.known == "nudged":
         return true_surface(config)
-    return at_worst(believed, config.known) if config.known == "untouched" else believed
+    return believed if config.known == "touched" else at_worst(believed, config.known)
 
 
 def at_worst(believed: LimitSurface, known: Knowledge) -> LimitSurface:
     """Return the least that contacts can bear by what is said to be known of them."""
     of_mu, of_e = SPREADS[known]
+    if known == "estimated":
+        of_mu, of_e = LIKELY * of_mu, LIKELY * of_e
     return replace(
         believed, friction=believed.friction * (1.0 - of_mu), spin_length=believed.spin_length * (1.0 - of_e)
     )

@@ -176,10 +176,13 @@ def _source(grasp: Grasp) -> str:
         "touched": "" if typed else "That is what a touch told before",
         "nudged": "A nudge before the lift then told it closer",
         "untouched": "Nobody has touched it before: the grip is planned for the least that is likely",
+        "estimated": f"It was estimated; the grip is planned to hold with {in_percent(config.probability)}",
     }[config.known]
     if typed:
         return f"What was believed was typed. {told}{'.' if told else ''}".rstrip()
     of_mu, of_e = SPREADS[config.known]
+    if config.known == "estimated":
+        return f"{told}; of what was believed, mu errs by {in_percent(of_mu)} and e by {in_percent(of_e)} (sd)."
     return f"{told}; the truth lies within {in_percent(of_mu)} and {in_percent(of_e)} of what was believed."
 
 

@@ -23,9 +23,16 @@ __all__ = ["Bordered", "symmetric"]
 
 SX = casadi.SX
 
-ROUNDING = 3e-16
-"""Added to the diagonal, over its largest entry: keeps y finite along wrenches that the contacts cannot push.
-Chosen on 4800 hard instances; five times as much slows down grasps with small e, none lets rounding in."""
+ROUNDING = 1e-16
+"""Added to the diagonal, over its largest entry: keeps y finite where contacts hardly push. Chosen on hard
+instances; three times as much slows down grasps with small e, a third lets rounding in."""
+
+IDLE = 1e-13
+"""Added likewise along wrenches that no contact can push at all: there y may be anything, and rounding alone would
+move it by 1e10. At 1e-8 what small e pushes suffers."""
+
+PUSHED = 1e-14
+"""Least square of what contacts push, over the largest, that is none of those: just above rounding."""
 
 TINY = 1e-300
 """Keeps quotients of zeros finite."""
@@ -54,10 +61,23 @@ class Bordered:
             **parts, lower=self._free * (self._free + 1) // 2, y_tau=SIZE, theta_tau=1, over_tau=1
         )
 
-    def factored(self, matrix: Any) -> Any:
-        """Return the factors of a matrix."""
+    def unreached(self, reach: Any) -> Any:
+        """Return the lower triangle (21,) of delta (delta I + A A')^-1: the projection on the null space of A'.
+
+        Args:
+            reach: Lower triangle of A A' by rows, (21,).
+        """
+        square = symmetric(reach, SIZE)
+        least = PUSHED * casadi.trace(square) + TINY
+        lower = _cholesky(square + least * SX.eye(SIZE), SX.zeros(SIZE))
+        columns = [least * _cholesky_solved(lower, SX.eye(SIZE)[:, i]) for i in range(SIZE)]
+        return casadi.vertcat(*[columns[j][i] for i in range(SIZE) for j in range(i + 1)])
+
+    def factored(self, matrix: Any, idle: Any) -> Any:
+        """Return the factors of a matrix; `idle` (21,) is what `unreached` returned."""
         a = self.matrix.parts(matrix)
         m = symmetric(a["m"], SIZE)
+        m = m + (IDLE * casadi.mmax(casadi.diag(m))) * symmetric(idle, SIZE)
         known: dict[str, Any] = {}
         if self._has_theta:
             length = casadi.norm_2(a["g"])

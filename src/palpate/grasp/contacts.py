@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from palpate.errors import ORTHONORMAL_TOLERANCE, FloatArray, InvalidValueError, numbers
 from palpate.friction import LimitSurface
+from palpate.grasp.contact_faults import NUMBERS, has_fault
 
 __all__ = ["GraspContacts"]
 
@@ -65,38 +66,32 @@ class GraspContacts:
             InvalidValueError: Whatever no contact can be: none at all, mu or e not above 0, frames that are no
                 rotations, force_min above force_max, shapes that do not fit, numbers that are not finite.
         """
-        places = _finite("positions", positions, "m")
+        places = _array("positions", positions)
         if places.ndim != 2 or places.shape[1:] != (3,) or not len(places):
             raise InvalidValueError(
                 f"positions has shape {places.shape}: must be (n, 3) with at least one contact"
             )
         n = len(places)
-        axes = _finite("frames", frames, "")
+        axes = _array("frames", frames)
         if axes.shape != (n, 3, 3):
             raise InvalidValueError(f"frames has shape {axes.shape}: must be ({n}, 3, 3), [n t1 t2] as columns")
-        _check_rotations(axes)
-        given = {
-            "friction": (friction, ""),
-            "spin_length": (spin_length, "m"),
-            "load_exponent": (load_exponent, ""),
-            "norm_exponent": (norm_exponent, ""),
-            "force_min": (force_min, "N"),
-            "force_max": (force_max, "N"),
-        }
-        each = {name: _per_contact(name, value, n, unit) for name, (value, unit) in given.items()}
-        for i in range(n):  # the limit surface knows what is allowed
-            try:
-                LimitSurface(*(float(each[name][i]) for name in _SURFACE))
-            except InvalidValueError as error:
-                raise InvalidValueError(f"contact {i}: {error}") from None
-        _check_forces(each["force_min"], each["force_max"])
+        each = np.empty((NUMBERS, n))
+        given = (friction, spin_length, force_min, force_max, load_exponent, norm_exponent)
+        for row, name, value in zip(each, _EACH, given, strict=True):
+            row[:] = value if type(value) is float else _per_contact(name, value, n)
+        if has_fault(places, axes, each):
+            _refuse(places, axes, dict(zip(_EACH, each, strict=True)))
         maps, limits = _actuators(actuator_map, actuator_limit, n)
-        for array in (places, axes, maps, limits, *each.values()):
+        for array in (places, axes, each, maps, limits):
             if array is not None:
                 array.setflags(write=False)
-        kept = {"positions": places, "frames": axes, "actuator_map": maps, "actuator_limit": limits} | each
-        for name, value in kept.items():
-            object.__setattr__(self, name, value)
+        keep = object.__setattr__
+        keep(self, "positions", places)
+        keep(self, "frames", axes)
+        for name, row in zip(_EACH, each, strict=True):
+            keep(self, name, row)
+        keep(self, "actuator_map", maps)
+        keep(self, "actuator_limit", limits)
 
     def __len__(self) -> int:
         """Number of contacts."""
@@ -157,20 +152,43 @@ _LEAST = 1e-300
 _SURFACE = ("friction", "spin_length", "load_exponent", "norm_exponent")
 
 
-def _finite(name: str, value: object, unit: str) -> FloatArray:
-    array = numbers(name, value)
+_EACH = ("friction", "spin_length", "force_min", "force_max", "load_exponent", "norm_exponent")
+"""As `contact_faults` numbers them."""
+
+_UNITS = {"spin_length": "m", "force_min": "N", "force_max": "N"}
+
+
+def _array(name: str, value: object) -> FloatArray:
+    return np.ascontiguousarray(numbers(name, value))  # of one memory layout, so that nothing is compiled twice
+
+
+def _finite(name: str, array: FloatArray, unit: str) -> None:
     if not np.isfinite(array).all():
         raise InvalidValueError(f"{name}: every entry must be finite" + (f" [{unit}]" if unit else ""))
-    return array
 
 
-def _per_contact(name: str, value: object, n: int, unit: str) -> FloatArray:
+def _per_contact(name: str, value: object, n: int) -> FloatArray:
     array = numbers(name, value)
     if array.shape not in ((), (n,)):
         raise InvalidValueError(f"{name} has shape {array.shape}: must be a number or ({n},), one per contact")
-    if np.isnan(array).any():
-        raise InvalidValueError(f"{name} = {array.tolist()}: not a number" + (f" [{unit}]" if unit else ""))
-    return np.array(np.broadcast_to(array, (n,)))
+    return array
+
+
+def _refuse(places: FloatArray, axes: FloatArray, each: dict[str, FloatArray]) -> None:
+    """Say what is wrong with contacts that have a fault."""
+    _finite("positions", places, "m")
+    _finite("frames", axes, "")
+    _check_rotations(axes)
+    for name, values in each.items():
+        if np.isnan(values).any():
+            unit = f" [{_UNITS[name]}]" if name in _UNITS else ""
+            raise InvalidValueError(f"{name} = {values.tolist()}: not a number" + unit)
+    for i in range(len(places)):  # the limit surface knows what is allowed
+        try:
+            LimitSurface(*(float(each[name][i]) for name in _SURFACE))
+        except InvalidValueError as error:
+            raise InvalidValueError(f"contact {i}: {error}") from None
+    _check_forces(each["force_min"], each["force_max"])
 
 
 def _check_forces(least: FloatArray, most: FloatArray) -> None:
@@ -200,7 +218,8 @@ def _actuators(maps: object, limits: object, n: int) -> tuple[FloatArray | None,
         return None, None
     if maps is None or limits is None:
         raise InvalidValueError("actuator_map and actuator_limit belong together: give both or none")
-    found, most = _finite("actuator_map", maps, ""), numbers("actuator_limit", limits)
+    found, most = numbers("actuator_map", maps), numbers("actuator_limit", limits)
+    _finite("actuator_map", found, "")
     if found.ndim != 3 or found.shape[0] != n or found.shape[2] != 4:
         raise InvalidValueError(f"actuator_map has shape {found.shape}: must be ({n}, k, 4)")
     if most.shape != found.shape[:2]:

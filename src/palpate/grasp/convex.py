@@ -1,13 +1,13 @@
 """Grasp forces under limits that are second-order cones: dual Newton steps, and an interior point behind them."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.grasp.balance import balance
 from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import HI, MU, RESERVE
+from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
 from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.least_violation import least_violation
@@ -77,7 +77,7 @@ class Convex:
         status = _STATUS[answer.status]
         if status is SolveStatus.INFEASIBLE:
             return self._least_violation(wrench, answer.certificate, answer.iterations)
-        forces = self._scaled.forces(answer.forces, size)
+        forces = self._scaled.forces(answer.forces[: len(self._grasp)], size)
         if self._objective is Objective.LOAD_FACTOR:
             if answer.status is InteriorPointStatus.UNBOUNDED or not wrench.any():
                 return self._any_load(wrench)
@@ -85,12 +85,9 @@ class Convex:
             return self._result(forces, factor, factor * wrench, answer.dual, answer.iterations, status, factor)
         if self._objective is Objective.MAX_MARGIN and answer.theta < -SLACK:
             status = SolveStatus.INFEASIBLE
-        value = answer.theta * size
         if self._objective is Objective.MIN_EFFORT:
-            value, dual = self._effort(forces), answer.dual * size
-        else:
-            dual = answer.dual
-        return self._result(forces, value, wrench, dual, answer.iterations, status)
+            return self._result(forces, None, wrench, answer.dual * size, answer.iterations, status)
+        return self._result(forces, answer.theta * size, wrench, answer.dual, answer.iterations, status)
 
     def _any_load(self, wrench: FloatArray) -> GraspForces:
         """Return forces that hold the load, of which any multiple could be held."""
@@ -109,7 +106,9 @@ class Convex:
         proof = left if certificate is None else certificate
         factor = self._interior(Objective.LOAD_FACTOR, load, size)
         if self._actuators and factor.status is InteriorPointStatus.SOLVED:
-            forces = factor.forces  # what leaves least knows nothing of actuators; this keeps their limits
+            forces = factor.forces[
+                : len(self._grasp)
+            ]  # what leaves least knows nothing of actuators; this keeps their limits
         return self._result(
             self._scaled.forces(forces, size),
             math.inf,
@@ -127,24 +126,22 @@ class Convex:
             return
         self._room, self._actuators = max(contacts, self._room), actuators
         wanted = {self._objective, Objective.LOAD_FACTOR}
+        self._rows = np.zeros((self._room, RESERVE))
         self._interior_points = {each: InteriorPoint(self._room, each, actuators, self._weight) for each in wanted}
 
     def _interior(self, objective: Objective, load: FloatArray, size: float) -> InteriorPointAnswer:
         """Return the interior point's answer; where there is no contact it sees one that pushes nothing."""
         grasp, n, maps, limits = self._grasp, len(self._grasp), None, None
-        rows = np.zeros((self._room, RESERVE))
-        rows[n:, MU], rows[n:, HI] = 1.0, rows[n:, HI] + ABSENT
-        rows[:n] = self._scaled.sized(size)[:, :RESERVE]
+        rows = self._rows
+        if n < self._room:
+            rows[n:] = 0.0
+            rows[n:, MU], rows[n:, HI] = 1.0, ABSENT
+        rows[:n] = self._scaled.rows[:, :RESERVE]
+        rows[:n, LO:RESERVE] /= size
         if grasp.actuator_map is not None and grasp.actuator_limit is not None:
             maps, limits = np.zeros((self._room, self._actuators, 4)), np.ones((self._room, self._actuators))
             maps[:n], limits[:n] = self._scaled.actuators(grasp.actuator_map, grasp.actuator_limit, size)
-        answer = self._interior_points[objective].solve(rows, load, maps, limits)
-        return replace(answer, forces=answer.forces[:n])
-
-    def _effort(self, forces: FloatArray) -> float:
-        scaled = forces.copy()
-        scaled[:, 3] /= self._grasp.spin_length
-        return float((scaled[:, 0] ** 2).sum() + self._weight * (scaled[:, 1:] ** 2).sum())
+        return self._interior_points[objective].solve(rows, load, maps, limits)
 
     def _actuators_bear(self, forces: FloatArray) -> bool:
         grasp = self._grasp
@@ -156,7 +153,7 @@ class Convex:
     def _result(
         self,
         forces: FloatArray,
-        objective: float,
+        objective: float | None,
         held: FloatArray,
         y: FloatArray,
         iterations: int,
@@ -164,12 +161,15 @@ class Convex:
         load_factor: float | None = None,
         certificate: FloatArray | None = None,
     ) -> GraspForces:
+        """Return the result; without an objective it is the effort."""
+        scaled, residual, margins = self._scaled, np.empty(6), np.empty(len(forces))
+        effort = balance(scaled.rows, scaled.center, scaled.length, held, self._weight, forces, residual, margins)
         return GraspForces(
             forces,
-            objective,
-            self._grasp.margins(forces),
-            self._grasp.grasp_map @ forces.ravel() + held,
-            self._scaled.multiplier(y),
+            effort if objective is None else objective,
+            margins,
+            residual,
+            scaled.multiplier(y),
             iterations,
             status,
             load_factor,

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, positive, vector
+from palpate.grasp.cones_only import check_cones
 from palpate.grasp.contacts import GraspContacts
+from palpate.grasp.halved_disturbance import cones_around, largest_by_halving
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.optimizer import GraspForceOptimizer
 from palpate.grasp.result import SolveStatus
@@ -33,7 +35,8 @@ class LargestDisturbance:
 
     Attributes:
         factor: Of the direction: held up to here. 0 if the load alone is not held; infinite if any multiple is.
-        bound: No factor above this is held, which `normal` proves; the same but for rounding.
+        bound: No factor above this is held, which `normal` proves: the same but for rounding if limits are cones
+            and there are no actuators, else that of cones around what is held; infinite where there are none.
         direction: The disturbance, about the object's origin, shape (6,) [N, N m].
         forces: That hold `factor` times it, shape (n, 4) [N, N, N, N m].
         normal: y (6,) with y . direction = 1: y . load <= `BearableWrenches.reach` for all loads that are held.
@@ -54,16 +57,28 @@ def largest_disturbance(
     Cuts from outside, halvings from inside: forces are found for a factor, or multipliers y that no forces meet.
     The latter bound it: y . (load + factor direction) <= reach(y).
 
+    Where limits are no cones, or there are actuator limits, it halves between forces that `GraspForceOptimizer`
+    finds and cones around the limits: to 1e-4, in about a second.
+
     Args:
-        grasp: Whose limits are cones, without actuator limits; without a largest force a closed grasp holds
-            anything.
+        grasp: Any; without a largest force a closed grasp holds anything.
         direction: The disturbance, about the object's origin, shape (6,) [N, N m].
         load: What acts on the object anyway, as weight, shape (6,) [N, N m]; None for nothing.
 
     Raises:
-        InvalidValueError: A direction that is zero, or a grasp beyond cones.
+        InvalidValueError: A direction that is zero.
     """
-    return _Search(grasp, load).largest(vector("direction", direction, 6, "N, N m"))
+    towards = np.array(vector("direction", direction, 6, "N, N m"))
+    if grasp.is_convex and grasp.actuator_map is None:
+        return _Search(grasp, load).largest(towards)
+    cones = cones_around(grasp)
+    # without a largest force e may grow for ever: then any cones do for the scale, and nothing is proven
+    around = _Search(_plain(grasp) if cones is None else cones, load)
+    most = around.largest(towards)
+    bound, normal = (np.inf, np.full(6, np.nan)) if cones is None else (most.bound, most.normal)
+    held, size = around.load, around.size(towards)
+    factor, forces = largest_by_halving(grasp, held, towards, 1.0 / size, bound, around.most / size)
+    return LargestDisturbance(factor, bound, towards, forces, normal)
 
 
 def worst_disturbance(
@@ -78,7 +93,7 @@ def worst_disturbance(
     guaranteed: that no start would have found a nearer one.
 
     Args:
-        grasp: As in `largest_disturbance`, with a largest force.
+        grasp: Whose limits are cones, without actuator limits, with a largest force.
         length: What a moment of 1 N m is to be compared with: the moment of 1 N so far off, as the object's radius
             [m].
         load: What acts on the object anyway.
@@ -86,8 +101,9 @@ def worst_disturbance(
         seed: Of those.
 
     Raises:
-        InvalidValueError: As there; a grasp without largest forces, or no positive length.
+        InvalidValueError: A grasp beyond cones or without largest forces, or no positive length.
     """
+    check_cones(grasp, "the worst disturbance is")
     positive("length", length, "m")
     if not np.isfinite(grasp.force_max).all():
         raise InvalidValueError("force_max is infinite: without a largest force nothing limits what a grasp holds")
@@ -105,37 +121,42 @@ def worst_disturbance(
     return best
 
 
+def _plain(grasp: GraspContacts) -> GraspContacts:
+    """The places and normals, with cones."""
+    return GraspContacts(grasp.positions, grasp.frames, grasp.friction, grasp.spin_length)
+
+
 class _Search:
     def __init__(self, grasp: GraspContacts, load: FloatArray | None) -> None:
-        if not grasp.is_convex or grasp.actuator_map is not None:
-            raise InvalidValueError(
-                "grasp: disturbances are known for cones alone; leave out actuator limits, and give e at the "
-                "force expected, with load_exponent = 0 and norm_exponent = 2"
-            )
         self._grasp, self._scaled = grasp, ScaledGrasp.of(grasp)
         self._behind: GraspForceOptimizer | None = None
         self._solver = LeastEffort(self._scaled, 1e-2)
         self._borne = BearableWrenches.of(grasp)
-        self._load = np.zeros(6) if load is None else np.array(vector("load", load, 6, "N, N m"))
+        self.load = np.zeros(6) if load is None else np.array(vector("load", load, 6, "N, N m"))
         limit = grasp.force_max[np.isfinite(grasp.force_max)]
-        self._most = LARGEST * float(limit.max(initial=1.0))
+        self.most = LARGEST * float(limit.max(initial=1.0))
         self._shape = (len(grasp), 4)
+        self._metric = np.array([1.0, 1.0, 1.0, *[self._scaled.length] * 3])
+
+    def size(self, direction: FloatArray) -> float:
+        """Return how large a disturbance is, moments over the grasp's size [N]."""
+        size = float(np.linalg.norm(direction / self._metric))
+        if size == 0.0:
+            raise InvalidValueError("direction is zero: a disturbance needs one")
+        return size
 
     def largest(self, direction: FloatArray) -> LargestDisturbance:
         """Return how far it goes along a direction."""
-        metric = np.array([1.0, 1.0, 1.0, *[self._scaled.length] * 3])
-        size = float(np.linalg.norm(direction / metric))
-        if size == 0.0:
-            raise InvalidValueError("direction is zero: a disturbance needs one")
+        metric, size = self._metric, self.size(direction)
         forces, kept = np.zeros(self._shape), np.zeros(self._shape)
         normal = direction / metric**2 / size**2
         low, high = -1.0, self._bound(normal, direction)
         factor = 0.0
         for step in range(STEPS):
-            outcome, y = self._held(self._load + factor * direction, forces)
+            outcome, y = self._held(self.load + factor * direction, forces)
             if outcome == Outcome.SOLVED:
                 low, kept = factor, forces.copy()
-                if low >= self._most / size:
+                if low >= self.most / size:
                     return LargestDisturbance(np.inf, np.inf, direction, kept, normal)
             else:
                 along = float(y @ direction)
@@ -185,4 +206,4 @@ class _Search:
 
     def _bound(self, y: FloatArray, direction: FloatArray) -> float:
         """The factor that y, with y . direction = 1, allows."""
-        return self._borne.reach(y) - float(y @ self._load)
+        return self._borne.reach(y) - float(y @ self.load)

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from enum import Enum
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from palpate.errors import FloatArray
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.grasp.attempts import ATTEMPTS, Attempt
 from palpate.grasp.compiled import Compiled, Executor
 from palpate.grasp.grasp_proof import proof_value
+from palpate.grasp.interior_answer import InteriorPointAnswer, InteriorPointStatus
 from palpate.grasp.self_dual import SelfDual, self_dual
 from palpate.grasp.statement import CONTACT, FORCES, WRENCH, Objective
 
 __all__ = ["InteriorPoint", "InteriorPointAnswer", "InteriorPointStatus"]
 
 MOST = 50
-"""Iterations. Ten to twenty are usual."""
+"""Iterations of one attempt. Ten to twenty are usual."""
+
+PATIENCE = 12
+"""Iterations after which an attempt is given up that came neither nearer to a solution nor to a proof by half."""
 
 AIM = 0.1
 """Share of the tolerances at which it stops; between here and 1 it goes on while that helps."""
@@ -29,46 +32,6 @@ DOUBT = 1e-8
 
 ENDLESS = 1e-10
 """Residual, over theta, of forces that grow with theta without limit."""
-
-
-class InteriorPointStatus(Enum):
-    """How it ended."""
-
-    SOLVED = "solved"
-    """Optimal: residuals within 1e-9 of the load's scale, relative gap within 1e-8."""
-    INFEASIBLE = "infeasible"
-    """No forces within the limits hold the load: `certificate` proves it."""
-    UNBOUNDED = "unbounded"
-    """Theta may grow without end: forces are the direction in which they grow with it, to a theta of 1."""
-    MAX_ITERATIONS = "max iterations"
-    """Undecided."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class InteriorPointAnswer:
-    """What `InteriorPoint.solve` found, in the units of its input.
-
-    Attributes:
-        status: How it ended.
-        forces: (f, u1, u2, u3) of each contact, shape (n, 4).
-        theta: Margin, peak or load factor; 0 for min_effort, infinity if unbounded.
-        dual: Multipliers y of equilibrium, shape (6,): cost - z.limits + y.(equilibrium) is stationary.
-        multipliers: Those of each contact's cone and rows (see `statement`), shape (n, 4 + m).
-        iterations: How many.
-        primal_residual: Largest violation of equilibrium or of a limit, over the load's scale.
-        gap: What the forces cost more than they must, relative, at most.
-        certificate: Unit y (6,), if infeasible: y . (sum wrench(x) + load) > 0 for all x within the limits.
-    """
-
-    status: InteriorPointStatus
-    forces: FloatArray
-    theta: float
-    dual: FloatArray
-    multipliers: FloatArray
-    iterations: int
-    primal_residual: float
-    gap: float
-    certificate: FloatArray | None
 
 
 @lru_cache(maxsize=64)
@@ -108,11 +71,11 @@ class InteriorPoint:
         points = [np.zeros((n, graphs.points)) for _ in range(2)]
         shared = [np.zeros(graphs.shared.size) for _ in range(2)]
         self._forces, self._multipliers = np.zeros((n, FORCES)), np.zeros((n, graphs.multipliers))
-        self._dual, self._theta = np.zeros(WRENCH), np.zeros(1)
+        self._dual, self._theta, self._shy = np.zeros(WRENCH), np.zeros(1), np.zeros(1)
         self._proof, self._value = np.zeros(WRENCH), np.zeros(1)
         self._push = np.zeros((n, 2 * actuators))
         given = [self._contacts, self._load, self._rows, self._limits]
-        self._begin = _call(begin, given, [data, points[0], shared[0]])
+        self._begin = _call(begin, [*given, self._shy], [data, points[0], shared[0]])
         self._iterate = [
             _call(iterate, [data, points[a], shared[a]], [points[1 - a], shared[1 - a]]) for a in (0, 1)
         ]
@@ -138,17 +101,47 @@ class InteriorPoint:
         Args:
             contacts: Place, n, t1, t2, e, mu, f_min, f_max of each, scaled (see `statement`), shape (n, 16).
             load: Scaled, shape (6,).
-            actuator_rows: J of each contact, shape (n, k, 4).
-            actuator_limits: Largest |J x|, shape (n, k).
+            actuator_rows: J of each contact, shape (n, k, 4); required if k is above 0.
+            actuator_limits: Largest |J x|, shape (n, k); likewise.
+
+        Raises:
+            InvalidValueError: Actuators are missing, or others than it was built for are given.
         """
-        self._contacts[:] = contacts[:, :CONTACT]
-        self._load[:] = load
-        if self._k and actuator_rows is not None and actuator_limits is not None:
-            self._rows[:] = actuator_rows.reshape(self._n, -1)
-            self._limits[:] = actuator_limits
+        self._take_actuators(actuator_rows, actuator_limits)
+        best, least, spent = None, math.inf, 0
+        for attempt in ATTEMPTS:
+            answer, error = self._attempt(attempt, contacts, load, spent)
+            if answer.status is not InteriorPointStatus.MAX_ITERATIONS:
+                return answer
+            spent = answer.iterations
+            if best is None or error < least:
+                best, least = answer, error
+        assert best is not None
+        return best
+
+    def _take_actuators(self, rows: FloatArray | None, limits: FloatArray | None) -> None:
+        n, k = self._n, self._k
+        if not k and rows is None and limits is None:
+            return
+        if rows is None or limits is None or rows.shape != (n, k, FORCES) or limits.shape != (n, k):
+            raise InvalidValueError(
+                f"actuator_rows and actuator_limits have shapes {None if rows is None else rows.shape} and "
+                f"{None if limits is None else limits.shape}: this solver was built for {n} contacts with {k} "
+                f"actuators each: give ({n}, {k}, {FORCES}) and ({n}, {k})" + ("" if k else ", or none")
+            )
+        self._rows[:] = rows.reshape(n, -1)
+        self._limits[:] = limits
+
+    def _attempt(
+        self, attempt: Attempt, contacts: FloatArray, load: FloatArray, spent: int
+    ) -> tuple[InteriorPointAnswer, float]:
+        """Return an answer and its error over the tolerances, `spent` iterations being spent already."""
+        self._contacts[:] = attempt.contacts(contacts[:, :CONTACT])
+        self._load[:] = attempt.wrench(load)
+        self._shy[0] = attempt.shy
         self._begin()
         now, last, status = 0, math.inf, InteriorPointStatus.MAX_ITERATIONS
-        iterations = 0
+        iterations, best, closest, since = 0, math.inf, math.inf, 0
         certificate = None
         while iterations < MOST:
             self._iterate[now]()
@@ -159,7 +152,7 @@ class InteriorPoint:
             if error <= AIM:
                 status = InteriorPointStatus.SOLVED
                 break
-            if last <= 1.0 and not error <= last:
+            if last <= 1.0 and not error < last:
                 now, status = 1 - now, InteriorPointStatus.SOLVED
                 break
             if error != error:
@@ -169,27 +162,35 @@ class InteriorPoint:
             if shared[self._drift] <= ENDLESS:
                 status = InteriorPointStatus.UNBOUNDED
                 break
-            if shared[self._doubt] <= DOUBT:
+            doubt = shared[self._doubt]
+            if doubt <= DOUBT:
                 certificate = self._certificate(now)
                 if certificate is not None:
                     status = InteriorPointStatus.INFEASIBLE
                     break
+            if error <= 0.5 * best or doubt <= 0.5 * closest:
+                best, closest, since = min(error, best), min(doubt, closest), iterations
+            elif iterations - since > PATIENCE:
+                break
+        if status is InteriorPointStatus.MAX_ITERATIONS and last <= 1.0:
+            status = InteriorPointStatus.SOLVED
         self._finish[now]()
         shared = self._views[now]
         forces, theta = self._forces.copy(), float(self._theta[0])
         if status is InteriorPointStatus.UNBOUNDED:
             forces, theta = forces / theta, math.inf
-        return InteriorPointAnswer(
+        answer = InteriorPointAnswer(
             status,
             forces,
             theta,
-            self._dual.copy(),
+            attempt.back(self._dual),
             self._multipliers.copy(),
-            iterations,
+            spent + iterations,
             shared[self._primal],
             shared[self._gap],
-            certificate,
+            None if certificate is None else attempt.back(certificate),
         )
+        return answer, last
 
     def _certificate(self, now: int) -> FloatArray | None:
         """Return y as a proof, if it is one."""

@@ -12,9 +12,6 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 NEWTON_STEPS = 30
 """Never reached: it takes about 6."""
 
-SMALL = 1e-5
-"""Step of a difference quotient."""
-
 
 @njit(cache=True, error_model="numpy")
 def owen(h: float, a: float) -> float:
@@ -39,6 +36,15 @@ def failing(beta: float, ratios: Any) -> float:
     for k in range(ratios.shape[0]):
         out += 2.0 * owen(beta, ratios[k])
     return out
+
+
+@njit(cache=True, error_model="numpy")
+def _falling(beta: float, ratios: Any) -> float:
+    """Return the slope of `failing`: dT/dh = -exp(-h^2 / 2) erf(a h / sqrt 2) / sqrt(8 pi)."""
+    slope = -1.0
+    for k in range(ratios.shape[0]):
+        slope -= math.erf(ratios[k] * beta / math.sqrt(2.0))
+    return slope * math.exp(-0.5 * beta * beta) / math.sqrt(2.0 * math.pi)
 
 
 @njit(cache=True, error_model="numpy")
@@ -72,8 +78,7 @@ def joint_deviations(covariance: Any, failures: float) -> float:
     beta = 4.0
     for _ in range(NEWTON_STEPS):
         p = failing(beta, ratios)
-        slope = (failing(beta + SMALL, ratios) - p) / SMALL
-        step = p * math.log(p / failures) / -slope
+        step = p * math.log(p / failures) / -_falling(beta, ratios)
         beta += step
         if abs(step) < 1e-7:
             break

@@ -7,146 +7,115 @@ point: Hasofer & Lind 1974). What grows with a contact's own force (its mu and e
 the limit, and the grasp is solved again; two to ten rounds settle it.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtri
 
-from palpate.errors import FloatArray, InvalidValueError
+from palpate.errors import FloatArray
+from palpate.grasp.cones_only import check_cones
 from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import MU, E
-from palpate.grasp.least_effort import LeastEffort, Outcome
-from palpate.grasp.reserve import reserve_kernel, size_of
+from palpate.grasp.dual_newton import E
+from palpate.grasp.least_effort import Outcome
+from palpate.grasp.least_violation import least_violation
+from palpate.grasp.reserved_effort import ReservedEffort
 from palpate.grasp.scaled import ScaledGrasp
+from palpate.grasp.scaled_errors import Design, ScaledErrors
 from palpate.grasp.uncertainty import GraspUncertainty
 
 __all__ = ["RobustForces", "RobustLeastEffort", "reserve_for"]
 
-SETTLED = 5e-3
-"""Largest change of a normal force, over the largest, at which rounds end."""
-
 KEPT = 1e-3
 """What a reserve may lack, over the largest normal force."""
 
-MORE = 0.01
-"""Share by which each late round keeps back more than is wanted, so that slow ones end."""
+OVER = 5e-3
+"""What may be left to gain, likewise."""
 
-SEARCHES = 24
-"""For the likeliest failure of given forces; rounds share theirs."""
+SEARCHES = 12
+"""For the likeliest failure of given forces, at most."""
 
-ROUNDS = 16
-"""At most."""
+FEW = 3
+"""So many suffice in a round that others follow."""
+
+ROUNDS = 9
+"""That choose mu and e anew: most grasps settle within. Where contacts come to bear and cease to by turns, or push
+each other's share of friction to and fro, more of them do not help."""
+
+WHOLE = 5
+"""The first that goes only half the way to what is wanted."""
+
+SQUEEZES = 8
+"""Rounds that only press harder, after these."""
+
+FIRST_SQUEEZE, LAST_SQUEEZE = 1.5, 0.5
+"""The first lowers mu by so many times what lacks of it; none lowers it by more than a half."""
+
+IN_ALL = 16
+"""Rounds from all starts together: this bounds the time."""
+
+CUTS = 6
+"""Halvings of a step beyond what any grip can keep back, after which it counts as the end: within 2 %."""
 
 STARTS = (1.0, 0.6)
 """Shares of mu that the first round takes for granted, one after the other: a grip that holds barely says little
 about one that holds well."""
 
-DAMPED = 4
-"""So many rounds after this one change what is kept back by a half, the next by a third, ..."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobustForces:
-    """Forces that hold with a chosen probability.
+    """Forces that hold with a chosen probability, or the safest that were found.
 
     Attributes:
         forces: On the object, as in `GraspForces`, shape (n, 4) [N, N, N, N m].
-        reserve: Share of each friction limit that is kept back, with mu and e as believed, shape (n,) [N].
-        deviations: By how many standard deviations margins lie above zero.
-        outcome: `Outcome.SOLVED`; INFEASIBLE if no grip holds with that probability, UNDECIDED if none was found.
-            Then forces are of the last round and promise nothing.
+        reserve: Share of each friction limit that is kept back, with mu and e as believed, shape (n,) [N]; what
+            ought to be, if not solved.
+        deviations: By how many standard deviations margins lie above zero, if solved.
+        probability: With which the forces hold, to first order: at least the one asked for if solved; else that
+            of these forces, 0 if below one half.
+        outcome: `Outcome.SOLVED`; INFEASIBLE if no grip within the forces allowed was found to hold with the
+            probability asked for, UNDECIDED if none was within the rounds allowed. In both cases forces are
+            those of the rounds that lack least of the reserve, and balance the load; of a load that is not held
+            even if all is as believed, those that leave least of it.
         rounds: Solutions it took.
     """
 
     forces: FloatArray
     reserve: FloatArray
     deviations: float
+    probability: float
     outcome: Outcome
     rounds: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Design:
-    """What one round takes for granted in the next: mu, e, a share kept back, and the likeliest failure's e."""
+class _Round:
+    """Forces of one round, what they took for granted, and what they ought to have kept back.
 
-    friction: FloatArray
-    taken: FloatArray
-    constant: FloatArray
-    lengths: FloatArray
-    reserve: FloatArray
-    deviations: float
+    Attributes:
+        forces: As in `RobustForces`.
+        scaled: The same with torques over the unit of length.
+        taken: That led to them.
+        wanted: By them.
+        spare: Least margin beyond the reserve wanted, over the largest normal force.
+        slack: By how much limits that hold forces back would give way in the next round, at most, likewise.
+    """
 
+    forces: FloatArray
+    scaled: FloatArray
+    taken: Design
+    wanted: Design
+    spare: float
+    slack: float
 
-def _between(a: _Design, b: _Design, share: float) -> _Design:
-    def mixed(first: FloatArray, second: FloatArray) -> FloatArray:
-        return first + share * (second - first)
+    @property
+    def keeps(self) -> bool:
+        """Whether it keeps the reserve that it wants."""
+        return self.spare >= -KEPT
 
-    return _Design(
-        mixed(a.friction, b.friction),
-        mixed(a.taken, b.taken),
-        mixed(a.constant, b.constant),
-        mixed(a.lengths, b.lengths),
-        b.reserve,
-        b.deviations,
-    )
-
-
-def _first(rows: FloatArray, share: float) -> _Design:
-    nothing = np.zeros(len(rows))
-    return _Design(share * rows[:, MU], rows[:, E], nothing, rows[:, E], nothing, 0.0)
-
-
-class _Errors:
-    """Covariances in the units of a scaled grasp."""
-
-    def __init__(self, scaled: ScaledGrasp, uncertainty: GraspUncertainty, probability: float) -> None:
-        if not 0.5 <= probability < 1.0:
-            raise InvalidValueError(
-                f"probability = {probability!r}: must lie between 0.5 and 1, of holding; 0.99 is usual"
-            )
-        if len(uncertainty) != len(scaled.rows):
-            raise InvalidValueError(
-                f"uncertainty is of {len(uncertainty)} contacts, the grasp has {len(scaled.rows)}: must be "
-                "the same"
-            )
-        spread_of_mu = np.sqrt(np.diag(uncertainty.friction))
-        left = scaled.rows[:, MU] - float(ndtri(probability)) * spread_of_mu
-        if not (left > 0.0).all():
-            i = int(np.argmin(left))
-            raise InvalidValueError(
-                f"friction of contact {i}: mu = {scaled.rows[i, MU]:g} with a standard deviation of "
-                f"{spread_of_mu[i]:g} may be 0 at a probability of {probability:g}: measure mu "
-                f"better, or ask for less"
-            )
-        self.failures = 1.0 - probability
-        self._uncertainty = uncertainty
-        self.update(scaled)
-
-    def update(self, scaled: ScaledGrasp) -> None:
-        """Take contacts that have moved."""
-        x, y, z = scaled.center.tolist()
-        moment = np.eye(6)
-        moment[3:, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-        moment[3:] /= scaled.length
-        square, of = 1.0 / scaled.length**2, self._uncertainty
-        self._rows = scaled.rows
-        self._covariances = (
-            np.array(of.friction),
-            of.spin_length * square,
-            of.position * square,
-            np.array(of.normal),
-            moment @ of.load @ moment.T,
-        )
-
-    def design(self, forces: FloatArray, lengths: FloatArray, searches: int) -> _Design:
-        """Return what is to be kept back under forces.
-
-        Args:
-            forces: (f_n, f_t1, f_t2, tau over the unit of length), shape (n, 4) [N].
-            lengths: Guess of the likeliest failure's e, scaled, shape (n,).
-            searches: For that, at most.
-        """
-        return _Design(*reserve_kernel(self._rows, forces, lengths, *self._covariances, self.failures, searches))
+    @property
+    def settled(self) -> bool:
+        """Whether it keeps little more."""
+        return self.keeps and self.slack <= OVER
 
 
 def reserve_for(
@@ -165,11 +134,11 @@ def reserve_for(
     Raises:
         InvalidValueError: A probability out of range, another number of contacts, or a mu that may be 0.
     """
-    _check_cones(grasp)
+    check_cones(grasp, "a reserve is")
     scaled = ScaledGrasp.of(grasp)
-    errors = _Errors(scaled, uncertainty, probability)
+    errors = ScaledErrors(scaled, uncertainty, probability)
     row_forces = forces / [1.0, 1.0, 1.0, scaled.length]
-    return errors.design(row_forces, scaled.rows[:, E], SEARCHES).reserve
+    return errors.design(row_forces, scaled.rows[:, E].copy(), SEARCHES).reserve
 
 
 class RobustLeastEffort:
@@ -193,17 +162,32 @@ class RobustLeastEffort:
         Raises:
             InvalidValueError: As `reserve_for`; or actuator limits, which the reserve does not know.
         """
-        _check_cones(grasp)
+        check_cones(grasp, "a reserve is")
+        self._weight = effort_weight
         self._scaled = ScaledGrasp.of(grasp)
-        self._errors = _Errors(self._scaled, uncertainty, probability)
-        self._solver = LeastEffort(self._scaled, effort_weight)
-        self._start: _Design | None = None
+        self._errors = ScaledErrors(self._scaled, uncertainty, probability)
+        self._solver = ReservedEffort(len(grasp), effort_weight)
+        self._start: Design | None = None
 
-    def update(self, grasp: GraspContacts) -> None:
-        """Take the same contacts, moved."""
-        _check_cones(grasp)
-        self._scaled = ScaledGrasp.of(grasp)
-        self._errors.update(self._scaled)
+    def update(self, grasp: GraspContacts, uncertainty: GraspUncertainty | None = None) -> None:
+        """Take contacts that have moved, come or gone, and what is not known of them now.
+
+        While their number stays the next solution starts warm; only more than ever before make it compile again.
+
+        Args:
+            grasp: As at first.
+            uncertainty: Of as many contacts; None for the same as before.
+
+        Raises:
+            InvalidValueError: As at first; then everything is as it was.
+        """
+        check_cones(grasp, "a reserve is")
+        scaled = ScaledGrasp.of(grasp)
+        self._errors.update(scaled, uncertainty)
+        if len(grasp) != len(self._scaled.rows):
+            self._solver.resize(len(grasp))
+            self._start = None
+        self._scaled = scaled
 
     def solve(self, wrench: FloatArray) -> RobustForces:
         """Return the least grip that holds a load with the probability chosen.
@@ -211,65 +195,105 @@ class RobustLeastEffort:
         Args:
             wrench: What else acts on the object, about its origin, as expected, shape (6,) [N, N m].
         """
-        rows = self._scaled.rows
-        answer = None
+        self._wrench, self._done = wrench, 0
+        starts = [Design.first(self._scaled.rows, share) for share in STARTS]
         if self._start is not None:
-            answer = self._rounds(wrench, self._start)
-        for share in STARTS:
-            if answer is None or answer.outcome != Outcome.SOLVED:
-                answer = self._rounds(wrench, _first(rows, share))
-        assert answer is not None
-        return answer
-
-    def _rounds(self, wrench: FloatArray, found: _Design) -> RobustForces:
-        unit, n = np.array([1.0, 1.0, 1.0, self._scaled.length]), len(self._scaled.rows)
-        forces, before = np.zeros((n, 4)), np.zeros(n)
-        held: _Design | None = None
-        kept: RobustForces | None = None
-        outcome, rounds = Outcome.UNDECIDED, 0
-        for rounds in range(1, ROUNDS + 1):
-            outcome = Outcome.INFEASIBLE
-            if (found.friction > 0.0).all():
-                self._solver.update(self._scaled.keeping(found.friction, found.taken, found.constant))
-                outcome = Outcome(self._solver.solve(wrench, forces)[0])
-            if outcome != Outcome.SOLVED:
-                if held is None:
-                    break
-                found = _between(held, found, 0.5)  # it was too much at once
+            starts.insert(0, self._start)
+        best: _Round | None = None
+        outcome = Outcome.INFEASIBLE
+        for start in starts:
+            found, ended = self._settle(start)
+            if found is None:
                 continue
-            f, scaled = forces[:, 0], forces / unit
-            settled = bool(np.abs(f - before).max() <= SETTLED * f.max())
-            # the likeliest failure is searched while the grip is: to its end only where it counts
-            searches = SEARCHES if settled or rounds > DAMPED else 3
-            held, wanted = found, self._errors.design(scaled, found.lengths, searches)
-            if searches == SEARCHES and self._keeps(scaled, wanted):
-                if kept is None or f.sum() < kept.forces[:, 0].sum():
-                    kept = RobustForces(forces.copy(), wanted.reserve, wanted.deviations, outcome, rounds)
-                    self._start = replace(held, lengths=wanted.lengths)
-                if settled:
-                    return kept
-            before = f.copy()
-            # contacts that come to bear and cease to by turns need smaller and smaller steps
-            found = _between(found, wanted, 1.0 / max(1, rounds - DAMPED))
-            found = replace(found, constant=found.constant * (1.0 + MORE * max(0, rounds - DAMPED)))
-        if kept is not None:
-            return kept
-        if outcome == Outcome.SOLVED:
-            outcome = Outcome.UNDECIDED
+            if not found.keeps and ended == Outcome.UNDECIDED:
+                found, ended = self._squeeze(found)
+            best, outcome = _better(best, found), ended
+            if best.settled or ended == Outcome.INFEASIBLE or self._done >= IN_ALL:
+                break
+        if best is None:
+            return self._not_held(wrench)
+        self._start = best.taken
+        wanted, rounds = best.wanted, self._done
+        if best.keeps:
+            sure = self._errors.probability
+            return RobustForces(best.forces, wanted.reserve, wanted.deviations, sure, Outcome.SOLVED, rounds)
+        probability = self._errors.probability_of(best.scaled, wanted.lengths, KEPT)
+        return RobustForces(best.forces, wanted.reserve, wanted.deviations, probability, outcome, rounds)
+
+    def _settle(self, found: Design) -> tuple[_Round | None, Outcome]:
+        """Return the least grip that keeps its reserve, or what lacks least, of some rounds from a start."""
+        best: _Round | None = None
+        held: _Round | None = None
+        rounds, cuts = 0, 0
+        while rounds < ROUNDS and self._done < IN_ALL:
+            outcome, now = self._round(found)
+            if now is None:
+                cuts += 1
+                if held is None or cuts > CUTS:
+                    return best, outcome
+                found = held.taken.towards(found, 0.5)  # it was too much at once
+                continue
+            rounds += 1
+            best = _better(best, now)
+            if now.settled:
+                return now, Outcome.SOLVED
+            held, found = now, now.taken.towards(now.wanted, 1.0 if rounds < WHOLE else 0.5)
+        return best, Outcome.UNDECIDED
+
+    def _squeeze(self, start: _Round) -> tuple[_Round, Outcome]:
+        """Return what keeps its reserve by a lower mu of all contacts, or what lacks least."""
+        best, outcome, taken = start, Outcome.UNDECIDED, replace(start.taken, lengths=start.wanted.lengths)
+        low, high, lacks, has = 0.0, LAST_SQUEEZE, start.spare, math.nan
+        share = -FIRST_SQUEEZE * lacks / float(taken.friction.min())
+        for _ in range(min(SQUEEZES, IN_ALL - self._done)):
+            share = share if low < share < high else 0.5 * (low + high)
+            found, now = self._round(replace(taken, friction=(1.0 - share) * taken.friction))
+            if now is None:
+                outcome, high, has = found, share, math.nan
+                share = 0.5 * (low + high)
+                continue
+            best = _better(best, now)
+            if now.keeps:
+                if now.spare <= OVER:
+                    break
+                high, has = share, now.spare
+            else:
+                low, lacks = share, now.spare
+            # the straight line through both ends, to the middle of what will do
+            share = 2.0 * share if math.isnan(has) else low + (high - low) * (0.5 * OVER - lacks) / (has - lacks)
+        return best, outcome
+
+    def _round(self, found: Design) -> tuple[Outcome, _Round | None]:
+        """Return how one solution ended, and what it wants kept back."""
+        self._done += 1
+        if not (found.friction > 0.0).all():
+            return Outcome.INFEASIBLE, None
+        forces = np.empty((len(self._scaled.rows), 4))
+        limits = self._scaled.keeping(found.friction, found.taken, found.constant)
+        outcome = self._solver.solve(limits, self._wrench, forces)
+        if outcome != Outcome.SOLVED:
+            return outcome, None
+        scaled = forces / [1.0, 1.0, 1.0, self._scaled.length]
+        wanted = self._errors.design(scaled, found.lengths, FEW)
+        spare, slack = self._errors.spare(scaled, found, wanted)
+        if spare >= -KEPT:  # it may do: now search the likeliest failure to the end
+            wanted = self._errors.design(scaled, wanted.lengths, SEARCHES)
+            spare, slack = self._errors.spare(scaled, found, wanted)
+        return outcome, _Round(forces, scaled, replace(found, lengths=wanted.lengths), wanted, spare, slack)
+
+    def _not_held(self, wrench: FloatArray) -> RobustForces:
+        """Return what leaves least of a load that is not held even if all is as believed."""
+        load, size = self._scaled.load(wrench)
+        forces = self._scaled.forces(least_violation(self._scaled.sized(size), load, self._weight)[0], size)
+        nothing = np.zeros(len(forces))
         self._start = None
-        return RobustForces(forces, found.reserve, found.deviations, outcome, rounds)
-
-    def _keeps(self, forces: FloatArray, design: _Design) -> bool:
-        """Whether every limit keeps back what is wanted of it."""
-        margin = self._scaled.rows[:, MU] * forces[:, 0] - size_of(forces, self._scaled.rows[:, E])
-        return bool((margin >= design.reserve - KEPT * forces[:, 0].max()).all())
+        return RobustForces(forces, nothing, 0.0, 0.0, Outcome.INFEASIBLE, self._done)
 
 
-def _check_cones(grasp: GraspContacts) -> None:
-    if not grasp.is_convex:
-        raise InvalidValueError(
-            "load_exponent and norm_exponent: a reserve is known for cones only; give e at the force expected, "
-            "with load_exponent = 0 and norm_exponent = 2"
-        )
-    if grasp.actuator_map is not None:
-        raise InvalidValueError("actuator_map: a reserve of friction does not know actuators; leave them out here")
+def _better(best: _Round | None, now: _Round) -> _Round:
+    """Return the lesser grip of what keeps its reserve, else what lacks less."""
+    if best is None or (now.keeps and not best.keeps):
+        return now
+    if now.keeps:
+        return now if now.forces[:, 0].sum() < best.forces[:, 0].sum() else best
+    return now if not best.keeps and now.spare > best.spare else best

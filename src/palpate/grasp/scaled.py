@@ -1,5 +1,6 @@
 """A grasp in numbers of about one: moments about the middle of the contacts, lengths over its size."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,14 +60,16 @@ class ScaledGrasp:
         Args:
             wrench: About the object's origin, shape (6,) [N, N m].
         """
-        force, moment = wrench[:3], wrench[3:] - np.cross(self.center, wrench[:3])
-        load = np.concatenate([force, moment / self.length])
+        x, y, z, *moment = wrench.tolist()
+        a, b, c = self.center.tolist()
+        turned = (b * z - c * y, c * x - a * z, a * y - b * x)
+        load = np.array([x, y, z, *((m - t) / self.length for m, t in zip(moment, turned, strict=True))])
         reserve = self.rows[:, RESERVE]
         if reserve.any():
             pressed = reserve[:, None] * self.rows[:, N : N + 3]
             load[:3] += pressed.sum(axis=0)
             load[3:] += np.cross(self.rows[:, P : P + 3], pressed).sum(axis=0)
-        size = float(np.linalg.norm(load))
+        size = math.sqrt(float(load @ load))
         if size == 0.0:
             size = max(float(self.rows[:, [LO, RESERVE]].max()), 0.0) or 1.0
         return load / size, size
@@ -86,8 +89,10 @@ class ScaledGrasp:
 
     def multiplier(self, y: FloatArray) -> FloatArray:
         """Return what multiplies a wrench about the object's origin where y (6,) multiplies a scaled one."""
-        turn = y[3:] / self.length
-        return np.concatenate([y[:3] + np.cross(self.center, turn), turn])
+        p, q, r, *turned = y.tolist()
+        u, v, w = (each / self.length for each in turned)
+        a, b, c = self.center.tolist()
+        return np.array([p + b * w - c * v, q + c * u - a * w, r + a * v - b * u, u, v, w])
 
     def actuators(self, maps: FloatArray, limits: FloatArray, size: float) -> tuple[FloatArray, FloatArray]:
         """Return actuator rows for scaled (f, u1, u2, u3), shape (n, k, 4), and their limits, (n, k).

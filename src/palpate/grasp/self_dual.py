@@ -24,16 +24,14 @@ from typing import Any
 import casadi
 
 from palpate.grasp.bordered import Bordered
-from palpate.grasp.contact_step import ContactStep, kernel
+from palpate.grasp.contact_problem import kernel
+from palpate.grasp.contact_step import ContactStep
 from palpate.grasp.record import Record
 from palpate.grasp.statement import CONTACT, FORCES, WRENCH, Objective, state_contact
 
 __all__ = ["SelfDual", "self_dual"]
 
 SX, MX = casadi.SX, casadi.MX
-
-SHY = 0.97
-"""Share of the way to the boundary of the cones that a step goes."""
 
 SETTLED = 1e-4
 """Kappa over tau below which there is a solution, and tau stays: what moves it then is rounding."""
@@ -56,7 +54,8 @@ class SelfDual:
     """The graphs for n contacts; each contact is a column.
 
     Attributes:
-        begin: (contacts, load, actuator_rows, actuator_limits) -> (data, points, shared): scales, and starts.
+        begin: (contacts, load, actuator_rows, actuator_limits, shy) -> (data, points, shared): scales, and starts;
+            shy is the share of the way to the boundary of the cones that a step goes.
         iterate: (data, points, shared) -> (points, shared).
         finish: (contacts, actuator_rows, actuator_limits, points, shared) -> (forces, multipliers, theta, dual).
         shared: What `shared` holds: among others `error`, the residuals and the gap over their tolerances;
@@ -78,7 +77,7 @@ class SelfDual:
 
 SHARED = Record(
     y=WRENCH, theta=1, tau=1, kappa=1, r_y=WRENCH, r_theta=1, r_tau=1, mu=1, quadratic=1, load=WRENCH, push=WRENCH,
-    scale=1, primal=1, gap=1, error=1, doubt=1, drift=1,
+    idle=21, scale=1, shy=1, primal=1, gap=1, error=1, doubt=1, drift=1,
 )  # fmt: skip
 
 
@@ -92,9 +91,9 @@ def self_dual(n: int, objective: Objective, actuators: int, effort_weight: float
         _iterate(n, contact, shared),
         _finish(n, actuators, contact, shared),
         SHARED,
-        contact.data.size,
-        contact.point.size,
-        contact.limits,
+        contact.problem.data.size,
+        contact.problem.point.size,
+        contact.problem.limits,
     )
 
 
@@ -102,8 +101,8 @@ class _Shared:
     """Functions of what all contacts share."""
 
     def __init__(self, contact: ContactStep) -> None:
-        self._contact, self._price = contact, contact.one.price
-        self._bears_load = contact.one.bears_load
+        self._contact, self._price = contact, contact.problem.one.price
+        self._bears_load = contact.problem.one.bears_load
         self._border = Bordered(has_theta=self._price != 0.0)
 
     def summed(self) -> Any:
@@ -128,18 +127,25 @@ class _Shared:
         values = SHARED.pack(
             y=y, theta=theta, tau=tau, kappa=kappa, r_y=r_y, r_theta=r_theta,
             r_tau=-(kappa + quadratic / tau + q * theta - earned),
-            mu=(complementarity + tau * kappa) / (n * (1 + self._contact.limits - FORCES) + 1),
-            quadratic=quadratic, load=given["load"], push=B, scale=given["scale"], primal=primal, gap=gap,
+            mu=(complementarity + tau * kappa) / (n * (1 + self._contact.problem.limits - FORCES) + 1),
+            quadratic=quadratic, load=given["load"], push=B, idle=given["idle"],
+            scale=given["scale"], shy=given["shy"],
+            primal=primal, gap=gap,
             error=(primal + dual) / RESIDUAL + gap / GAP,  # a sum: fmax would hide what is not a number
             doubt=casadi.fmax(worst[2], casadi.fabs(unproved)) / casadi.fmax(earned, TINY),
             drift=drift / casadi.fmax(-q * theta, TINY),
         )  # fmt: skip
         return kernel("summed", [before, y, theta, tau, kappa, sums, worst, n], [values])
 
+    def idle(self) -> Any:
+        """(lower triangle of A A', summed) -> that of the projection on wrenches that no contact pushes."""
+        reach = SX.sym("reach", WRENCH * (WRENCH + 1) // 2)
+        return kernel("idle", [reach], [self._border.unreached(reach)])
+
     def bordered(self) -> Any:
         """(sums, shared) -> matrix of the equations in (y, theta, tau), and its factors."""
-        sums, shared = SX.sym("sums", self._contact.sums.size), SX.sym("shared", SHARED.size)
-        a, g = self._contact.sums.parts(sums), SHARED.parts(shared)
+        sums, shared = SX.sym("sums", self._contact.elimination.sums.size), SX.sym("shared", SHARED.size)
+        a, g = self._contact.elimination.sums.parts(sums), SHARED.parts(shared)
         b, q = self._load(g), self._price
         matrix = self._border.matrix.pack(
             m=a["m"],
@@ -154,13 +160,13 @@ class _Shared:
             ),
             moves=g["kappa"] > SETTLED * g["tau"],
         )
-        return kernel("bordered", [sums, shared], [matrix, self._border.factored(matrix)])
+        return kernel("bordered", [sums, shared], [matrix, self._border.factored(matrix, g["idle"])])
 
     def directed(self) -> Any:
         """(matrix, factor, right, shared, left, bend) -> steps of (y, theta, tau), and of kappa."""
         matrix, factor, shared, left = self._symbols()
-        right, bend = SX.sym("right", self._contact.right.size), SX.sym("bend")
-        r, g = self._contact.right.parts(right), SHARED.parts(shared)
+        right, bend = SX.sym("right", self._contact.elimination.right.size), SX.sym("bend")
+        r, g = self._contact.elimination.right.parts(right), SHARED.parts(shared)
         y, theta, tau = self._border.refined(
             matrix,
             factor,
@@ -168,24 +174,24 @@ class _Shared:
             left * g["r_theta"] + r["theta"],
             left * g["r_tau"] - bend / g["tau"] + r["tau"],
         )
-        direction = self._contact.direction.pack(y=y, theta=theta, tau=tau)
+        direction = self._contact.problem.direction.pack(y=y, theta=theta, tau=tau)
         kappa = (bend - g["kappa"] * tau) / g["tau"]
         return kernel("directed", [matrix, factor, right, shared, left, bend], [direction, kappa])
 
     def mended(self) -> Any:
         """(matrix, factor, shared, left, pushed, direction) -> what (y, theta, tau) and kappa still lack."""
         matrix, factor, shared, left = self._symbols()
-        pushed, direction = SX.sym("pushed", WRENCH), SX.sym("direction", self._contact.direction.size)
-        g, d = SHARED.parts(shared), self._contact.direction.parts(direction)
+        pushed, direction = SX.sym("pushed", WRENCH), SX.sym("direction", self._contact.problem.direction.size)
+        g, d = SHARED.parts(shared), self._contact.problem.direction.parts(direction)
         lacking = pushed + g["push"] * d["theta"] + self._load(g) * d["tau"] - left * g["r_y"]
         y, theta, tau = self._border.solved(matrix, factor, lacking, SX(0.0), SX(0.0))
-        more = self._contact.direction.pack(y=y, theta=theta, tau=tau)
+        more = self._contact.problem.direction.pack(y=y, theta=theta, tau=tau)
         given = [matrix, factor, shared, left, pushed, direction]
         return kernel("mended", given, [more, -g["kappa"] * tau / g["tau"]])
 
     def unit_of_dual(self, scale: Any) -> Any:
         """Objective over load: of min_effort the load, of load_factor one over it, otherwise one."""
-        if self._contact.quadratic:
+        if self._contact.problem.quadratic:
             return scale
         return 1.0 if self._bears_load else 1.0 / scale
 
@@ -207,29 +213,33 @@ class _Shared:
 
 
 def _moved(n: int, contact: ContactStep, *given: Any) -> tuple[Any, Any, Any]:
-    new, sums, worst = contact.moved().map("moved_all", "serial", n, [3, 4, 5, 6], [1])(*given)
+    new, sums, worst = contact.problem.moved().map("moved_all", "serial", n, [3, 4, 5, 6], [1])(*given)
     return new, sums, casadi.vertcat(*[casadi.mmax(each) for each in casadi.vertsplit(worst)])
 
 
 def _begin(n: int, actuators: int, contact: ContactStep, shared: _Shared) -> Any:
     contacts, load = MX.sym("contacts", CONTACT, n), MX.sym("load", WRENCH)
     rows, limits = MX.sym("actuator_rows", FORCES * actuators, n), MX.sym("actuator_limits", actuators, n)
+    shy = MX.sym("shy")
     size = casadi.fmax(casadi.norm_2(load), casadi.mmax(contacts[CONTACT - 2, :]))
     scale = casadi.if_else(size > 0.0, size, 1.0)
-    data, push = contact.prepared().map("prepared_all", "serial", n, [3], [1])(contacts, rows, limits, scale)
-    start, still = casadi.repmat(contact.start(), 1, n), MX.zeros(contact.steps.size, n)
+    data, push, reach = contact.problem.prepared().map("prepared_all", "serial", n, [3], [1, 2])(
+        contacts, rows, limits, scale
+    )
+    start, still = casadi.repmat(contact.problem.start(), 1, n), MX.zeros(contact.problem.steps.size, n)
     points, sums, worst = _moved(n, contact, data, start, still, 0.0, MX.zeros(WRENCH), 0.0, 1.0)
     nothing = {name: MX.zeros(where.stop - where.start) for name, where in SHARED.where.items()}
-    given = nothing | {"load": load / scale, "push": shared.push(load / scale, push), "scale": scale}
+    given = nothing | {"load": load / scale, "push": shared.push(load / scale, push), "scale": scale, "shy": shy}
+    given["idle"] = shared.idle()(reach)
     first = shared.summed()(SHARED.pack(**given), MX.zeros(WRENCH), 0.0, 1.0, 1.0, sums, worst, n)
-    return casadi.Function("begin", [contacts, load, rows, limits], [data, points, first])
+    return casadi.Function("begin", [contacts, load, rows, limits, shy], [data, points, first])
 
 
 def _iterate(n: int, contact: ContactStep, common: _Shared) -> Any:
-    data, points = MX.sym("data", contact.data.size, n), MX.sym("points", contact.point.size, n)
+    data, points = MX.sym("data", contact.problem.data.size, n), MX.sym("points", contact.problem.point.size, n)
     shared = MX.sym("shared", SHARED.size)
     now = SHARED.parts(shared)
-    kept, sums, right = contact.eliminated().map("eliminated_all", "serial", n, [2], [1, 2])(
+    kept, sums, right = contact.elimination.eliminated().map("eliminated_all", "serial", n, [2], [1, 2])(
         data, points, now["tau"]
     )
     matrix, factor = common.bordered()(sums, shared)
@@ -237,7 +247,7 @@ def _iterate(n: int, contact: ContactStep, common: _Shared) -> Any:
 
     bend = -now["tau"] * now["kappa"]
     direction, kappa = directed(matrix, factor, right, shared, 1.0, bend)
-    predicted = contact.direction.parts(direction)["tau"]
+    predicted = contact.problem.direction.parts(direction)["tau"]
     aims, by_correction, by_centering, each = contact.aimed().map("aimed_all", "serial", n, [3, 4], [1, 2])(
         data, points, kept, direction, now["mu"]
     )
@@ -254,8 +264,8 @@ def _iterate(n: int, contact: ContactStep, common: _Shared) -> Any:
     steps, each = contact.stepped().map("stepped_all", "serial", n, [4, 5, 7], [])(
         data, points, kept, aims, direction, sigma, tried, mend
     )
-    along, kappa = contact.direction.parts(direction + mend), kappa + kappa_mend
-    length = 1.0 / casadi.fmax(1.0, _blocked(now, along["tau"], kappa, each) / SHY)
+    along, kappa = contact.problem.direction.parts(direction + mend), kappa + kappa_mend
+    length = 1.0 / casadi.fmax(1.0, _blocked(now, along["tau"], kappa, each) / now["shy"])
 
     y, theta, tau = (now[name] + length * along[name] for name in ("y", "theta", "tau"))
     there, sums, worst = _moved(n, contact, data, points, steps, length, y, theta, tau)
@@ -268,14 +278,14 @@ def _blocked(now: dict[str, Any], tau: Any, kappa: Any, each: Any) -> Any:
 
 
 def _finish(n: int, actuators: int, contact: ContactStep, shared: _Shared) -> Any:
-    contacts, points = MX.sym("contacts", CONTACT, n), MX.sym("points", contact.point.size, n)
+    contacts, points = MX.sym("contacts", CONTACT, n), MX.sym("points", contact.problem.point.size, n)
     rows, limits = MX.sym("actuator_rows", FORCES * actuators, n), MX.sym("actuator_limits", actuators, n)
     values = MX.sym("shared", SHARED.size)
     now = SHARED.parts(values)
     tau, scale = now["tau"], now["scale"]
-    forces, multipliers = contact.finished(shared.unit_of_dual).map("finished_all", "serial", n, [4, 5, 6], [])(
-        contacts, rows, limits, points, now["theta"], tau, scale
-    )
+    forces, multipliers = contact.problem.finished(shared.unit_of_dual).map(
+        "finished_all", "serial", n, [4, 5, 6], []
+    )(contacts, rows, limits, points, now["theta"], tau, scale)
     theta = now["theta"] * shared.unit_of_theta(scale) / tau
     dual = now["y"] * (shared.unit_of_dual(scale) / tau)
     return casadi.Function("finish", [contacts, rows, limits, points, values], [forces, multipliers, theta, dual])

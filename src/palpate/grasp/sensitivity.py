@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, vector
+from palpate.grasp.cones_only import check_cones
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.dual_newton import HI, LO, MU, T1, T2, E, N, P, evaluate
 from palpate.grasp.least_effort import LeastEffort, Outcome
@@ -48,8 +49,7 @@ def grip_sensitivity(grasp: GraspContacts, load: FloatArray, effort_weight: floa
     Raises:
         InvalidValueError: A load that is not held, or a grasp beyond cones.
     """
-    if not grasp.is_convex or grasp.actuator_map is not None:
-        raise InvalidValueError("grasp: sensitivities are known for cones alone, without actuator limits")
+    check_cones(grasp, "sensitivities are")
     wrench, scaled = np.array(vector("load", load, 6, "N, N m")), ScaledGrasp.of(grasp)
     solver = LeastEffort(scaled, effort_weight)
     if solver.solve(wrench, np.zeros((len(grasp), 4)))[0] != Outcome.SOLVED:

@@ -18,6 +18,7 @@ difference. The minimum is
     N_i' / K.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,61 @@ as against rolling between two fingers, they are told so by the reserve they get
 
 STIFF = 1e6
 """K: normal forces yield a millionth of what friction would."""
+
+SINGULAR = 1e-13
+"""Of the trace, added where balance is indifferent to something."""
+
+
+@njit(cache=True, error_model="numpy")
+def _add_spread(out: Any, columns: Any, covariance: Any) -> None:
+    """Add columns' covariance columns, columns as rows (k, 6), to out (6, 6)."""
+    k = columns.shape[0]
+    for a in range(k):
+        for b in range(k):
+            share = covariance[a, b]
+            if share != 0.0:
+                for r in range(6):
+                    for s in range(6):
+                        out[r, s] += columns[a, r] * share * columns[b, s]
+
+
+@njit(cache=True, error_model="numpy")
+def _invert(matrix: Any, out: Any) -> None:
+    """Fill out (6, 6) with the inverse of a positive definite matrix, which is lost: Cholesky's method."""
+    trace = 0.0
+    for k in range(6):
+        trace += matrix[k, k]
+    nothing = SINGULAR * trace + 1e-300
+    for j in range(6):
+        pivot = matrix[j, j] + nothing
+        for k in range(j):
+            pivot -= matrix[j, k] * matrix[j, k]
+        matrix[j, j] = math.sqrt(max(pivot, nothing))
+        for i in range(j + 1, 6):
+            left = matrix[i, j]
+            for k in range(j):
+                left -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = left / matrix[j, j]
+    for column in range(6):
+        for i in range(6):
+            right = 1.0 if i == column else 0.0
+            for k in range(i):
+                right -= matrix[i, k] * out[column, k]
+            out[column, i] = right / matrix[i, i]
+        for i in range(5, -1, -1):
+            right = out[column, i]
+            for k in range(i + 1, 6):
+                right -= matrix[k, i] * out[column, k]
+            out[column, i] = right / matrix[i, i]
+
+
+@njit(cache=True, error_model="numpy")
+def _moment(out: Any, place: Any, x: float, y: float, z: float) -> None:
+    """Fill out (6,) with a force and its moment."""
+    out[0], out[1], out[2] = x, y, z
+    out[3] = place[1] * z - place[2] * y
+    out[4] = place[2] * x - place[0] * z
+    out[5] = place[0] * y - place[1] * x
 
 
 @njit(cache=True, error_model="numpy")
@@ -59,87 +115,112 @@ def spread(
         which friction turns aside, and the square of that turn's covariance with the margin (n,); the rule dh_i /
         da_j (n, n); covariances of e_i with margin i (n,); slopes da_i / de_i (n,).
     """
-    n = rows.shape[0]
-    kappa = YIELDING
-    big_d, big_b = np.zeros((n, 6)), np.zeros((n, 6))
-    inner, error = np.zeros((6, 6)), cov_load.copy()
-    columns, aside = np.zeros((n, 6, 3)), np.zeros((n, 6, 6))
-    slopes = np.zeros(n)
-    square = (rows[:, MU] * f) ** 2
-    mean = np.mean(square)
-    yielding = mean / STIFF
-    square += LEANT_ON * mean
+    n, kappa = rows.shape[0], YIELDING
+    columns, normals = np.empty((n, 3, 6)), np.empty((n, 6))
+    big_d, through = np.zeros((n, 6)), np.zeros((n, 6))
+    inner, error, share = np.zeros((6, 6)), cov_load.copy(), np.empty((6, 6))
+    moved, turned = np.zeros((3, 6)), np.empty((2, 6))
+    slopes, square = np.empty(n), np.empty(n)
+    mean = 0.0
     for i in range(n):
-        p, normal = rows[i, 0:3], rows[i, 3:6]
-        unitary = np.zeros((6, 4))  # N, t1, t2 and spin as wrenches
+        square[i] = (rows[i, MU] * f[i]) ** 2
+        mean += square[i] / n
+    yielding = mean / STIFF
+    for i in range(n):
+        square[i] += LEANT_ON * mean
+        place, normal, t1, t2 = rows[i, 0:3], rows[i, 3:6], rows[i, 6:9], rows[i, 9:12]
+        _moment(normals[i], place, normal[0], normal[1], normal[2])
+        _moment(columns[i, 0], place, t1[0], t1[1], t1[2])
+        _moment(columns[i, 1], place, t2[0], t2[1], t2[2])
         for k in range(3):
-            a = rows[i, 3 + 3 * k : 6 + 3 * k]
-            unitary[:3, k] = a
-            unitary[3, k] = p[1] * a[2] - p[2] * a[1]
-            unitary[4, k] = p[2] * a[0] - p[0] * a[2]
-            unitary[5, k] = p[0] * a[1] - p[1] * a[0]
-        unitary[3:, 3] = lengths[i] * normal
-        size = np.sqrt(u[i, 0] ** 2 + u[i, 1] ** 2 + u[i, 2] ** 2)
-        direction = u[i] / size if size > 0.0 else np.zeros(3)
+            columns[i, 2, k], columns[i, 2, 3 + k] = 0.0, lengths[i] * normal[k]
+        size = math.sqrt(u[i, 0] ** 2 + u[i, 1] ** 2 + u[i, 2] ** 2)
+        if size > 0.0:
+            for r in range(6):
+                for k in range(3):
+                    big_d[i, r] += columns[i, k, r] * u[i, k] / (size * (1.0 + kappa))
+        slopes[i] = u[i, 2] ** 2 / (size * lengths[i]) if size > 0.0 else 0.0
         for r in range(6):
-            for k in range(3):
-                columns[i, r, k] = unitary[r, 1 + k]
-                big_d[i, r] += unitary[r, 1 + k] * direction[k] / (1.0 + kappa)
-            big_b[i, r] = square[i] * big_d[i, r] - rows[i, MU] * yielding * unitary[r, 0]
-        slopes[i] = size * direction[2] ** 2 / lengths[i]
+            for s in range(r + 1):
+                crossed = -(1.0 + kappa) * big_d[i, r] * big_d[i, s]
+                for k in range(3):
+                    crossed += columns[i, k, r] * columns[i, k, s]
+                inner[r, s] += square[i] * crossed / kappa + yielding * normals[i, r] * normals[i, s]
+        # errors of place and normal: dp x F, and the contact turned by w = n x dn: (w x F, p x (w x F) + tau dn)
+        fx = f[i] * normal[0] + u[i, 0] * t1[0] + u[i, 1] * t2[0]
+        fy = f[i] * normal[1] + u[i, 0] * t1[1] + u[i, 1] * t2[1]
+        fz = f[i] * normal[2] + u[i, 0] * t1[2] + u[i, 1] * t2[2]
+        moved[0, 4], moved[0, 5] = -fz, fy
+        moved[1, 3], moved[1, 5] = fz, -fx
+        moved[2, 3], moved[2, 4] = -fy, fx
+        _add_spread(error, moved, cov_p[i])
+        for k in range(2):
+            sign = 1.0 if k == 0 else -1.0  # n x t1 = t2, n x t2 = -t1
+            w, along = (t2, t1) if k == 0 else (t1, t2)
+            dx = sign * (w[1] * fz - w[2] * fy)
+            dy = sign * (w[2] * fx - w[0] * fz)
+            dz = sign * (w[0] * fy - w[1] * fx)
+            _moment(turned[k], place, dx, dy, dz)
+            for r in range(3):
+                turned[k, 3 + r] += u[i, 2] * lengths[i] * along[r]
+        _add_spread(error, turned, cov_n[i])
+    _invert(inner, share)
+    kept = kappa / (1.0 + kappa)
+    own, rule = np.empty((n, n)), np.empty((n, n))
+    for i in range(n):
         for r in range(6):
             for s in range(6):
-                crossed = 0.0
-                for k in range(3):
-                    crossed += columns[i, r, k] * columns[i, s, k]
-                aside[i, r, s] = crossed - (1.0 + kappa) ** 2 * big_d[i, r] * big_d[i, s]
-                inner[r, s] += square[i] * (crossed - (1.0 + kappa) * big_d[i, r] * big_d[i, s]) / kappa
-                inner[r, s] += yielding * unitary[r, 0] * unitary[s, 0]
-        # errors of place and normal: dp x F, and the contact turned by w = n x dn: (w x F, p x (w x F) + tau dn)
-        force = f[i] * normal + u[i, 0] * rows[i, 6:9] + u[i, 1] * rows[i, 9:12]
-        moved = np.zeros((6, 3))
-        moved[3, 1], moved[3, 2] = force[2], -force[1]
-        moved[4, 0], moved[4, 2] = -force[2], force[0]
-        moved[5, 0], moved[5, 1] = force[1], -force[0]
-        error += moved @ np.ascontiguousarray(cov_p[i]) @ moved.T
-        turned = np.zeros((6, 2))
-        for k in range(2):
-            w = rows[i, 9:12] if k == 0 else -rows[i, 6:9]  # n x t1 = t2, n x t2 = -t1
-            dx = w[1] * force[2] - w[2] * force[1]
-            dy = w[2] * force[0] - w[0] * force[2]
-            dz = w[0] * force[1] - w[1] * force[0]
-            turned[0, k], turned[1, k], turned[2, k] = dx, dy, dz
-            turned[3, k] = p[1] * dz - p[2] * dy
-            turned[4, k] = p[2] * dx - p[0] * dz
-            turned[5, k] = p[0] * dy - p[1] * dx
-            turned[3:, k] += u[i, 2] * lengths[i] * rows[i, 6 + 3 * k : 9 + 3 * k]
-        error += turned @ np.ascontiguousarray(cov_n[i]) @ turned.T
-    trace = 0.0
-    for k in range(6):
-        trace += inner[k, k]
-    for k in range(6):
-        inner[k, k] += 1e-13 * trace + 1e-300
-    share = np.linalg.inv(inner)
-    through = big_b @ share
-    own = np.zeros((n, n))
-    for i in range(n):
+                wanted = square[i] * big_d[i, s] - rows[i, MU] * yielding * normals[i, s]
+                through[i, r] += wanted * share[s, r]
         for j in range(n):
             own[i, j] = f[i] * cov_mu[i, j] * f[j] + slopes[i] * cov_e[i, j] * slopes[j]
-    rule = through @ big_d.T
-    for i in range(n):
-        rule[i, i] += kappa / (1.0 + kappa)
-    margins = rule @ own @ rule.T + through @ error @ through.T
-    of_mu, of_e, turning, together = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    multipliers = share @ (error + big_d.T @ own @ big_d) @ share
-    pulled = share @ (error @ through.T + big_d.T @ own @ rule.T)  # covariances with each margin, (6, n)
+            rule[i, j] = kept if i == j else 0.0
+            for r in range(6):
+                rule[i, j] += through[i, r] * big_d[j, r]
+    _add_spread(error, big_d, own)  # of the balance, limits' own errors included
+    # covariances of the balance with each margin, then of the multipliers
+    crossing, pulled, multipliers = np.zeros((6, n)), np.zeros((6, n)), np.zeros((6, 6))
     for i in range(n):
         for r in range(6):
             for s in range(6):
-                turning[i] += aside[i, r, s] * multipliers[r, s]
-                together[i] += aside[i, r, s] * pulled[r, i] * pulled[s, i]
+                crossing[r, i] += error[r, s] * through[i, s]
+            for j in range(n):
+                crossing[r, i] += kept * big_d[j, r] * own[j, i]
+        for r in range(6):
+            for s in range(6):
+                pulled[r, i] += share[r, s] * crossing[s, i]
+    half = np.zeros((6, 6))
+    for r in range(6):
+        for s in range(6):
+            for k in range(6):
+                half[r, s] += share[r, k] * error[k, s]
+    for r in range(6):
+        for s in range(6):
+            for k in range(6):
+                multipliers[r, s] += half[r, k] * share[k, s]
+    margins, of_mu, of_e = np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    turning, together = np.zeros(n), np.zeros(n)
+    for i in range(n):
         for j in range(n):
+            margins[i, j] = kept * kept * own[i, j]
+            for r in range(6):
+                margins[i, j] += through[i, r] * crossing[r, j]
+            for k in range(n):
+                linked = 0.0
+                for r in range(6):
+                    linked += big_d[k, r] * through[j, r]
+                margins[i, j] += kept * own[i, k] * linked
             of_mu[i] += rule[i, j] * f[j] * cov_mu[j, i]
             of_e[i] += rule[i, j] * slopes[j] * cov_e[j, i]
-        turning[i] *= square[i] ** 2 / kappa**2
-        together[i] *= square[i] ** 2 / kappa**2
+        for k in range(4):
+            weight = square[i] ** 2 / kappa**2 * (1.0 if k < 3 else -((1.0 + kappa) ** 2))
+            way = columns[i, k] if k < 3 else big_d[i]
+            along_pulled, through_both = 0.0, 0.0
+            for r in range(6):
+                along_pulled += way[r] * pulled[r, i]
+                for s in range(6):
+                    through_both += way[r] * multipliers[r, s] * way[s]
+            turning[i] += weight * through_both
+            together[i] += weight * along_pulled**2
+        turning[i], together[i] = max(turning[i], 0.0), max(together[i], 0.0)  # squares, but for rounding
     return margins, of_mu, turning, together, rule, of_e, slopes

@@ -39,8 +39,9 @@ class HandSample:
 
     Attributes:
         time: When it was sampled [s].
-        joint_position: Of each joint [rad, or m if it slides]: the fingers' first, then those that nobody drives,
-            as an object that turns between the fingertips.
+        joint_position: Of each joint [rad, or m if it slides]: first those that close the fingers, then those
+            that move the fingers sideways, then those that nobody drives, as an object that turns between the
+            fingertips.
     """
 
     time: float
@@ -157,9 +158,12 @@ class Command:
             command that says nothing of the hand, a stop above all, makes it let go.
         angular_velocity_base_tip: Of the tip frame, in base coordinates [rad/s]; a robot that cannot turn its tip
             refuses any but zero.
+        finger_velocity: Velocity with which each finger of the hand is to move sideways, along y of its sensor
+            frame [m/s]; None: none of them moves. A hand whose fingers only close refuses any.
     """
 
     velocity_base_tip: Vector = ZERO
     phase: Phase = Phase.HOLD
     grip_force: tuple[float, ...] | None = None
     angular_velocity_base_tip: Vector = ZERO
+    finger_velocity: tuple[float, ...] | None = None

@@ -104,7 +104,7 @@ def period_groups(layout: Layout, codes: Codes) -> tuple[Group, ...]:
             _number("lateness", "s", "of the wake-up that this period began with"),
         )
     )
-    groups.append(_command(layout.grips, codes))
+    groups.append(_command(layout.grips, layout.finger_velocities, codes))
     return tuple(groups)
 
 
@@ -162,7 +162,11 @@ def _finger(index: int, channels: int, codes: Codes) -> Group:
     )
 
 
-def _command(grips: int, codes: Codes) -> Group:
+def _command(grips: int, finger_velocities: int, codes: Codes) -> Group:
+    sideways = (
+        _array("finger_velocity", _indices(finger_velocities), "m/s", "of each finger sideways"),
+        Field("finger_velocity_count", "int8", "i1", ("",), ("",), "how many of them are given; -1: none moves"),
+    )
     return _group(
         "command",
         "palpate/Command",
@@ -170,6 +174,7 @@ def _command(grips: int, codes: Codes) -> Group:
         _vector("angular_velocity", "rad/s", "of the tip frame in base coordinates"),
         _array("grip_force", _indices(grips), "N", "of each finger of the hand; NaN beyond grip_count"),
         Field("grip_count", "int8", "i1", ("",), ("",), "how many grip forces are given; -1: as before"),
+        *(sideways if finger_velocities else ()),
         _code("phase", codes.phases, "what the controller is doing"),
     )
 

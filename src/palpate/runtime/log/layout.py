@@ -11,6 +11,9 @@ MOST = 1000
 FEWEST_GRIPS = 2
 """A gripper has two fingers, however few joints it tells of."""
 
+_FEWEST_FINGERS = 2
+"""Of a hand."""
+
 
 @dataclass(frozen=True, slots=True)
 class Layout:
@@ -21,15 +24,25 @@ class Layout:
         hand_joints: Of the hand; None if there is no hand.
         channels: Of each finger's force/torque sensor.
         grips: Largest number of grip forces in a command.
+        finger_velocities: Number of finger velocities in a command that has any; 0: none has. Older logs do not
+            tell it.
     """
 
     joints: int
     hand_joints: int | None
     channels: tuple[int, ...]
     grips: int
+    finger_velocities: int = 0
 
     def __post_init__(self) -> None:
-        counts = (self.joints, self.hand_joints or 0, len(self.channels), self.grips, sum(self.channels))
+        counts = (
+            self.joints,
+            self.hand_joints or 0,
+            len(self.channels),
+            self.grips,
+            sum(self.channels),
+            self.finger_velocities,
+        )
         if not self.channels or min(*self.channels, self.grips) < 1 or min(counts) < 0 or max(counts) > MOST:
             raise InvalidValueError(
                 f"{self}: must have 1 finger or more, each with 1 channel or more, room for 1 grip force or more, "
@@ -40,9 +53,13 @@ class Layout:
     def of(sample: Sample) -> "Layout":
         """Return the layout of a run whose first sample is given."""
         hand_joints = None if sample.hand is None else len(sample.hand.joint_position)
+        fingers = len(sample.wrenches)
+        # fingers that move sideways have a joint each for that; room that other hands do not use does no harm
+        sideways = fingers >= _FEWEST_FINGERS and (hand_joints or 0) >= 2 * fingers
         return Layout(
             joints=len(sample.arm.joint_position),
             hand_joints=hand_joints,
             channels=tuple(len(given.wrench) for given in sample.wrenches),
-            grips=max(FEWEST_GRIPS, len(sample.wrenches), hand_joints or 0),
+            grips=max(FEWEST_GRIPS, fingers, hand_joints or 0),
+            finger_velocities=fingers if sideways else 0,
         )

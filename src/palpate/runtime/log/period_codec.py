@@ -108,10 +108,13 @@ class PeriodCodec:
         return rows
 
     def is_plausible(self, rows: FloatArray) -> bool:
-        """Whether every code in the rows has a name, and every count of grip forces has its room."""
-        count = rows[:, self.columns["command.grip_count"]]
-        if not ((count >= -1) & (count <= self.heading.layout.grips)).all():
-            return False
+        """Whether every code in the rows has a name, and every count of forces and velocities has its room."""
+        layout = self.heading.layout
+        rooms = (("command.grip_count", layout.grips), ("command.finger_velocity_count", layout.finger_velocities))
+        for name, room in rooms:
+            count = rows[:, self.columns[name]] if name in self.columns else rows[:, :0]
+            if not ((count >= -1) & (count <= room)).all():
+                return False
         return all(
             (rows[:, self.columns[path_of(group, quantity)]] < len(quantity.codes)).all()
             for group, quantity in walk(self.groups)

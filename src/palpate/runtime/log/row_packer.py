@@ -45,7 +45,7 @@ def one_finger_packer(layout: Layout) -> Pack:
     pack_row, size = row.pack_into, row.size
     (channels,) = layout.channels
     phases, measures, healthy, healthy_number = _PHASES, _MEASURES, HEALTHY, _HEALTHY
-    grips_of, no_grip = _grip_packer(layout), _no_grip(layout)
+    grips_of, no_grip = _padder("grip forces", layout.grips), _nothing(layout.grips)
 
     def pack(
         block: bytearray,
@@ -60,8 +60,8 @@ def one_finger_packer(layout: Layout) -> Pack:
         (finger,) = now.fingers
         arm, contact, health = sample.arm, finger.contact, finger.health
         # one joint too few must not go unnoticed for one channel too many; the rest is up to the struct
-        if len(given.wrench) != channels or sample.hand is not None:
-            raise ValueError("channels or a hand came or went")
+        if len(given.wrench) != channels or sample.hand is not None or command.finger_velocity is not None:
+            raise ValueError("channels, a hand or its fingers' velocities came or went")
         x, y, z = arm.rotation_base_tip
         pack_row(
             block,
@@ -109,7 +109,9 @@ def any_packer(layout: Layout) -> Pack:
     pack_after, after_size = after.pack_into, after.size
     packs = tuple((finger.pack_into, finger.size) for finger in map(_struct, groups[2 + has_hand : -2]))
     phases, measures, healthy, healthy_number = _PHASES, _MEASURES, HEALTHY, _HEALTHY
-    grips_of, no_grip = _grip_packer(layout), _no_grip(layout)
+    grips_of, no_grip = _padder("grip forces", layout.grips), _nothing(layout.grips)
+    room = layout.finger_velocities
+    velocities_of, no_velocity = _padder("finger velocities", room), _nothing(room) if room else ()
 
     def pack_hand(block: bytearray, place: int, state: HandSample | None) -> int:
         if state is None or not has_hand:
@@ -172,6 +174,7 @@ def any_packer(layout: Layout) -> Pack:
             *command.velocity_base_tip,
             *command.angular_velocity_base_tip,
             *(no_grip if command.grip_force is None else grips_of(command.grip_force)),
+            *(no_velocity if command.finger_velocity is None else velocities_of(command.finger_velocity)),
             phases[command.phase],
         )
         return place + after_size
@@ -179,19 +182,20 @@ def any_packer(layout: Layout) -> Pack:
     return pack
 
 
-def _no_grip(layout: Layout) -> tuple[float, ...]:
-    return (*(math.nan,) * layout.grips, -1.0)
+def _nothing(room: int) -> tuple[float, ...]:
+    """What stands for a tuple that is None: its room, and a count of -1."""
+    return (*(math.nan,) * room, -1.0)
 
 
-def _grip_packer(layout: Layout) -> Callable[[tuple[float, ...]], tuple[float, ...]]:
-    room = layout.grips
+def _padder(name: str, room: int) -> Callable[[tuple[float, ...]], tuple[float, ...]]:
+    """Return what fills a tuple up to its room and adds its count."""
 
-    def grips_of(grip: tuple[float, ...]) -> tuple[float, ...]:
-        if len(grip) > room:
-            raise ValueError(f"{len(grip)} grip forces, with room for {room}")
-        return (*grip, *(math.nan,) * (room - len(grip)), len(grip))
+    def padded(given: tuple[float, ...]) -> tuple[float, ...]:
+        if len(given) > room:
+            raise ValueError(f"{len(given)} {name}, with room for {room}")
+        return (*given, *(math.nan,) * (room - len(given)), len(given))
 
-    return grips_of
+    return padded
 
 
 def _struct(*groups: Group) -> struct.Struct:

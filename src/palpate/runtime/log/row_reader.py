@@ -51,11 +51,17 @@ def commands_of(codec: PeriodCodec, rows: FloatArray) -> Iterator[Command]:
     velocity, turning = at["command.velocity"], at["command.angular_velocity"]
     grips = at["command.grip_force"].start
     count, phase = at["command.grip_count"].start, at["command.phase"].start
+    sideways = at.get("command.finger_velocity", _NOTHING).start
+    moving = at["command.finger_velocity_count"].start if sideways else None
     phases = [Phase[name] for name in codec.heading.codes.phases]
     for row in _numbers(rows):
         given = int(row[count])
         grip_force = None if given < 0 else tuple(row[grips : grips + given])
-        yield Command(_vector(row[velocity]), phases[int(row[phase])], grip_force, _vector(row[turning]))
+        moved = -1 if moving is None else int(row[moving])
+        finger_velocity = None if moved < 0 else tuple(row[sideways : sideways + moved])
+        yield Command(
+            _vector(row[velocity]), phases[int(row[phase])], grip_force, _vector(row[turning]), finger_velocity
+        )
 
 
 def _numbers(rows: FloatArray) -> Iterator[list[float]]:

@@ -45,6 +45,10 @@ class WellFormed:
             return Finding("phase of the command", shown(phase), "a Phase")
         if phase is Phase.STOP:
             return Finding("phase of the command", "stop", "another one: this is the supervisor's")
+        if command.finger_velocity is not None:
+            finding = self._sideways(command.finger_velocity, before.grip_force)
+            if finding is not None:
+                return finding
         return None if command.grip_force is None else self._grip(command.grip_force, before.grip_force)
 
     @staticmethod
@@ -56,6 +60,17 @@ class WellFormed:
             finite = False
         wanted = "three finite numbers [rad/s]"
         return None if finite else Finding("commanded angular velocity", shown(given), wanted)
+
+    @staticmethod
+    def _sideways(given: object, last: tuple[float, ...] | None) -> Finding | None:
+        wanted = "one finite number [m/s] for each finger"
+        if not isinstance(given, tuple) or not given or (last is not None and len(given) != len(last)):
+            return Finding("commanded finger velocity", shown(given), wanted)
+        try:
+            fine = all(-math.inf < velocity < math.inf for velocity in given)
+        except TypeError:
+            fine = False
+        return None if fine else Finding("commanded finger velocity", shown(given), wanted)
 
     @staticmethod
     def _grip(grip: object, last: tuple[float, ...] | None) -> Finding | None:
@@ -144,3 +159,19 @@ class CommandedGrip:
         if command.grip_force is None or max(command.grip_force) <= self.limit * ROUNDING:
             return None
         return Finding("commanded grip force", f"{max(command.grip_force):.4g} N", f"{self.limit:g} N")
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedFingerSpeed:
+    """No finger is sent sideways faster than `limit` [m/s]."""
+
+    limit: float
+
+    def broken(self, command: Command, before: Command) -> Finding | None:
+        """See `CommandCondition`."""
+        if command.finger_velocity is None:
+            return None
+        speed = max(map(abs, command.finger_velocity))
+        if speed <= self.limit * ROUNDING:
+            return None
+        return Finding("commanded finger speed", f"{speed:.4g} m/s", f"{self.limit:g} m/s")

@@ -31,7 +31,7 @@ class Limits:
         moment: Length of any finger's contact moment about the origin of its sensor frame [N m].
         spin_torque: Size of any finger's spin torque [N m].
         grip_force: Normal force of any finger of a hand, commanded and felt [N].
-        speed: Of the tip, commanded and measured [m/s].
+        speed: Of the tip, commanded and measured, and of any finger of a hand sideways, commanded [m/s].
         acceleration: Change of the commanded velocity per time [m/s^2].
         angular_speed: Of the tip frame, commanded and measured [rad/s].
         angular_acceleration: Change of the commanded angular velocity per time [rad/s^2].

@@ -10,6 +10,7 @@ from palpate.runtime.supervision.aftermath import Aftermath
 from palpate.runtime.supervision.command_conditions import (
     CommandCondition,
     CommandedAcceleration,
+    CommandedFingerSpeed,
     CommandedGrip,
     CommandedSpeed,
     CommandedTurn,
@@ -72,6 +73,7 @@ class Supervisor:
             CommandedAcceleration(limits.acceleration, period),
             CommandedTurn(limits.angular_speed, limits.angular_acceleration, period),
             CommandedGrip(limits.grip_force),
+            CommandedFingerSpeed(limits.speed),
         )
         self._forget()
 

@@ -1,0 +1,393 @@
+"""Turning an object in the hand: touch tells how far, every contact rolls, nothing slips, nothing is dropped."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.controllers.grip.need import NeedWithoutSpin
+from palpate.controllers.grip.turn import HoldingGrip, TurnInHand, TurnParameters
+from palpate.controllers.grip.turn_meter import TurnMeter
+from palpate.errors import InvalidValueError
+from palpate.kinematics.pose import Pose, rotation_from_rotvec
+from palpate.runtime.data import ArmSample, FingerObservation, HandSample, Observation, Phase
+from palpate.runtime.live import LiveParameters
+from palpate.sensing.contact import Contact, ContactStatus
+from palpate.sim.hand.load import RampLoad
+from palpate.sim.hand.turning_hand import turning_hand
+from palpate.spatial import IDENTITY, ZERO
+from turned_object import CYLINDER, SPHERE, Turned
+
+ANGLE, STEP = math.radians(15.0), 2e-3
+OBJECTS = pytest.mark.parametrize("target", [CYLINDER, SPHERE], ids=["cylinder", "sphere"])
+PULLS = {
+    "nothing pulls": None,
+    "1 N down": (ZERO, (0.0, 0.0, -1.0), ZERO),
+    "1 N across": (ZERO, (0.0, 1.0, 0.0), ZERO),
+    "1 N aslant, off the middle": (ZERO, (0.6, 0.0, -0.8), (0.0, 0.01, 0.0)),
+}
+
+
+def spun(angle):
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+class Rolled:
+    """Tips that roll on a body which turns and wanders, whatever the shapes: contacts migrate as they please."""
+
+    def __init__(self, points, turn, way, migration, tilts, steps=50):
+        self.meter = TurnMeter()
+        middles = [np.add(p, (0.01, -0.02, 0.03)) for p in points]
+        rotations = [np.array(rotation_from_rotvec(tilt)) for tilt in tilts]
+        places = [np.array(p) for p in points]
+        self._tell(self.meter.start, middles, rotations, places)
+        for k in range(steps):
+            before = (spun(turn * k / steps), np.multiply(way, k / steps))
+            after = (spun(turn * (k + 1) / steps), np.multiply(way, (k + 1) / steps))
+            for i, point in enumerate(points):
+                # where the contact is, halfway through the step: it lags behind the body by a share of the turn
+                rolled = spun(migration * turn * (k + 0.5) / steps) @ point + np.multiply(way, (k + 0.5) / steps)
+                at_body = spun(turn * (k + 0.5) / steps).T @ (rolled - np.multiply(way, (k + 0.5) / steps))
+                middles[i] = middles[i] + (after[0] - before[0]) @ at_body + after[1] - before[1]
+                places[i] = spun(migration * turn * (k + 1) / steps) @ point + np.multiply(way, (k + 1) / steps)
+            self._tell(self.meter.step, middles, rotations, places)
+
+    @staticmethod
+    def _tell(call, middles, rotations, places):
+        poses = [Pose(tuple(m), tuple(map(tuple, r))) for m, r in zip(middles, rotations, strict=True)]
+        call(poses, [tuple(r.T @ (p - m)) for m, r, p in zip(middles, rotations, places, strict=True)])
+
+
+@st.composite
+def around(draw):
+    """Two to four contacts, not all in one place."""
+    count = draw(st.integers(2, 4))
+    radii = [draw(st.floats(0.01, 0.05)) for _ in range(count)]
+    return [
+        (
+            r * math.cos(2.0 * math.pi * i / count),
+            r * math.sin(2.0 * math.pi * i / count),
+            draw(st.floats(-0.02, 0.02)),
+        )
+        for i, r in enumerate(radii)
+    ]
+
+
+turns = st.floats(-0.6, 0.6)
+ways = st.tuples(st.floats(-0.01, 0.01), st.floats(-0.01, 0.01), st.just(0.0))
+tilts = st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 3), min_size=4, max_size=4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(around(), turns, ways, st.floats(0.0, 1.2), tilts)
+def test_touch_tells_turn_and_way_of_any_rigid_body_however_its_contacts_migrate(points, turn, way, share, tilts):
+    meter = Rolled(points, turn, way, share, tilts[: len(points)]).meter
+    assert meter.turn == pytest.approx(turn, abs=1e-4)
+    assert meter.moved == pytest.approx(way, abs=2e-6)
+
+
+@settings(max_examples=15, deadline=None)
+@given(around(), turns, st.permutations(range(4)), tilts)
+def test_the_order_of_the_fingers_does_not_matter(points, turn, order, tilts):
+    order = [i for i in order if i < len(points)]
+    tilts = tilts[: len(points)]
+    one = Rolled(points, turn, ZERO, 0.8, tilts, 20).meter
+    other = Rolled([points[i] for i in order], turn, ZERO, 0.8, [tilts[i] for i in order], 20).meter
+    assert other.turn == pytest.approx(one.turn, abs=1e-12)
+
+
+def test_rounded_joints_are_wrong_once_and_not_with_every_turn():
+    """Back and forth thirty times with positions in steps of 15 um: the error stays that of one rounding."""
+    meter, step, rng = TurnMeter(), 15e-6, np.random.default_rng(0)
+    points = [(0.03 * math.cos(a), 0.03 * math.sin(a), 0.0) for a in (0.0, 2.1, 4.2)]
+
+    def poses(turn):
+        ways = [turn * np.array([-y, x, 0.0]) for x, y, _ in points]
+        return [Pose(tuple(step * np.round((w + 5e-6 * rng.standard_normal(3)) / step))) for w in ways]
+
+    meter.start(poses(0.0), points)
+    for k in range(6000):
+        meter.step(poses(0.2 * math.sin(2.0 * math.pi * k / 200.0)), points)
+    meter.step(poses(0.0), points)
+    assert abs(meter.turn) < 2.0 * step / 0.03
+
+
+class Puppet:
+    """A grip that always presses with 2 N, and fails when it is told."""
+
+    def __init__(self):
+        self.live, self.faulty, self.targets = LiveParameters(), False, (2.0,) * 3
+
+    def step(self, now):
+        return (1.5,) * 3
+
+
+class Rolling:
+    """The turning hand on a rigid cylinder or sphere, without any force: tips go as they are told, and roll."""
+
+    def __init__(
+        self, *angles, radius=0.03, offset=(0.0, 0.0), lag=0.0, moves=1.0, fails_at=math.inf, **parameters
+    ):
+        self.hand, self.grip, self.time = turning_hand(), Puppet(), 0.0
+        self.tip, self.radius, self.lag, self.moves = 0.008, radius, lag, moves
+        self.center, self.turn = np.array([*offset, 0.0]), 0.0
+        self.sideways, self.speed = np.zeros(3), np.zeros(3)
+        controller: HoldingGrip = self.grip
+        self.controller = TurnInHand(controller, self.hand, STEP, TurnParameters(angles, **parameters))
+        self.controller.start(self.seen())
+        self.commands, self.phases = [], []
+        while not self.controller.phase.is_final and self.time < 60.0:
+            self.grip.faulty = self.time >= fails_at
+            command = self.controller.step(self.seen())
+            self.commands.append(command)
+            self.phases.append(command.phase)
+            self.move(np.array(command.finger_velocity or (0.0,) * 3))
+
+    def seen(self):
+        """Closed onto the object as it stands, with where each finger touches."""
+        closed, fingers = [], []
+        for i in range(3):
+            pose = self.hand.pose_hand_sensor(i, 0.0)
+            inwards, across = np.array(pose.rotation)[:2, 0], np.array(pose.rotation)[:2, 1]
+            at = np.array(pose.position[:2]) + self.sideways[i] * across - self.center[:2]
+            reach = self.tip + self.radius
+            # how far inwards until the tip's middle is `reach` from the object's
+            along, square = at @ inwards, at @ at - reach**2
+            closed.append(-along - math.sqrt(along**2 - square))
+            middle = at + closed[i] * inwards
+            normal = np.array([*(-middle / np.linalg.norm(middle)), 0.0])
+            centroid = np.array(pose.rotation).T @ (self.tip * normal) + (0.0, 0.0, self.hand.tip_along)
+            contact = Contact(
+                centroid,
+                np.array(pose.rotation).T @ normal,
+                np.zeros(3),
+                2.0,
+                np.zeros(3),
+                0.0,
+                1.0,
+                ContactStatus.OK,
+            )
+            fingers.append(FingerObservation(self.time, (0.0,) * 6, contact, True))
+        self.middles = [
+            np.array(pose.position) for pose in self.hand.sensor_poses((*closed, *self.sideways.tolist()))
+        ]
+        arm = ArmSample(self.time, ZERO, IDENTITY, ZERO)
+        return Observation(
+            self.time, arm, tuple(fingers), HandSample(self.time, (*closed, *self.sideways.tolist()))
+        )
+
+    def move(self, wanted):
+        """One period: three sideways velocities are the velocity and the rate of the object, by rolling."""
+        share = 1.0 if self.lag == 0.0 else STEP / self.lag
+        self.speed = self.speed + share * (self.moves * wanted - self.speed)
+        # tangential velocity of each tip is that of the object's material: t.(v + w x p) = t.u, u = s y + q x
+        rows, right = [], []
+        for i, middle in enumerate(self.middles):
+            out = (middle - self.center)[:2] / np.linalg.norm((middle - self.center)[:2])
+            tangent = np.array([-out[1], out[0]])
+            pose = self.hand.pose_hand_sensor(i, 0.0)
+            inwards, across = np.array(pose.rotation)[:2, 0], np.array(pose.rotation)[:2, 1]
+            # the tip follows inwards so that its middle stays as far from the object's: out.(u - v) = 0
+            ratio = (tangent @ inwards) / (out @ inwards)
+            rows.append([*(tangent - ratio * out), self.radius])
+            right.append(self.speed[i] * (tangent @ across - ratio * (out @ across)))
+        vx, vy, rate = np.linalg.solve(np.array(rows), np.array(right))
+        self.center = self.center + STEP * np.array([vx, vy, 0.0])
+        self.turn += STEP * rate
+        self.sideways = self.sideways + STEP * self.speed
+        self.time += STEP
+
+
+@pytest.mark.parametrize(
+    ("radius", "offset", "lag"),
+    [(0.03, (0.0, 0.0), 0.0), (0.015, (0.0, 0.0), 0.04), (0.03, (0.002, -0.001), 0.04)],
+)
+def test_a_rolling_body_is_turned_by_the_angle_whatever_its_radius_and_place(radius, offset, lag):
+    rolling = Rolling(ANGLE, radius=radius, offset=offset, lag=lag)
+    assert rolling.phases[-1] is Phase.DONE
+    assert rolling.turn == pytest.approx(ANGLE, abs=math.radians(0.15))
+    assert rolling.controller.turn == pytest.approx(rolling.turn, abs=math.radians(0.02))
+    # about the hand's axis: what is not on it goes round it
+    assert rolling.center == pytest.approx(spun(rolling.turn) @ (*offset, 0.0), abs=1e-4)
+
+
+@pytest.mark.parametrize("radius", [0.015, 0.03])
+def test_geometry_alone_sends_every_finger_as_fast_as_its_contact_goes(radius):
+    """No feedback: what is left is how well w x p fits."""
+    rolling = Rolling(ANGLE, radius=radius, offset=(0.002, -0.001), gain=0.0)
+    assert rolling.phases[-1] is Phase.DONE
+    assert rolling.turn == pytest.approx(ANGLE, abs=math.radians(0.05))
+
+
+def test_fingers_that_fall_short_are_made_up_for_by_what_touch_tells():
+    rolling = Rolling(ANGLE, moves=0.9, lag=0.04)
+    assert rolling.phases[-1] is Phase.DONE
+    assert rolling.turn == pytest.approx(ANGLE, abs=math.radians(0.15))
+
+
+def test_one_angle_after_the_other():
+    rolling = Rolling(ANGLE, -ANGLE, 0.0, lag=0.04)
+    assert rolling.phases[-1] is Phase.DONE
+    assert rolling.turn == pytest.approx(0.0, abs=math.radians(0.15))
+    assert rolling.phases.count(Phase.HOLD) >= 3 * round(0.3 / STEP) - 3
+
+
+def test_its_motion_is_smooth_and_no_faster_than_allowed():
+    parameters = TurnParameters((ANGLE,), rate=0.4, acceleration=0.6, finger_speed=0.006)
+    rolling = Rolling(ANGLE, rate=0.4, acceleration=0.6, finger_speed=0.006, gain=0.0, lag=0.0)
+    speeds = np.array([command.finger_velocity for command in rolling.commands if command.finger_velocity])
+    assert np.abs(speeds).max() <= parameters.finger_speed * 1.001
+    assert np.abs(speeds).max() > 0.95 * parameters.finger_speed
+    changes = np.abs(np.diff(speeds, axis=0)).max() / STEP
+    # the last two periods of a turn may end it at once
+    assert changes < 2.0 * parameters.acceleration * rolling.radius
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_infinite_angle_turns_to_the_end_of_travel_and_not_beyond(sign):
+    rolling = Rolling(sign * math.inf, lag=0.04)
+    assert rolling.phases[-1] is Phase.DONE
+    assert rolling.controller.travel_ended
+    assert np.abs(rolling.sideways).max() == pytest.approx(0.011, abs=5e-4)
+    # the tip goes 11 mm across, which is a = asin(11 / 38) about the object: no slip says R turn = (R + r) a
+    assert rolling.turn == pytest.approx(sign * 38.0 / 30.0 * math.asin(11.0 / 38.0), abs=math.radians(1.0))
+
+
+def test_an_angle_beyond_the_travel_is_lost_at_its_end_with_the_grip_as_it_is():
+    rolling = Rolling(math.radians(40.0), lag=0.04, patience=20.0)
+    assert rolling.phases[-1] is Phase.LOST
+    assert rolling.time < 5.0  # at once: no patience makes the travel longer
+    assert rolling.controller.travel_ended
+    assert rolling.commands[-1].finger_velocity is None
+    assert rolling.commands[-1].grip_force == (2.0,) * 3
+    assert np.abs(rolling.sideways).max() < 0.0115
+
+
+def test_a_finger_that_fails_ends_it_after_the_patience():
+    rolling = Rolling(ANGLE, fails_at=0.4, patience=0.2)
+    assert rolling.phases[-1] is Phase.LOST
+    assert rolling.time == pytest.approx(0.6, abs=5e-3)
+
+
+def test_it_never_presses_less_than_the_grip_wants():
+    """The puppet commands 1.5 N where it wants 2: what gears held up a moment ago they take away the next."""
+    assert {command.grip_force for command in Rolling(0.05).commands} == {(2.0,) * 3}
+
+
+def test_what_cannot_be_turned_is_refused():
+    rolling = Rolling(0.01)
+    controller, seen = rolling.controller, rolling.seen()
+    with pytest.raises(InvalidValueError, match="no hand"):
+        controller.start(replace(seen, hand=None))
+    loose = (replace(seen.fingers[0], touching=False), *seen.fingers[1:])
+    with pytest.raises(InvalidValueError, match="finger 0"):
+        controller.start(replace(seen, fingers=loose))
+
+
+@pytest.mark.parametrize(
+    ("bad", "match"),
+    [
+        ({"angles": ()}, "angles"),
+        ({"angles": (math.nan,)}, "angles"),
+        ({"rate": 0.0}, "rate"),
+        ({"travel": math.inf}, "travel"),
+        ({"gain": -1.0}, "gain"),
+        ({"tolerance": 0.0}, "tolerance"),
+    ],
+)
+def test_parameters_that_cannot_be_are_refused(bad, match):
+    with pytest.raises(InvalidValueError, match=match):
+        TurnParameters(**{"angles": (0.1,), **bad})
+
+
+def check(run, angle):
+    """What is asked for: half a degree, 0.02 mm, 0.2 degrees, and touch that tells the truth; nothing drops."""
+    assert run.commands[-1].phase is Phase.DONE
+    assert run.true == pytest.approx(angle, abs=math.radians(0.5))
+    assert run.slip < 0.02e-3
+    assert run.spin < math.radians(0.2)
+    assert run.off < math.radians(0.2)
+    assert abs(run.sunk) < 0.2e-3  # of it, a contact that bears 0.7 N gives way elastically by 0.13 mm
+    assert all(finger.touching for finger in run.backend.truth().fingers)
+
+
+def test_a_held_cylinder_is_turned_with_a_newton_pulling_at_it():
+    run = Turned(CYLINDER, load=RampLoad(ZERO, (0.6, 0.0, -0.8), 3.8, 0.2, (0.0, 0.01, 0.0)))
+    run.turn(ANGLE)
+    check(run, ANGLE)
+
+
+def through(run, change):
+    """Let the hand do something else than it is told."""
+    step = run.backend.step
+    run.backend.step = lambda command: step(change(command) if command.finger_velocity else command)
+
+
+def test_a_finger_that_stands_still_is_noticed_for_touch_tells_what_really_happens():
+    run = Turned(SPHERE)
+    through(run, lambda command: replace(command, finger_velocity=(0.0, *command.finger_velocity[1:])))
+    run.turn(ANGLE)
+    assert run.commands[-1].phase is Phase.LOST
+    assert abs(run.true - ANGLE) > math.radians(2.0)
+    assert run.controller.turn == pytest.approx(run.true, abs=math.radians(0.1))
+    assert run.slip < 0.02e-3
+
+
+class SlippedError(Exception):
+    """More than what contacts give way by."""
+
+
+def test_the_check_sees_a_grip_that_is_too_weak():
+    """The control that must fail: the hand presses with half of what it is told."""
+
+    def watch(run):
+        if run.moved > 0.5e-3:
+            raise SlippedError
+
+    run = Turned(CYLINDER)
+    through(run, lambda command: replace(command, grip_force=tuple(0.5 * force for force in command.grip_force)))
+    with pytest.raises(SlippedError):
+        run.turn(ANGLE, watch=watch)
+
+
+@pytest.mark.slow
+@OBJECTS
+@pytest.mark.parametrize("pull", PULLS.values(), ids=PULLS)
+@pytest.mark.parametrize("rigid", [False, True], ids=["friction plant", "MuJoCo's friction"])
+def test_held_objects_are_turned_and_nothing_slips(target, pull, rigid):
+    load = pull and RampLoad(*pull[:2], 3.8, 0.2, pull[2])
+    options = {"friction": None, "need": NeedWithoutSpin()} if rigid else {}
+    run = Turned(target, load=load, **options)
+    run.turn(ANGLE)
+    check(run, ANGLE)
+
+
+@pytest.mark.slow
+@OBJECTS
+@pytest.mark.parametrize("shared", [False, True], ids=["common grip", "shared grip"])
+def test_back_and_forth_and_back_again(target, shared):
+    run = Turned(target, shared=shared)
+    run.turn(ANGLE, -ANGLE, ANGLE, 0.0)
+    check(run, 0.0)
+
+
+@pytest.mark.slow
+@OBJECTS
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_held_to_the_end_of_travel(target, sign):
+    run = Turned(target)
+    true = run.turn(sign * math.inf)
+    check(run, run.controller.turn)
+    assert sign * true > math.radians(20.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("offset", [0.001, 0.003])
+def test_an_object_beside_the_hands_axis_is_turned_too(offset):
+    run = Turned(CYLINDER, offset=offset)
+    run.turn(ANGLE)
+    check(run, ANGLE)

@@ -1,0 +1,229 @@
+"""The hand whose fingers also move sideways: geometry, servos, what it refuses, determinism."""
+
+import math
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.kinematics.hand import HandKinematics
+from palpate.runtime.data import Command
+from palpate.sim import Box, Lift, SphereObject, white_noise
+from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.hand import finger_name, three_finger_hand, two_finger_hand
+from palpate.sim.hand.scene import HeldObject, build_grasp_scene
+from palpate.sim.hand.servo import Servo
+from palpate.sim.hand.sideways import LEASH, SidewaysRack
+from palpate.sim.hand.turning_hand import TurningHand, sideways_name, turning_hand
+from palpate.sim.objects.table import Table
+
+HAND = turning_hand()
+BALL = HeldObject(SphereObject(0.03))
+SCENE = build_grasp_scene(HAND, BALL, carrier=Lift(), table=Table(-0.03))
+CLEAR = build_grasp_scene(HAND, HeldObject(SphereObject(0.01)), palm=(0.1, -0.2, 0.3))
+"""Nothing in the fingers' way."""
+
+joints = st.lists(st.floats(-0.012, 0.012), min_size=6, max_size=6).map(tuple)
+
+
+def started(scene=CLEAR, **options):
+    backend = HandBackend(scene, **options)
+    backend.start()
+    return backend
+
+
+def go(backend, periods, *velocities, force=None):
+    for _ in range(periods):
+        sample = backend.step(Command(finger_velocity=velocities or None, grip_force=force))
+    return sample.hand.joint_position[3:]
+
+
+@settings(max_examples=30, deadline=None)
+@given(joints)
+def test_its_kinematics_are_the_scenes(joints):
+    model, data = CLEAR.model, mujoco.MjData(CLEAR.model)
+    for i in range(3):
+        data.qpos[model.joint(finger_name(i)).qposadr[0]] = joints[i]
+        data.qpos[model.joint(sideways_name(i)).qposadr[0]] = joints[3 + i]
+    mujoco.mj_kinematics(model, data)
+    hand: HandKinematics = HAND
+    for i, pose in enumerate(hand.sensor_poses(joints)):
+        site = data.site(f"{finger_name(i)}_sensor")
+        assert site.xpos == pytest.approx(np.add(pose.position, (0.1, -0.2, 0.3)), abs=1e-12)
+        assert site.xmat.reshape(3, 3) == pytest.approx(np.array(pose.rotation), abs=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(joints)
+def test_tips_never_turn_and_sideways_is_y_of_the_sensor(joints):
+    at_zero = HAND.sensor_poses((0.0,) * 6)
+    for i, (pose, middle) in enumerate(zip(HAND.sensor_poses(joints), at_zero, strict=True)):
+        assert pose.rotation == middle.rotation
+        way = np.array(pose.rotation).T @ np.subtract(pose.position, middle.position)
+        assert way == pytest.approx([joints[i], joints[3 + i], 0.0], abs=1e-15)
+
+
+@pytest.mark.parametrize("hand", [two_finger_hand(), three_finger_hand()])
+def test_hands_that_only_close_tell_the_same_poses_as_ever(hand):
+    q = tuple(0.01 * (i + 1) for i in range(hand.fingers))
+    kinematics: HandKinematics = hand
+    poses = kinematics.sensor_poses((*q, 0.3, 0.4))  # what else the hand tells is no finger's
+    assert poses == tuple(hand.pose_hand_sensor(i, q[i]) for i in range(hand.fingers))
+    with pytest.raises(InvalidValueError, match="joint_position"):
+        hand.sensor_poses(q[:-1])
+
+
+def test_a_turn_of_all_fingers_is_anticlockwise_about_the_hands_axis():
+    """w x p along y of the sensor is positive for a positive turn about z."""
+    for pose in HAND.sensor_poses((0.0,) * 6):
+        x, y, _ = pose.position
+        assert np.array(pose.rotation)[:, 1] @ (-y, x, 0.0) == pytest.approx(HAND.opening)
+
+
+def test_the_scene_weighs_what_the_hand_says():
+    model, data = CLEAR.model, mujoco.MjData(CLEAR.model)
+    mujoco.mj_forward(model, data)
+    palm = model.body("palm").id
+    assert model.body_subtreemass[palm] == pytest.approx(HAND.mass)
+    assert HAND.mass == pytest.approx(
+        0.05 + 6 * 0.018 + 3 * (0.03 + 0.03 + 0.015)
+    )  # six servos, racks, fingers, tips
+    at = np.array(HAND.center_of_mass) + data.body("palm").xpos
+    # the tips' own centres of mass lie at their surfaces' centres
+    assert data.subtree_com[palm] == pytest.approx(at, abs=1e-12)
+    assert (SCENE.model.npair, SCENE.model.nu) == (4, 7)
+
+
+def test_fingers_go_sideways_as_fast_as_they_are_told_and_stop():
+    backend = started()
+    first = go(backend, 300, 0.006, -0.003, 0.0)
+    later = go(backend, 300, 0.006, -0.003, 0.0)
+    assert np.subtract(later, first) == pytest.approx([1.8e-3, -0.9e-3, 0.0], abs=2e-5)
+    go(backend, 300)
+    still = [finger.sideways for finger in backend.truth().fingers]
+    go(backend, 300)
+    assert [finger.sideways for finger in backend.truth().fingers] == pytest.approx(still, abs=1e-6)
+
+
+def test_joint_positions_come_behind_the_fingers_and_are_rounded_as_the_encoder_rounds():
+    backend = started()
+    told, step = go(backend, 400, 0.006, -0.004, 0.002), 2.0 * math.pi / 4096 * HAND.rack.pinion
+    for y, finger in zip(told, backend.truth().fingers, strict=True):
+        assert y / step == pytest.approx(round(y / step), abs=1e-9)
+        # as old as the bus made it: 3 ms
+        assert y == pytest.approx(finger.sideways, abs=0.5 * step + 0.006 * 4e-3)
+
+
+def test_the_travel_ends_where_the_rack_does():
+    backend = started(
+        build_grasp_scene(replace(HAND, rack=SidewaysRack(travel=0.003)), BALL, palm=(0.0, 0.0, 0.3))
+    )
+    ends = go(backend, 1200, 0.02, -0.02, 0.02)
+    assert np.abs(ends) == pytest.approx(0.003, abs=1e-4)
+    assert max(map(abs, ends)) < 0.003 + 2e-5
+
+
+def test_the_goal_does_not_run_away_from_a_finger_that_is_held():
+    backend = started()
+    model = backend.scene.model
+    dof = int(model.joint(sideways_name(0)).dofadr[0])
+    model.dof_damping[dof] = 1e9
+    try:
+        go(backend, 1000, 0.01, 0.01, 0.01)
+        assert abs(backend.truth().fingers[0].sideways) < 1e-4
+        assert backend.truth().fingers[1].sideways > 4.0 * LEASH
+    finally:
+        model.dof_damping[dof] = 0.0
+    most = 0.0
+    for _ in range(300):
+        go(backend, 1)
+        most = max(most, backend.truth().fingers[0].sideways)
+    assert most < 1.1 * LEASH
+
+
+@pytest.mark.parametrize("force", [2.0, 4.0])
+def test_a_push_from_the_side_gives_way_by_the_servos_stiffness(force):
+    """What friction in the gear does not bear, the proportional gain does: torque per error of the servo alone."""
+    backend = started()
+    rack = HAND.rack
+    servo = Servo(rack.servo, 1e-3)
+    servo.start(0.0)
+    for _ in range(200):
+        torque = servo.step(-1e-2, 0.0)
+    stiffness = (torque + rack.servo.coulomb) / 1e-2 / rack.pinion**2 / (1.0 + rack.servo.load_friction)
+    dof = int(backend.scene.model.joint(sideways_name(0)).dofadr[0])
+    backend._data.qfrc_applied[dof] = -force
+    go(backend, 1500)
+    given = -backend.truth().fingers[0].sideways
+    # friction helps to hold: by up to the Coulomb part and the share of the load
+    friction = rack.servo.coulomb / rack.pinion
+    least = max(0.0, force / (1.0 + rack.servo.load_friction) - friction) / stiffness
+    assert least - 2e-5 <= given <= 1.2 * force / stiffness + 2e-5
+    assert given < 1e-3
+
+
+def test_a_finger_that_follows_a_surface_sideways_keeps_its_force():
+    """Friction in the gear takes nothing from it on the way in, and adds no more than its band on the way out."""
+    backend = started(SCENE)
+    go(backend, 2500, force=(2.0,) * 3)
+    band = HAND.grip_band(2.0)
+    for speed in (0.006, -0.006, -0.006, 0.006):
+        for _ in range(900):
+            go(backend, 1, *(speed,) * 3, force=(2.0,) * 3)
+            for finger in backend.truth().fingers:
+                assert 0.97 * 2.0 < math.hypot(*finger.force[:2]) < 2.0 + 1.2 * band
+
+
+@pytest.mark.parametrize("sensor", [None, white_noise(0.01, 1e-4)], ids=["perfect", "noisy"])
+def test_a_run_goes_on_from_a_snapshot_bit_for_bit(sensor):
+    def run(backend, first, periods):
+        found = []
+        for i in range(first, first + periods):
+            speed = 0.005 * math.sin(0.01 * i)
+            moving = (speed, -speed, 0.5 * speed) if i % 500 < 400 else None
+            found.append(backend.step(Command(grip_force=(2.0,) * 3, finger_velocity=moving)))
+        return found
+
+    backend = started(SCENE, sensor=sensor)
+    run(backend, 0, 1601)
+    state = backend.snapshot()
+    after, truth = run(backend, 1601, 500), backend.truth()
+    fresh = started(SCENE, sensor=sensor)
+    run(fresh, 0, 37)
+    fresh.restore(state)
+    assert run(fresh, 1601, 500) == after
+    assert fresh.truth() == truth
+
+
+@pytest.mark.parametrize("velocity", [(0.001, 0.001), (0.001, math.nan, 0.0), (0.001, math.inf, 0.0)])
+def test_velocities_that_cannot_be_are_refused(velocity):
+    with pytest.raises(InvalidValueError, match="finger_velocity"):
+        started().step(Command(finger_velocity=velocity))
+
+
+def test_a_hand_that_only_closes_refuses_any_and_names_one_that_would_do():
+    backend = started(build_grasp_scene(two_finger_hand(), HeldObject(Box((0.06, 0.05, 0.06)))))
+    with pytest.raises(InvalidValueError, match="turning_hand"):
+        backend.step(Command(finger_velocity=(0.0, 0.0)))
+    backend.step(Command())
+
+
+@pytest.mark.parametrize(
+    ("bad", "match"), [({"pinion": 0.0}, "pinion"), ({"mass": -1.0}, "mass"), ({"travel": math.nan}, "travel")]
+)
+def test_a_rack_that_cannot_be_is_refused(bad, match):
+    with pytest.raises(InvalidValueError, match=match):
+        SidewaysRack(**bad)
+
+
+def test_two_fingers_can_have_racks_too():
+    hand = TurningHand(fingers=2)
+    backend = started(build_grasp_scene(hand, BALL, palm=(0.0, 0.0, 0.3)))
+    backend.step(Command(finger_velocity=(0.01, -0.01)))
+    assert len(backend.step(Command()).hand.joint_position) == 4
+    with pytest.raises(InvalidValueError, match="4 entries"):
+        hand.sensor_poses((0.0,) * 3)
