@@ -40,7 +40,6 @@ class DynamixelHand:
         self._fingers: tuple[FingerServo, ...] = ()
         self._forces: tuple[float, ...] = ()
         self._gears: tuple[GearDirection, ...] = ()
-        self._pressed = 0.0
         self._found_pressing = False
         self._readings: tuple[ServoReading, ...] = ()
         self._spans: list[Span] = []
@@ -125,15 +124,12 @@ class DynamixelHand:
                     f"grip_force = {grip_force} N: must be finite, 0 or above; 0 opens the hand"
                 )
         bus = self._connected()
-        now = time.monotonic()
-        period, self._pressed = now - self._pressed, now
         self._forces, self._found_pressing = grip_force, False
         currents, motions = {}, {}
         each = zip(self._fingers, grip_force, self._gears, self._sample.joint_position, strict=True)
         for finger, force, gear, q in each:
             gear.command(force)
-            gear.advance(period)
-            goals = finger.goals(force, gear.share, q)
+            goals = finger.goals(force, gear.driving, q)
             currents[finger.servo_id], motions[finger.servo_id] = goals.current, goals.motion
         # two short packets: between them stand Goal Velocity(104) and Profile Acceleration(108), left alone
         bus.write_together(reg.GOAL_CURRENT, currents)
@@ -204,7 +200,7 @@ class DynamixelHand:
     def _forget(self) -> None:
         n = len(self.settings.servos)
         self._forces, self._found_pressing = (0.0,) * n, False
-        self._gears, self._pressed = tuple(GearDirection() for _ in range(n)), time.monotonic()
+        self._gears = tuple(GearDirection(self.settings.direction_span) for _ in range(n))
         self._failing_since, self._failures = math.inf, 0
         self._sample = HandSample(-math.inf, (0.0,) * n)
         self._readings = ()

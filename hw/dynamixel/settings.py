@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.errors import InvalidValueError, positive
+from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.hw.dynamixel.packets import LARGEST_ID
 from palpate.hw.dynamixel.registers import WATCHDOG_UNIT
 from palpate.kinematics.servo_model import ServoModel
@@ -75,6 +75,8 @@ class HandSettings:
         answer_time: How long an answer may take to begin [s]. Adapters keep bytes back for 1 ms, the operating
             system for longer now and then.
         silence: For how long exchanges may fail, one after the other, before the hand is given up [s].
+        direction_span: Share of a force over which currents change sides of the gears' friction when it sinks
+            (`GearDirection`): 0.02 for three fingers and more that share a load.
     """
 
     servos: tuple[ServoCalibration, ...]
@@ -86,6 +88,7 @@ class HandSettings:
     watchdog: float = 0.1
     answer_time: float = 0.006
     silence: float = 0.03
+    direction_span: float = 0.0
 
     def __post_init__(self) -> None:
         ids = [its.servo_id for its in self.servos]
@@ -96,6 +99,7 @@ class HandSettings:
         positive("baud_rate", self.baud_rate, "1/s")
         positive("answer_time", self.answer_time, "s")
         positive("silence", self.silence, "s")
+        not_negative("direction_span", self.direction_span, "")
         if self.watchdog and not self.silence < self.watchdog <= 127 * WATCHDOG_UNIT:
             raise InvalidValueError(
                 f"watchdog = {self.watchdog:g} s: must be above silence = {self.silence:g} s, or servos stop as "

@@ -2,7 +2,7 @@
 
 The force that a finger shall press with becomes a torque through the finger's lever (its Jacobian, one number),
 and that a goal current through the torque constant and a model of the gear's friction: `driving_current` while
-the force is to rise, `yielding_current` when it is to sink, for friction then holds it up; `GearDirection` eases
+the force is to rise, `yielding_current` when it is to sink, for friction then holds it up; `GearDirection` goes
 over between them. A finger on its way
 sideways follows a surface that may fall away at any time: it always gets the former, so that friction never takes
 its force away, and presses by up to `Hand.grip_band` more where it is pushed back. Behind the object
@@ -35,7 +35,7 @@ class GripState:
 
     servos: tuple[tuple[float, ...], ...]
     forces: tuple[float, ...]
-    gears: tuple[tuple[float, bool, float], ...]
+    gears: tuple[tuple[float, float, float], ...]
     countdown: int
     sample: HandSample
     positions: tuple[float, ...]
@@ -63,7 +63,7 @@ class Grip:
         # views that live as long as the data; fingers stand in a row, each with as many joints
         self._position = data.qpos[at : at + n * every : every]
         self._velocity = data.qvel[dof : dof + n * every : every]
-        self._gears = tuple(GearDirection() for _ in range(n))
+        self._gears = tuple(GearDirection(hand.direction_span) for _ in range(n))
         self._control = data.ctrl[of : of + n]
         self._ratio, self._tip_along = finger.ratio, hand.tip_along
         self._closed = finger.closed(hand.opening, hand.tip_along) / finger.ratio
@@ -158,13 +158,12 @@ class Grip:
     def _write(self, positions: tuple[float, ...]) -> None:
         model, finger, moving = self._hand.finger.servo, self._hand.finger, self._sideways.moving
         for servo, force, gear, q in zip(self._servos, self._forces, self._gears, positions, strict=True):
-            gear.advance(self._bus_period)
             lever = finger.lever(q, self._tip_along)
             if force == 0.0:
                 servo.write_goals(0.0, model.driving_current(OPENING_FORCE * lever), self._speed)
                 continue
             torque = force * lever
-            share = 1.0 if moving else gear.share
+            share = 1.0 if moving else gear.driving
             current = share * model.driving_current(torque)
             if share < 1.0:
                 current += (1.0 - share) * model.yielding_current(torque)

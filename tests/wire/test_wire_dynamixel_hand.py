@@ -21,7 +21,6 @@ from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
-from palpate.kinematics.gear_direction import EASE
 from palpate.kinematics.servo_model import PULSE, VELOCITY_UNIT, XL330_M288
 from palpate.sim.hand.finger import HingeFinger, SlideFinger
 
@@ -109,14 +108,12 @@ def test_pressing_raises_the_current_sinking_yields_and_nothing_opens(emulated, 
     hand.press((4.0, 4.0))
     read_until(hand, lambda _: hand.state()[0].current > 0.0 and goal_current(emulated) > 0.0)
     assert goal_current(emulated) == pytest.approx(XL330_M288.driving_current(4.0 * 0.02), abs=5.1e-4)
-    sinks = time.monotonic()
     hand.press((2.0, 4.0))
     exchange(hand)
-    assert goal_current(emulated) <= XL330_M288.driving_current(2.0 * 0.02) + 5.1e-4
+    assert goal_current(emulated) == pytest.approx(XL330_M288.yielding_current(2.0 * 0.02), abs=5.1e-4)
     assert goal_current(emulated, 1) == pytest.approx(XL330_M288.driving_current(4.0 * 0.02), abs=5.1e-4)
-    while time.monotonic() < sinks + 1.1 * EASE:  # as before: the way it was going stays the way, eased over
-        hand.press((2.0, 4.0))
-        exchange(hand)
+    hand.press((2.0, 4.0))  # as before: the way it was going stays the way
+    exchange(hand)
     assert goal_current(emulated) == pytest.approx(XL330_M288.yielding_current(2.0 * 0.02), abs=5.1e-4)
     hand.press((0.0, 0.0))
     exchange(hand)

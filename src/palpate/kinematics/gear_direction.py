@@ -1,41 +1,46 @@
-"""Which way a gear's friction is to be made up for: eased over, never switched.
+"""Which way a gear's friction is to be made up for: at once, or gone over to while the force sinks.
 
 A servo that is to press more needs current for the friction of its gear; one that is to press less must give way
 to what friction holds up. To switch from one to the other takes twice the friction off the current, a fifth of it:
-the rotor swings on the contact, and the force falls below what was asked for by almost as much.
+the rotor swings on the contact, and the force falls below what was asked for by almost as much. Two opposed
+fingers do so together, and it takes a switch to let an object slip as it is meant to. Of three fingers that share a
+load, one that swings shakes it: there the current had better go over while the force sinks by a small share.
 """
 
-EASE = 0.2
-"""[s] In which the current goes over when the force is to sink. The simulated XM430 on 20 kN/m swings with some
-20 Hz; over two to four swings it follows. With 0.05 s half of the swing was left, and three fingers that share a
-load let it slip by 20 um."""
+from palpate.errors import not_negative
 
 
 class GearDirection:
-    """Of one finger. `share` is that of the current that drives; what is left of 1, of the current that yields."""
+    """Of one finger.
 
-    __slots__ = ("_force", "_rising", "share")
+    Attributes:
+        driving: Share of the current that drives; what is left of 1, of the current that yields.
+    """
 
-    def __init__(self) -> None:
+    __slots__ = ("_force", "_span", "_top", "driving")
+
+    def __init__(self, span: float = 0.0) -> None:
+        """Take the share of the force over which the current goes over; 0: it is switched."""
+        self._span = not_negative("span", span, "")
         self.restart()
 
     def restart(self) -> None:
         """The finger stands open."""
-        self._force, self._rising, self.share = 0.0, True, 1.0
+        self._force, self._top, self.driving = 0.0, 0.0, 1.0
 
     def command(self, force: float) -> None:
         """Take the force that it is to press with now [N]; the same again says nothing new."""
-        self._rising = force > self._force or (force == self._force and self._rising)
+        if force > self._force:
+            self._top, self.driving = force, 1.0
+        elif force < self._force:
+            left = self._span * self._top - (self._top - force)
+            self.driving = min(self.driving, left / (self._span * self._top)) if left > 0.0 else 0.0
         self._force = force
 
-    def advance(self, period: float) -> None:
-        """Go on by the time between two currents that are written [s]: up at once, down gently."""
-        self.share = 1.0 if self._rising else max(self.share - period / EASE, 0.0)
-
-    def state(self) -> tuple[float, bool, float]:
+    def state(self) -> tuple[float, float, float]:
         """Return all that it remembers."""
-        return (self._force, self._rising, self.share)
+        return (self._force, self._top, self.driving)
 
-    def set_state(self, state: tuple[float, bool, float]) -> None:
+    def set_state(self, state: tuple[float, float, float]) -> None:
         """Take back what `state` gave."""
-        self._force, self._rising, self.share = state
+        self._force, self._top, self.driving = state
