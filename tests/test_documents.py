@@ -5,8 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from palpate.cli import COMMANDS, Group
+
 ROOT = Path(__file__).parent.parent
-DOCUMENTS = [ROOT / "README.md", ROOT / "docs" / "running.md", ROOT / "docs" / "simulation.md"]
+DOCUMENTS = [
+    ROOT / "README.md",
+    *(ROOT / "docs" / name for name in ("running.md", "simulation.md", "grasp.md", "robots.md")),
+]
 
 
 def blocks(document):
@@ -39,3 +44,17 @@ def test_the_guide_names_every_limit():
     for words in ("age of each device", "contact force", "spin torque", "grip force", "speed of the tip",
                   "commanded acceleration", "workspace", "joint ranges"):  # fmt: skip
         assert words in text
+
+
+@pytest.mark.parametrize(
+    "document", [ROOT / "README.md", *(ROOT / "docs").glob("*.md")], ids=lambda path: path.stem
+)
+def test_every_command_that_it_names_exists(document):
+    """In lines to be typed, and where one stands in a sentence."""
+    text = document.read_text(encoding="utf-8")
+    typed = re.findall(r"(?:^ {4,}|`)palpate ([a-z]+)(?: ([a-z]+))?", text, flags=re.MULTILINE)
+    for name, second in typed:
+        assert name in COMMANDS, name
+        command = COMMANDS[name]
+        if isinstance(command, Group):
+            assert not second or second in command.commands, f"{name} {second}"

@@ -68,3 +68,16 @@ class UnheededWatch(NotedWatch):
         """See `SlipWatch`."""
         super().step(time, loads)
         return (False,) * len(loads)
+
+
+class DeafWatch(NotedWatch):
+    """Hears nothing: of fingers that share a load one may come up to its limit and hand on, and nothing slips."""
+
+    @property
+    def slipping(self) -> bool:
+        """See `SlipWatch`."""
+        return False
+
+    def step(self, time: float, loads: Sequence[ContactLoad | None]) -> Sequence[bool]:
+        """See `SlipWatch`."""
+        return (False,) * len(loads)

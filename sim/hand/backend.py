@@ -52,6 +52,7 @@ class HandBackend:
         sensor: SeededSensor | None = None,
         pacer: Pacer | None = None,
         load: Load | None = None,
+        grip: type[Grip] = Grip,
     ) -> None:
         """Take a scene.
 
@@ -61,6 +62,7 @@ class HandBackend:
             sensor: Behind each fingertip, each with the next seed; a perfect one if not given.
             pacer: Where time comes from; as fast as it can be computed if not given.
             load: What pulls at the object, besides its weight; nothing if not given.
+            grip: What drives the fingers: grip forces by its own bus, or a `ServoGrip` by somebody else's.
 
         Raises:
             InvalidValueError: Period or bus period is not a whole number of time steps.
@@ -74,7 +76,7 @@ class HandBackend:
         model, n = scene.model, scene.hand.fingers
         self._data = data = mujoco.MjData(model)
         self._sensors = tuple(simulated_sensor(given.model, period, given.seed + i) for i in range(n))
-        self._grip = Grip(
+        self._grip = grip(
             scene.hand, model, data, whole_steps("bus_period", scene.hand.bus_period, scene.fidelity.time_step)
         )
         self._drive = scene.carrier.drive(model, data, period)
@@ -94,6 +96,11 @@ class HandBackend:
     def pacer(self) -> Pacer:
         """See `Backend`."""
         return self._pacer
+
+    @property
+    def grip(self) -> Grip:
+        """What drives the fingers."""
+        return self._grip
 
     def start(self) -> Sample:
         """Open the hand, put the object at its start, and return the first sample."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from palpate.kinematics.pose import Pose
 from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.friction.resultant import resultant
 from palpate.spatial import ZERO, Vector
@@ -41,6 +42,7 @@ class HandTruth:
         quat_wxyz: Its orientation, object to base.
         velocity: Of its frame [m/s].
         angular_velocity: Of the object [rad/s].
+        pose_base_hand: Where the hand is; None: where the sample says, which is of the same time.
     """
 
     time: float
@@ -49,6 +51,7 @@ class HandTruth:
     quat_wxyz: tuple[float, float, float, float]
     velocity: Vector
     angular_velocity: Vector
+    pose_base_hand: Pose | None = None
 
 
 def truth_of_readings(

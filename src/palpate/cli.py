@@ -16,6 +16,13 @@ from palpate.experiments import start_up
 from palpate.experiments.calibrate_config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.experiments.compare_config import CompareConfig
 from palpate.experiments.contact_config import ContactConfig
+from palpate.experiments.doctor_config import DoctorConfig
+from palpate.experiments.emulate_config import (
+    EmulateDynamixelConfig,
+    EmulateFaultConfig,
+    EmulateNetftConfig,
+    EmulateUrConfig,
+)
 from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_options import ExploreOptions
 from palpate.experiments.friction_config import FrictionConfig
@@ -188,6 +195,36 @@ COMMANDS: Mapping[str, Command | Group] = {
             ),
         },
         "Robot files: those that there are, and yours.",
+    ),
+    "doctor": Command(
+        DoctorConfig,
+        "palpate.experiments.doctor_command:run_doctor",
+        "Connect to a robot's devices, measure how they are, and say what to fix. Moves nothing.",
+    ),
+    "emulate": Group(
+        {
+            "ur": Command(
+                EmulateUrConfig,
+                "palpate.experiments.emulate_command:run_emulate",
+                "Emulate a controller of Universal Robots, on its ports at an address of this computer.",
+            ),
+            "dynamixel": Command(
+                EmulateDynamixelConfig,
+                "palpate.experiments.emulate_command:run_emulate",
+                "Emulate a bus of Dynamixel servos on a terminal.",
+            ),
+            "netft": Command(
+                EmulateNetftConfig,
+                "palpate.experiments.emulate_command:run_emulate",
+                "Emulate an ATI Net F/T box or an OnRobot HEX.",
+            ),
+            "fault": Command(
+                EmulateFaultConfig,
+                "palpate.experiments.emulate_command:run_fault",
+                "Switch a fault of a device that is being emulated.",
+            ),
+        },
+        "Emulated devices, for palpate or any other software that speaks to the real ones.",
     ),
 }
 

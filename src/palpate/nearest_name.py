@@ -11,6 +11,7 @@ UNITS = (
     "m_per_s2",
     "m_per_s",
     "kg_m2",
+    "N_per_m",
     "Nm",
     "N",
     "kg",

@@ -16,6 +16,7 @@ from palpate.experiments.friction_file import Finding, FrictionFile, How, fricti
 from palpate.experiments.grasp import GraspAttempt, carry_out, write_grasp
 from palpate.experiments.grasp_belief import COVERED, planned_with
 from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_heaviest import heaviest_load
 from palpate.experiments.grasp_least import CLOSE, _least_of_many, least_forces, least_grip
 from palpate.experiments.grasp_plan import PERIOD, plan, plan_from_texts
 from palpate.experiments.grasp_scene import scene_of, sensor_of
@@ -108,6 +109,20 @@ def test_the_least_of_three_is_what_cones_have_for_least_and_below_any_grip_that
     )
     factor = GraspForceOptimizer(held, "load_factor").solve(np.array(load)).load_factor
     assert factor > 1.0 - 5.0 * CLOSE
+
+
+def test_the_least_forces_of_the_heaviest_moment_balance_its_load_and_hold_more(grasped):
+    shown = heaviest_load(grasped)
+    assert shown is not None
+    assert shown.grasp.grasp_map @ shown.forces.ravel() == pytest.approx(-shown.load, abs=1e-8)
+    assert shown.grasp.margins(shown.forces).min() > -1e-9
+    assert shown.forces[:, 0].mean() == pytest.approx(np.nanmax(grasped.least[grasped.counted]), rel=0.02)
+    pressed = grasped.felt[np.searchsorted(grasped.truth.time, shown.time)]
+    more = replace(shown.grasp, force_max=1.001 * pressed)
+    assert shown.disturbance is not None
+    held = GraspForceOptimizer(more, "load_factor").solve(shown.load + 0.95 * shown.disturbance)
+    assert held.load_factor > 1.0
+    assert np.linalg.norm(shown.disturbance[:3]) < pressed
 
 
 # --- what is planned with

@@ -16,6 +16,7 @@ from palpate.experiments.explore_pressing import prepared
 from palpate.experiments.explored_contacts import ScanContacts, felt_in_scan
 from palpate.experiments.explored_map import GROWTH_STEP, ExploredMap, Tell, explored_map, points_per_row
 from palpate.experiments.explored_marks import write_marks_csv
+from palpate.experiments.known_truth import cost_of
 from palpate.experiments.map_budget import map_budget
 from palpate.experiments.map_growth import map_growth
 from palpate.experiments.output_folder import make_folder
@@ -41,7 +42,7 @@ from palpate.runtime import Observer, Phase, Record, RunResult
 from palpate.runtime.live import Change
 from palpate.runtime.log import Sink
 from palpate.sim import SceneObject
-from palpate.sim.scene_cost import SceneCost, scene_cost
+from palpate.sim.scene_cost import SceneCost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +67,9 @@ class Exploration:
             above.
         sphere: The sphere through the points alone; None where they do not determine one. `map.shape` says whether
             it is a sphere at all.
-        point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m].
-        cost: Of the simulated scene.
+        point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m]; NaN
+            on a robot.
+        cost: Of the simulated scene; None on a robot.
         account: What the run showed of its own assumptions.
         wall: What a wall in the way of the sweep would have done.
         growth: How the map grew; None if there is none.
@@ -90,7 +92,7 @@ class Exploration:
     height_map: HeightMap | None
     sphere: SphereFit | None
     point_error: FloatArray
-    cost: SceneCost
+    cost: SceneCost | None
     account: RunAccount
     wall: WallBound
     growth: GrowthReport | None = None
@@ -116,7 +118,7 @@ class Exploration:
     def force_rms(self) -> float:
         """RMS error of the true normal force while scanning [N]."""
         error = (self.true_normal_force - self.set_force)[self.scanning]
-        return float(np.sqrt(np.nanmean(np.square(error)))) if error.size else float("nan")
+        return float(np.sqrt(np.nanmean(np.square(error)))) if error.size and self.truth.known else float("nan")
 
     @property
     def point_rms(self) -> float:
@@ -202,8 +204,8 @@ class Attempt:
             mapped,
             _height_map(cloud, config.map_spacing),
             _sphere(cloud, planned.scan, config.map_spacing),
-            planned.target.signed_distance(cloud.position),
-            scene_cost(planned.backend.scene.model),
+            planned.target.signed_distance(cloud.position) if planned.truth_known else np.full(len(cloud), np.nan),
+            cost_of(planned.backend),
             account,
             planned.wall,
             self._growth(record, cloud, mapped, tell),
@@ -236,7 +238,8 @@ class Attempt:
             moment_noise=config.moment_noise,
         )
         budget = replace(budget, shown=account.offset)
-        return explored_map(felt, planned.target, planned.scan, config, budget, tell)
+        target = planned.target if planned.truth_known else None
+        return explored_map(felt, target, planned.scan, config, budget, tell)
 
     def _set_force(self, record: Record) -> FloatArray:
         """The force asked for in every period [N], live or by a profile, as it was in the run."""

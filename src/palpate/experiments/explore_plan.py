@@ -38,15 +38,17 @@ from palpate.experiments.explore_identified import (
 )
 from palpate.experiments.explored_object import object_in, object_texts, scene_object
 from palpate.experiments.finger_sensor import sensor_for
+from palpate.experiments.known_truth import scene_of
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.experiments.scans import ContourScan, Effort, Scan, scan_on
 from palpate.experiments.simulated_stage import Task, only_finger
 from palpate.experiments.wall_bound import WallBound
-from palpate.runtime import FingerDescription, Limits
+from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
-from palpate.sim import MujocoBackend, SceneObject
+from palpate.runtime.robot_rig import RigEntry
+from palpate.sim import SceneObject
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 
@@ -78,7 +80,7 @@ class ExplorationPlan:
         effort: What ways cost.
         finger: For touch.
         limits: For the supervisor.
-        backend: The simulated robot.
+        backend: The robot.
         expected_duration: About how long it takes [s].
         longest_duration: Then something is wrong [s].
         half_compliance: Of tip and object together, half their compression per force [m/N].
@@ -97,7 +99,7 @@ class ExplorationPlan:
     effort: Effort
     finger: FingerDescription
     limits: Limits
-    backend: MujocoBackend
+    backend: Backend
     expected_duration: float
     longest_duration: float
     half_compliance: float
@@ -124,7 +126,12 @@ class ExplorationPlan:
             return None
         return SineForce(config.force, config.force_swing, 1.0 / config.force_period)
 
-    def another_backend(self) -> MujocoBackend:
+    @property
+    def truth_known(self) -> bool:
+        """Whether it is simulated."""
+        return scene_of(self.backend) is not None
+
+    def another_backend(self) -> Backend:
         """Return the same robot above the same object once more."""
         return build(self.robot, self.task).backend
 
@@ -222,9 +229,12 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     limits, room = _limits(robot.file.limits.limits(), scan, plane, top, descent, _stopping(config, scan))
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
-    check_push(config, ready.stiffness, robot.file.backend.leash)
+    if not isinstance(robot.file.backend, RigEntry):  # what holds a real arm back is its controller
+        check_push(config, ready.stiffness, robot.file.backend.leash)
     check_speed("speed", config.speed, limits)
-    check_sliding(config, ready.backend.scene.pair)
+    scene = scene_of(ready.backend)
+    if scene is not None:
+        check_sliding(config, scene.pair)
     least = LEAST_FORCE * ready.touch_force
     check_least_force(config, least)
     sensing_delay = ready.finger.pipeline().delay

@@ -17,6 +17,7 @@ from palpate.experiments.explore_tables import (
 from palpate.experiments.explored_map import ExploredMap
 from palpate.experiments.explored_marks import marks_text, not_felt
 from palpate.experiments.explored_object import object_line
+from palpate.experiments.known_truth import NOT_KNOWN, cost_row, time_name
 from palpate.experiments.run_account import account_sentences
 from palpate.experiments.scans import ActiveScan, Scan
 from palpate.mapping import HeightMap, height_map_triangles
@@ -43,7 +44,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
     config, record, result = exploration.config, exploration.record, exploration.run
     true_force = np.where(exploration.truth.touching, exploration.true_normal_force, np.nan)
     true_spin = np.where(exploration.truth.touching, exploration.true_spin_torque, np.nan)
-    found = exploration.map
+    found, known = exploration.map, exploration.truth.known
     return ExplorationReport(
         title=f"Exploration of {config.article} {config.object} by touch",
         outcome=outcome(exploration),
@@ -57,16 +58,16 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
             set_force=exploration.set_force,
             spin_torque=np.where(record.touching, record.spin_torque, np.nan),
             speed=np.linalg.norm(record.velocity, axis=1),
-            true_force=true_force,
-            true_spin_torque=true_spin,
+            true_force=true_force if known else None,
+            true_spin_torque=true_spin if known else None,
         ),
         timing=result.timing,
         map=None if found is None else map_report(found),
         shape=None if found is None or found.shape is None else shape_report(found.shape, found.felt_little),
         growth=exploration.growth,
-        true_surface=_true_surface(exploration) if len(exploration.cloud) else None,
-        point_error=exploration.point_error,
-        error_note=CONTACT_NOTE if exploration.point_error.max(initial=0.0) > OUTSIDE else "",
+        true_surface=_true_surface(exploration) if known and len(exploration.cloud) else None,
+        point_error=exploration.point_error if known else None,
+        error_note=CONTACT_NOTE if known and exploration.point_error.max(initial=0.0) > OUTSIDE else "",
     )
 
 
@@ -105,26 +106,32 @@ def _places(count: int) -> str:
 def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     """Return the figures that matter, most important first."""
     result = exploration.run
-    error = np.abs(exploration.point_error)
-    figures = [
-        KeyFigure("contacts", len(exploration.cloud)),
-        KeyFigure("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
-        KeyFigure("points to true surface, 99 %", 1e3 * float(np.percentile(error, 99)), "mm")
-        if error.size
-        else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
-        KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
-    ]
+    figures = [KeyFigure("contacts", len(exploration.cloud)), *_true_figures(exploration)]
     figures.append(
         KeyFigure("largest force felt", exploration.account.most_force, "N", f"limit {exploration.wall.limit:g} N")
     )
     figures += _map_figures(exploration)
     figures.append(KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)))
     figures += [
-        KeyFigure("simulated time", result.duration, "s"),
+        KeyFigure(time_name(exploration.cost), result.duration, "s"),
         KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
         KeyFigure("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
     ]
     return tuple(figures)
+
+
+def _true_figures(exploration: Exploration) -> list[KeyFigure]:
+    """How far points and forces are off."""
+    if not exploration.truth.known:
+        return [KeyFigure("points to true surface", NOT_KNOWN), KeyFigure("true normal force", NOT_KNOWN)]
+    error = np.abs(exploration.point_error)
+    return [
+        KeyFigure("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
+        KeyFigure("points to true surface, 99 %", 1e3 * float(np.percentile(error, 99)), "mm")
+        if error.size
+        else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
+        KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
+    ]
 
 
 def _map_figures(exploration: Exploration) -> list[KeyFigure]:
@@ -132,17 +139,20 @@ def _map_figures(exploration: Exploration) -> list[KeyFigure]:
     found = exploration.map
     if found is None:
         return []
-    figures = []
+    figures: list[KeyFigure] = []
     if found.claimed.any():
         band = 1e3 * float(np.median(found.mesh.band()[found.claimed]))
-        figures += [
-            *_accuracy(exploration.scan, found),
-            KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
-            KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
-        ]
+        if found.truth_known:
+            figures += [
+                *_accuracy(exploration.scan, found),
+                KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
+                KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
+            ]
+        else:
+            figures.append(KeyFigure("map, 95 % band", band, "mm", f"its true error is {NOT_KNOWN}"))
     if found.is_line:
         figures.append(KeyFigure("map", "a line", "", "claims no surface"))
-    else:
+    elif found.truth_known:
         figures.append(KeyFigure("observed of the reachable", 100.0 * found.observed_share, "%"))
     figures += _layer_figures(found)
     shape = found.shape
@@ -220,7 +230,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
             f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mN m, seed {config.seed}",
         ),
         ("robot", config.robot),
-        ("simulated scene", str(exploration.cost)),
+        *cost_row(exploration.cost),
         ("control period", f"{1e3 * config.period:g} ms"),
         *_force_law(exploration),
         *change_rows(exploration.changes),

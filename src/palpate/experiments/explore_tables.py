@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from palpate.experiments.explored_map import ExploredMap
+from palpate.experiments.known_truth import NOT_KNOWN
 from palpate.experiments.named_shape import NamedShape
 from palpate.mapping import FitStatus, PrimitiveFit, PrimitiveKind
 from palpate.mapping.layers import VertexLayer
@@ -40,7 +41,8 @@ def map_report(found: ExploredMap) -> MapReport:
     """Return what a report says of a map."""
     rows = (*map_rows(found), *layer_rows(found))
     drawn = [layer for layer in found.layers if layer.name in DRAWN and isinstance(layer, VertexLayer)]
-    return MapReport(found.mesh, rows, found.error, found.missed, tuple(drawn))
+    error = found.error if found.truth_known else None
+    return MapReport(found.mesh, rows, error, found.missed, tuple(drawn))
 
 
 def map_rows(found: ExploredMap) -> tuple[Row, ...]:
@@ -50,7 +52,9 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
     claimed = found.claimed
     if found.is_line:
         rows.append(LINE)
-    if claimed.any():
+    if claimed.any() and not found.truth_known:
+        rows.append(("error against the true surface", NOT_KNOWN, "", f"{int(claimed.sum())} vertices"))
+    elif claimed.any():
         rows += [
             ("error against the true surface, RMS", _mm(found.rms), "mm", f"{int(claimed.sum())} vertices"),
             ("largest error", _mm(float(np.abs(found.error[claimed]).max())), "mm", ""),
@@ -68,7 +72,7 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
                 "of random errors alone",
             ),
         ]
-    if not found.is_line:
+    if not found.is_line and found.truth_known:
         note = f"of {CM2 * found.reachable.area.sum():.3g} cm² that the tip could feel on its way"
         rows.append(("observed", f"{100.0 * found.observed_share:.1f}", "%", note))
     rows += [

@@ -83,6 +83,7 @@ class ExploredMap:
         error: Signed distance of each vertex to the true surface, positive outside, shape (n,) [m].
         reachable: The part of the true surface that the tip could have felt on its way, as samples.
         found: Which of those are observed.
+        truth_known: Whether anybody knows the true surface; else `error` is NaN and `reachable` empty.
     """
 
     surface: SurfaceMap
@@ -95,6 +96,7 @@ class ExploredMap:
     error: FloatArray
     reachable: ReachableSurface
     found: npt.NDArray[np.bool_]
+    truth_known: bool = True
 
     @property
     def layers(self) -> tuple[VertexLayer | VertexDirection, ...]:
@@ -148,7 +150,7 @@ class ExploredMap:
 
 def explored_map(
     felt: ScanContacts,
-    target: SceneObject,
+    target: SceneObject | None,
     scan: Scan,
     config: ExploreConfig,
     budget: MapBudget,
@@ -158,7 +160,7 @@ def explored_map(
 
     Args:
         felt: In the scan.
-        target: What was touched, for the truth.
+        target: What was touched, for the truth; None if nobody knows.
         scan: Where it went.
         config: What was asked for.
         budget: From `map_budget`.
@@ -183,7 +185,7 @@ def explored_map(
     thin = cloud.thinned(apart)
     shape = named_shape(thin, points_per_row(thin, scan.row, apart), budget, surface.model)
     tell(STEPS[4])
-    reachable = ReachableSurface.of(target, config, scan)
+    reachable = ReachableSurface.unknown() if target is None else ReachableSurface.of(target, config, scan)
     return ExploredMap(
         surface=surface,
         mesh=mesh,
@@ -192,10 +194,17 @@ def explored_map(
         stiffness=stiffness,
         curvature=curvature,
         shape=shape,
-        error=target.signed_distance(mesh.vertices) if len(mesh.vertices) else np.zeros(0),
+        error=np.full(len(mesh.vertices), math.nan) if target is None else _errors(target, mesh),
         reachable=reachable,
-        found=_felt(surface, cloud, scan, reachable.position, config.gap),
+        found=np.zeros(0, np.bool_)
+        if target is None
+        else _felt(surface, cloud, scan, reachable.position, config.gap),
+        truth_known=target is not None,
     )
+
+
+def _errors(target: SceneObject, mesh: SurfaceMesh) -> FloatArray:
+    return target.signed_distance(mesh.vertices) if len(mesh.vertices) else np.zeros(0)
 
 
 def ribbon_mesh(surface: SurfaceMap, voxel: float) -> SurfaceMesh:

@@ -9,12 +9,13 @@ from palpate.experiments.explore_config import TOUCH_DEVIATIONS, TOUCH_FORCE
 from palpate.experiments.finger_sensor import model_with_noise
 from palpate.experiments.friction_config import FrictionConfig
 from palpate.experiments.known_sensor import described
+from palpate.experiments.known_truth import scene_of
 from palpate.experiments.robot_in_scene import build
 from palpate.experiments.run_checks import CLEARANCE
 from palpate.experiments.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
 from palpate.runtime.robot import Robot
 from palpate.sensing.ft.filters import WrenchFilter
-from palpate.sim import Box, ContactLaw, MujocoBackend, SceneObject, SeededSensor, SphereObject, build_scene
+from palpate.sim import Box, ContactLaw, SceneObject, SeededSensor, SphereObject
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.sensor.description import TOUCH_SIGMAS
 from palpate.sim.sensor.model import SensorModel
@@ -155,12 +156,12 @@ def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInSc
     )
     robot = _touching_above(robot, sensor.model, config, task.touch_force)
     ready, plant = build(robot, task), friction_law(config)
-    scene = ready.backend.scene
+    scene = scene_of(ready.backend)
+    if scene is None:
+        return ready
     if plant is None:
         # what moves with the contact, D_n, the first scene tells by its friction's damping
         fastest = max((config.speed, *config.speeds))
         lift = max(LIFT_SPEEDS * fastest, scene.law.lift_speed * scene.pair.friction_damping / FASTEST_DAMPING)
         return build(robot, replace(task, law=replace(task.law, lift_speed=lift)))
-    rubbed = build_scene(scene.tip, shape, task.law, task.start, scene.carrier, scene.fidelity, friction=plant)
-    pacer = robot.file.pace.pacer(task.period)
-    return replace(ready, backend=MujocoBackend(rubbed, task.period, sensor, pacer))
+    return build(robot, replace(task, rubbing=plant))

@@ -3,6 +3,7 @@
 from palpate.experiments.friction_file import Finding, FrictionFile, How
 from palpate.experiments.friction_run import RubbingRun
 from palpate.experiments.friction_words import bound_reason, bound_words, no_spin_length
+from palpate.experiments.known_truth import time_name
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.reporting import KeyFigure
 from palpate.reporting.interval_words import interval_words, value_words
@@ -11,27 +12,28 @@ from palpate.reporting.interval_words import interval_words, value_words
 def key_figures(rubbing: RubbingRun) -> tuple[KeyFigure, ...]:
     """Return the figures that matter, most important first."""
     file, planned = rubbing.file, rubbing.planned
-    run = (KeyFigure("simulated time", rubbing.run.duration, "s"),)
+    run = (KeyFigure(time_name(rubbing.cost), rubbing.run.duration, "s"),)
     if file is None:
         return run
     plant = planned.plant
-    truth = {
+    truth: dict[str, float | None] = {
         "mu": planned.true_friction(file.speed),
         "gamma": 0.0 if plant is None else plant.load_exponent,
         "p": 2.0 if plant is None else plant.norm_exponent,
     }
+    if not planned.truth_known:
+        truth = dict.fromkeys(truth)
     slipped = file.friction.how is How.MEASURED
     together = "all loads together, " if len(file.loads) > 1 else ""
     note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if slipped else ""
     figures = [_figure("friction mu", file.friction, truth["mu"], note=note, bound=_strokes_bound(rubbing))]
     if file.static_friction is not None:
-        static = None if plant is None else plant.static_friction
+        static = None if plant is None or not planned.truth_known else plant.static_friction
         figures.append(_figure("static friction", file.static_friction, static, bound=_static_bound(rubbing)))
     true_length, why = planned.true_spin_length(1.0), no_spin_length(rubbing)
     if file.spin_length is None:
-        figures.append(
-            KeyFigure("spin length e", "not found", "", f"{why}; true {1e3 * true_length:.4g} mm at 1 N")
-        )
+        true = "" if true_length is None else f"; true {1e3 * true_length:.4g} mm at 1 N"
+        figures.append(KeyFigure("spin length e", "not found", "", f"{why}{true}"))
         figures += _torque(file)
     else:
         figures.append(_figure("spin length e at 1 N", file.spin_length, true_length, "mm", 1e3, bound=why or ""))

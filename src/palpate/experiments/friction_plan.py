@@ -13,13 +13,14 @@ from palpate.experiments.explore_config import LEAST_FORCE
 from palpate.experiments.friction_built import built, friction_law, object_of
 from palpate.experiments.friction_config import EXPONENT_SLIPS, FrictionConfig
 from palpate.experiments.friction_text import FRICTION_TEXT, friction_text, read_friction_config
+from palpate.experiments.known_truth import scene_of
 from palpate.experiments.run_checks import CLEARANCE, check_force, check_speed
 from palpate.experiments.simulated_stage import RobotInScene
-from palpate.runtime import FingerDescription, Limits
+from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
 from palpate.runtime.robot_backend import StageEntry
-from palpate.sim import MujocoBackend, SceneObject
+from palpate.sim import SceneObject
 from palpate.sim.friction.law import FrictionLaw
 
 FASTEST_LANDING = 0.005
@@ -59,7 +60,7 @@ class FrictionPlan:
         plant: How it rubs in truth, if it is not MuJoCo that does.
         finger: For touch.
         limits: For the supervisor.
-        backend: The simulated robot.
+        backend: The robot.
         ready: The robot as built, with what is known of it.
         expected_duration: About how long it takes [s].
     """
@@ -73,7 +74,7 @@ class FrictionPlan:
     plant: FrictionLaw | None
     finger: FingerDescription
     limits: Limits
-    backend: MujocoBackend
+    backend: Backend
     ready: RobotInScene
     expected_duration: float
 
@@ -94,12 +95,21 @@ class FrictionPlan:
         """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
         return {FRICTION_TEXT: friction_text(self.config), **self.robot.texts}
 
-    def true_friction(self, speed: float) -> float:
-        """Return the mu that is simulated, at a slip speed [m/s]."""
+    @property
+    def truth_known(self) -> bool:
+        """Whether it is simulated."""
+        return scene_of(self.backend) is not None
+
+    def true_friction(self, speed: float) -> float | None:
+        """Return the mu that is simulated, at a slip speed [m/s]; None on a robot."""
+        if not self.truth_known:
+            return None
         return self.config.friction if self.plant is None else self.plant.friction_at(speed)
 
-    def true_spin_length(self, load: float) -> float:
-        """Return the e that is simulated [m], at a load [N]."""
+    def true_spin_length(self, load: float) -> float | None:
+        """Return the e that is simulated [m], at a load [N]; None on a robot."""
+        if not self.truth_known:
+            return None
         return self.config.spin_length if self.plant is None else self.plant.spin_length_at(load)
 
 

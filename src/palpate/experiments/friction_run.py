@@ -18,6 +18,7 @@ from palpate.experiments.friction_strokes import (
     rubbed_pairs,
 )
 from palpate.experiments.friction_summary import friction_file
+from palpate.experiments.known_truth import cost_of
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.recorded_run import RecordedRun
 from palpate.experiments.truth_recorder import TruthRecord
@@ -26,7 +27,7 @@ from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
 from palpate.runtime import Observer, Record, RunResult, Supervisor, Touch
 from palpate.runtime.log import Log, Sink
 from palpate.runtime.replay import replay
-from palpate.sim.scene_cost import SceneCost, scene_cost
+from palpate.sim.scene_cost import SceneCost
 
 FILE_NAME = "friction.yaml"
 """Of what was found, in the output folder."""
@@ -47,7 +48,7 @@ class RubbingRun:
         file: What is kept of that; None if nothing was rubbed.
         shortfalls: What could not be done, a sentence each.
         lost: How often contact was lost that was to be kept.
-        cost: Of the simulated scene.
+        cost: Of the simulated scene; None on a robot.
         recognised: What the library says of it; None without one.
     """
 
@@ -61,7 +62,7 @@ class RubbingRun:
     file: FrictionFile | None
     shortfalls: tuple[str, ...]
     lost: int
-    cost: SceneCost
+    cost: SceneCost | None
     recognised: Recognised | None = None
 
 
@@ -136,7 +137,7 @@ class Attempt:
             friction_file(found, planned.wanted.speed, said, sensor_errors(air, config.calibration)),
             shortfalls,
             controller.lost,
-            scene_cost(planned.backend.scene.model),
+            cost_of(planned.backend),
             known,
         )
 

@@ -5,6 +5,7 @@ from palpate.experiments.friction_library import library_path
 from palpate.experiments.friction_plan import FrictionPlan
 from palpate.experiments.friction_run import RubbingRun, listed
 from palpate.experiments.friction_strokes import FreeAir
+from palpate.experiments.known_truth import NOT_KNOWN, cost_row
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
 from palpate.runtime import Ending
@@ -126,7 +127,7 @@ def settings(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
     zero = "not felt" if air is None else f"taken off; it moved by {_millinewtons(air)}"
     return (
         ("object", f"{config.object}, {size} mm"),
-        ("rubs by", rubs_by(planned)),
+        ("rubs by", rubs_by(planned) if planned.truth_known else NOT_KNOWN),
         ("loads", f"{', '.join(f'{load:g}' for load in wanted.loads)} N"),
         ("slip speeds", f"{speeds} mm/s"),
         ("strokes", f"{1e3 * wanted.travel:g} to {1e3 * wanted.most_travel:.3g} mm"),
@@ -137,7 +138,7 @@ def settings(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
         ("robot", config.robot),
         ("seed", str(config.seed)),
         *_library(rubbing),
-        ("simulated scene", str(rubbing.cost)),
+        *cost_row(rubbing.cost),
         ("control period", f"{1e3 * planned.period:g} ms"),
         *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),
     )

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +15,9 @@ from palpate.errors import FloatArray
 from palpate.experiments.grasp_least import least_grip
 from palpate.experiments.grasp_nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp_plan import PERIOD, GraspPlan
-from palpate.experiments.grasp_truth import STAGES, GraspTruth, GraspTruthRecorder
+from palpate.experiments.grasp_truth import STAGES, GraspTruth, GraspTruthRecorder, TrueHand
 from palpate.experiments.output_folder import make_folder
-from palpate.runtime import Ending, Observer, RunResult, Supervisor, Touch, run
+from palpate.runtime import Backend, Ending, Observer, RunResult, Supervisor, Touch, run
 from palpate.runtime.log import Recorder, Sink
 from palpate.sim.fidelity import GRAVITY
 
@@ -256,17 +257,26 @@ class Grasp:
         return self.run.ending is Ending.DONE
 
 
+class GraspHand(Backend, TrueHand, Protocol):
+    """A hand that can be told what to do, and of which the truth is known."""
+
+
 class GraspAttempt:
     """One try at a grasp: it is run once, and what came of it is told, however the run ended."""
 
-    def __init__(self, planned: GraspPlan) -> None:
+    def __init__(self, planned: GraspPlan, hand: GraspHand | None = None) -> None:
         """Take what to do.
+
+        Args:
+            planned: See there.
+            hand: That does it; the simulated one of the plan if not given.
 
         Raises:
             InvalidValueError: It cannot be simulated.
         """
         self._planned = planned
-        self._backend, self._watch, self._belief = planned.backend(), planned.watch(), planned.belief()
+        self._backend: GraspHand = hand or planned.backend()
+        self._watch, self._belief = planned.watch(), planned.belief()
         self.controller = planned.controller(self._watch, self._belief)
         self._truth = GraspTruthRecorder(self._backend, self.controller, planned.config, planned.times.begin)
 

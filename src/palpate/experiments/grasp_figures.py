@@ -136,14 +136,16 @@ def _found(name: str, values: list[float], off: float, unit: str, true: str) -> 
 
 def _who_tells(config: GraspConfig) -> str:
     if shares(config):
-        return "a finger's load that comes up to its limit, of which the others then bear more"
+        return "nobody listens: a finger at its limit hands on to the others, which is no slip"
     if config.known == "touched":
         return "a load that comes up to the limit surface believed in"
     return "a load that follows the ripple on the grip"
 
 
 def _why_raised(grasp: Grasp) -> str:
-    if grasp.planned.config.ignore_spin or shares(grasp.planned.config):
+    if shares(grasp.planned.config):
+        return "fingers that share a load answer it by its plan alone"
+    if grasp.planned.config.ignore_spin:
         return "alarms are not heeded"
     return "for an alarm, and again while it goes on; in the whole run"
 

@@ -11,7 +11,7 @@ from palpate.controllers.grip.grasp_solver import GraspSolver, LeastGrip, Likely
 from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin
-from palpate.controllers.grip.noted_watch import NotedWatch, UnheededWatch
+from palpate.controllers.grip.noted_watch import DeafWatch, NotedWatch, UnheededWatch
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.rippled import RippledGrip
@@ -75,6 +75,7 @@ class GraspPlan:
         lift: How it is lifted.
         known: What rubbing had found, as text; empty if nothing was rubbed.
         rubbed: Up to which normal force e was measured [N]: beyond, it is planned with as if it grew no more.
+        limits: For the supervisor.
     """
 
     config: GraspConfig
@@ -83,16 +84,12 @@ class GraspPlan:
     lift: LiftParameters
     known: str = ""
     rubbed: float = math.inf
+    limits: Limits = LIMITS
 
     @property
     def true(self) -> LimitSurface:
         """What the contacts really bear."""
         return true_surface(self.config)
-
-    @property
-    def limits(self) -> Limits:
-        """For the supervisor."""
-        return LIMITS
 
     @property
     def fingers(self) -> tuple[Finger, ...]:
@@ -130,8 +127,9 @@ class GraspPlan:
     def watch(self) -> NotedWatch:
         """Return a fresh listener for slip; a grip that ignores spin, or is shared, does not heed it."""
         slips = slips_of(self.config, self.believed, hand_of(self.config).tip, PERIOD)
-        # of fingers that share, one may come up to its limit and hand on to the others: that is no slip
-        return UnheededWatch(slips) if self.config.ignore_spin or shares(self.config) else NotedWatch(slips)
+        if shares(self.config):
+            return DeafWatch(slips)
+        return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
 
     def belief(self) -> SurfaceBelief:
         """Return afresh what is planned with, and how that learns."""

@@ -4,6 +4,7 @@ import numpy as np
 
 from palpate.experiments.grasp import Grasp
 from palpate.experiments.grasp_figures import compared, key_figures
+from palpate.experiments.grasp_heaviest import heaviest_load
 from palpate.experiments.grasp_truth import STAGES
 from palpate.experiments.grasp_words import account, outcome, settings, title
 from palpate.reporting.grasp_data import GraspReport, GraspSeries
@@ -23,6 +24,7 @@ def grasp_report(grasp: Grasp) -> GraspReport:
         series=series_of(grasp),
         beside=None if beside is None else series_of(beside),
         timing=grasp.run.timing,
+        heaviest=heaviest_load(grasp),
     )
 
 

@@ -3,6 +3,7 @@
 import math
 from array import array
 from dataclasses import dataclass
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -14,9 +15,10 @@ from palpate.experiments.grasp_clearance import clearance
 from palpate.experiments.grasp_config import GraspConfig
 from palpate.kinematics.pose import Pose
 from palpate.runtime import Command, Observation, Sample
-from palpate.sim.hand.backend import HandBackend
+from palpate.sim.friction.plant import FrictionContact
+from palpate.sim.hand.scene import GraspScene
 from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.spatial import Vector, add, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
+from palpate.spatial import Vector, Wrench, add, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
 
 STAGES = tuple(GraspStage)
 
@@ -83,11 +85,39 @@ class GraspTruth:
         return int(self.touching.shape[1])
 
 
+class TrueHand(Protocol):
+    """A hand that is simulated, be it behind a wire."""
+
+    @property
+    def scene(self) -> GraspScene:
+        """What is simulated."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Of control [s]."""
+        ...
+
+    @property
+    def pull(self) -> Wrench:
+        """See `HandBackend`."""
+        ...
+
+    @property
+    def rubbing(self) -> tuple[FrictionContact, ...]:
+        """See `HandBackend`."""
+        ...
+
+    def truth(self) -> HandTruth:
+        """Return what really happened at the last sample."""
+        ...
+
+
 class GraspTruthRecorder:
     """An observer that asks the simulation for the truth at every sample."""
 
     def __init__(
-        self, backend: HandBackend, controller: GraspController, config: GraspConfig, watched: float
+        self, backend: TrueHand, controller: GraspController, config: GraspConfig, watched: float
     ) -> None:
         """Watch a back end.
 
@@ -105,7 +135,7 @@ class GraspTruthRecorder:
         """Append the truth that belongs to this sample."""
         backend, controller = self._backend, self._controller
         truth = backend.truth()
-        hand = Pose(now.arm.position_base_tip, now.arm.rotation_base_tip)
+        hand = truth.pose_base_hand or Pose(now.arm.position_base_tip, now.arm.rotation_base_tip)
         description = backend.scene.hand
         sensors = [hand @ description.pose_hand_sensor(i, f.joint_position) for i, f in enumerate(truth.fingers)]
         center = description.tip.center_of_mass
@@ -166,7 +196,7 @@ class GraspTruthRecorder:
 class _Way:
     """How far the object has slipped and spun over the fingertips since it was first asked to go on."""
 
-    def __init__(self, backend: HandBackend) -> None:
+    def __init__(self, backend: TrueHand) -> None:
         self._moved: _Moved | None = None
         self._rubbed = _Rubbed(backend) if backend.scene.rubbing else None
 
@@ -219,7 +249,7 @@ class _Moved:
 class _Rubbed:
     """How far contacts of the friction plant have slipped: the ways along which they did."""
 
-    def __init__(self, backend: HandBackend) -> None:
+    def __init__(self, backend: TrueHand) -> None:
         self._backend = backend
         self._ways = [[0.0, 0.0] for _ in backend.scene.rubbing]
 

@@ -48,6 +48,11 @@ class ReachableSurface:
         return cls._within(target, half, scan)
 
     @classmethod
+    def unknown(cls) -> Self:
+        """Return nothing, where nobody knows the true surface."""
+        return cls(np.zeros((0, 3)), np.zeros(0))
+
+    @classmethod
     def _within(cls, target: SceneObject, half: FloatArray, scan: Scan) -> Self:
         """What is touched with the centre over an area.
 

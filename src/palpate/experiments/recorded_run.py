@@ -9,6 +9,7 @@ import numpy as np
 from palpate.experiments.change_account import ChangeAccount, account_of_changes
 from palpate.experiments.truth_recorder import TruthRecord, TruthRecorder
 from palpate.runtime import (
+    Backend,
     Controller,
     FingerDescription,
     Limits,
@@ -22,7 +23,6 @@ from palpate.runtime import (
 )
 from palpate.runtime.live import Change, LiveParameters, ScheduledChanges
 from palpate.runtime.log import MemoryLog, Recorder, Sink
-from palpate.sim import MujocoBackend
 
 
 class TunableController(Controller, Protocol):
@@ -38,8 +38,8 @@ class Runnable(Protocol):
     """What of a plan a run needs."""
 
     @property
-    def backend(self) -> MujocoBackend:
-        """The simulated robot."""
+    def backend(self) -> Backend:
+        """The robot."""
         ...
 
     @property

@@ -11,6 +11,7 @@ from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.regulate import Loss
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.change_account import ChangeAccount
+from palpate.experiments.known_truth import cost_of
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.recorded_run import RecordedRun
 from palpate.experiments.regulate_config import RegulateConfig
@@ -25,7 +26,7 @@ from palpate.experiments.regulate_response import (
 from palpate.experiments.truth_recorder import TruthRecord
 from palpate.runtime import Observer, Phase, Record, RunResult, Supervisor, Touch, run
 from palpate.runtime.log import Sink
-from palpate.sim.scene_cost import SceneCost, scene_cost
+from palpate.sim.scene_cost import SceneCost
 
 SETTLED_AFTER = 0.5
 """How long after the profile's beginning its error is counted [s]: what landing has left is over then."""
@@ -48,7 +49,7 @@ class Regulation:
         loss: What became of the contact.
         bounces: How often it was lost again before it had settled.
         guard_trips: How often gain and forward feed were halved because the loop swung.
-        cost: Of the simulated scene.
+        cost: Of the simulated scene; None on a robot.
         changes: What became of the changes of live parameters that were asked for beforehand.
     """
 
@@ -62,7 +63,7 @@ class Regulation:
     loss: Loss
     bounces: int
     guard_trips: int
-    cost: SceneCost
+    cost: SceneCost | None
     changes: tuple[ChangeAccount, ...] = ()
 
     @property
@@ -104,13 +105,20 @@ class Regulation:
 
     @property
     def true_force(self) -> FloatArray:
-        """The simulation's own in that direction, shape (n,) [N]; 0 without contact."""
+        """The simulation's own in that direction, shape (n,) [N]; 0 without contact; NaN on a robot."""
+        if not self.truth.known:
+            return np.full(len(self.record), np.nan)
         axis, force = self.planned.parameters.axis, self.truth.force
         normal = self.record.normal if axis is None else np.broadcast_to(np.array(axis), force.shape)
         along = -np.sum(force * normal, axis=1)
         # before a touch is noticed there is no normal: all of the force counts
         along = np.where(np.isfinite(along), along, np.linalg.norm(force, axis=1))
         return np.where(self.truth.touching, along, 0.0)
+
+    @property
+    def judged_force(self) -> FloatArray:
+        """The force that is judged, shape (n,) [N]: the true one; on a robot the sensed one, 0 without contact."""
+        return self.true_force if self.truth.known else np.nan_to_num(self.sensed_force, nan=0.0)
 
     @property
     def true_rms(self) -> float:
@@ -133,7 +141,9 @@ class Regulation:
 
     @property
     def peak(self) -> float:
-        """Largest true force of the whole run, tangential part included [N]."""
+        """Largest true force of the whole run, tangential part included [N]; on a robot the largest sensed one."""
+        if not self.truth.known:
+            return float(np.nanmax(np.linalg.norm(self.record.wrench[:, :3], axis=1), initial=0.0))
         return float(np.nanmax(np.linalg.norm(self.truth.force, axis=1), initial=0.0))
 
     @property
@@ -255,7 +265,7 @@ class Attempt:
             controller.loss,
             controller.bounces,
             controller.guard_trips,
-            scene_cost(planned.backend.scene.model),
+            cost_of(planned.backend),
             self._recorded.account_of_changes(Phase.HOLD),
         )
 

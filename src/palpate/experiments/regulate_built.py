@@ -10,6 +10,7 @@ from palpate.experiments.robot_in_scene import build
 from palpate.experiments.run_checks import CLEARANCE
 from palpate.experiments.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
 from palpate.runtime.robot import Robot
+from palpate.runtime.robot_rig import RigEntry
 from palpate.sim import Target
 from palpate.sim.presets import EXPLORE
 
@@ -18,8 +19,12 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
     """Return the robot above the object.
 
     Raises:
-        InvalidValueError: The fingertip is smaller than its compression.
+        InvalidValueError: The fingertip is smaller than its compression, or a real surface is to move.
     """
+    if isinstance(robot.file.backend, RigEntry) and config.surface != "still":
+        raise InvalidValueError(
+            f"surface = {config.surface}: is for simulated objects; a real one does as it likes: leave it still"
+        )
     tip = config.tip or tip_sizes(robot)
     sensor = sensor_of(robot, config)
     compression = 0.5 * config.force / config.true_stiffness

@@ -3,6 +3,7 @@
 import math
 
 from palpate.controllers.surface_motion import StiffnessRange, stiffness_range
+from palpate.experiments.known_truth import NOT_KNOWN, time_name
 from palpate.experiments.regulate import Regulation
 from palpate.experiments.regulate_plan import RegulationPlan
 from palpate.experiments.regulate_response import RISE_FROM, RISE_TO, SETTLED, FrequencyResponse, StepResponse
@@ -21,27 +22,30 @@ def key_figures(regulation: Regulation) -> tuple[KeyFigure, ...]:
     planned, config, result = regulation.planned, regulation.planned.config, regulation.run
     moving = config.profile in ("step", "sine")
     note = "what the set force changes by included" if moving else "first half second left out"
+    judged = "true" if regulation.truth.known else "sensed"
     figures = [
-        KeyFigure("true force, RMS error", regulation.true_rms, "N", note, digits=3),
+        KeyFigure("true force, RMS error", regulation.true_rms, "N", note, digits=3)
+        if regulation.truth.known
+        else KeyFigure("true force", NOT_KNOWN),
         KeyFigure("sensed force, RMS error", regulation.sensed_rms, "N", digits=3),
         KeyFigure(
             "largest force of landing", regulation.landing_peak, "N", f"at {landing_words(planned)}", digits=3
         ),
         KeyFigure("largest force of the run", regulation.peak, "N", f"limit {planned.limits.force:g} N", digits=3),
     ]
-    steps = regulation.steps(regulation.true_force)
+    steps = regulation.steps(regulation.judged_force)
     if steps is not None:
-        figures = _step_figures(steps) + figures
-    tones = regulation.tones(regulation.true_force)
+        figures = _step_figures(steps, judged) + figures
+    tones = regulation.tones(regulation.judged_force)
     if tones is not None:
-        figures = _tone_figures(tones) + figures
+        figures = _tone_figures(tones, judged) + figures
     error = round(regulation.sensor_error, 6) + 0.0  # of a perfect sensor, rounding errors are left; no -0
     return (
         *figures,
         KeyFigure("sensed less true force at the end", error, "N", "what the sensor is off", 3),
         KeyFigure("contact", regulation.loss.value, "", _bounced(regulation.bounces)),
         KeyFigure("gain halved", regulation.guard_trips, "times", "because force control swung"),
-        KeyFigure("simulated time", result.duration, "s"),
+        KeyFigure(time_name(regulation.cost), result.duration, "s"),
         KeyFigure(
             "real-time factor", result.real_time_factor, "", f"control at {1.0 / result.timing.period:g} Hz", 3
         ),
@@ -52,13 +56,13 @@ def _bounced(times: int) -> str:
     return "" if times == 0 else f"bounced {times} time{'s' if times > 1 else ''} on landing"
 
 
-def _step_figures(steps: StepResponse) -> list[KeyFigure]:
+def _step_figures(steps: StepResponse, judged: str) -> list[KeyFigure]:
     return [
         KeyFigure(
             "rise time",
             1e3 * steps.rise_time,
             "ms",
-            f"from {100.0 * RISE_FROM:g} to {100.0 * RISE_TO:g} % of the mean step, true force",
+            f"from {100.0 * RISE_FROM:g} to {100.0 * RISE_TO:g} % of the mean step, {judged} force",
             digits=3,
         ),
         KeyFigure(
@@ -78,11 +82,11 @@ def _step_figures(steps: StepResponse) -> list[KeyFigure]:
     ]
 
 
-def _tone_figures(tones: FrequencyResponse) -> list[KeyFigure]:
+def _tone_figures(tones: FrequencyResponse, judged: str) -> list[KeyFigure]:
     width, highest = tones.bandwidth, float(tones.frequency[-1])
     value: float | str = f"beyond {highest:g}" if width is None else width
     return [
-        KeyFigure("bandwidth", value, "Hz", "true per set amplitude first below 0.707 (-3 dB)", digits=3),
+        KeyFigure("bandwidth", value, "Hz", f"{judged} per set amplitude first below 0.707 (-3 dB)", digits=3),
         KeyFigure("largest amplitude ratio", tones.peak, "", digits=3),
     ]
 

@@ -17,6 +17,7 @@ from palpate.controllers.tangent_motion import (
 )
 from palpate.errors import InvalidValueError
 from palpate.experiments.finger_sensor import model_with_noise
+from palpate.experiments.known_truth import scene_of
 from palpate.experiments.regulate_config import RegulateConfig
 from palpate.experiments.regulate_motion import read_motion
 from palpate.experiments.simulated_stage import RobotInScene
@@ -156,11 +157,16 @@ def sprung(config: RegulateConfig, shape: SceneObject) -> SprungTarget:
 def contact_model(config: RegulateConfig, ready: RobotInScene) -> DampedContact:
     """Return what force control is told of contact, mount and servo.
 
-    That is what is simulated, or what is assumed instead: of a stiffness that is so many times as large, contact
-    and mount have their shares, and as much damping as gives them the same damping ratios.
+    That is what is simulated (on a robot: what is taken for its stiffness), or what is assumed instead: of a
+    stiffness that is so many times as large, contact and mount have their shares, and as much damping as gives
+    them the same damping ratios.
     """
-    pair = ready.backend.scene.pair
-    servo = ready.stiffness
+    scene, servo = scene_of(ready.backend), ready.stiffness
+    if scene is None:  # nobody knows: what is told, and no damping unless that is told, too
+        return DampedContact(
+            config.assumed_stiffness or config.true_stiffness, config.assumed_damping_time or 0.0, servo
+        )
+    pair = scene.pair
     # the pair's direct format: -(1 - d) A times stiffness and damping
     true = DampedContact(config.true_stiffness, pair.solref[1] / pair.solref[0], servo, _mounting(config))
     if config.assumed_stiffness is None and config.assumed_damping_time is None:

@@ -39,10 +39,10 @@ from palpate.experiments.regulate_parts import (
 )
 from palpate.experiments.run_checks import CLEARANCE
 from palpate.experiments.simulated_stage import RobotInScene
-from palpate.runtime import FingerDescription, Limits
+from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, load_robot, read_robot
-from palpate.sim import MujocoBackend, Target
+from palpate.sim import Target
 
 LIFT, LIFT_SPEED = 0.005, 0.02
 """How far [m] and how fast [m/s] it is lifted from what stands still."""
@@ -78,7 +78,7 @@ class RegulationPlan:
         follow: How the surface's motion is followed.
         finger: For touch.
         limits: For the supervisor.
-        backend: The simulated robot.
+        backend: The robot.
         ready: The robot as built, with what is known of it.
         expected_duration: About how long it takes [s].
         identified: What pressing has found; None if nothing was pressed.
@@ -94,7 +94,7 @@ class RegulationPlan:
     follow: SurfaceFilter
     finger: FingerDescription
     limits: Limits
-    backend: MujocoBackend
+    backend: Backend
     ready: RobotInScene
     expected_duration: float
     identified: Identified | None = None
@@ -125,7 +125,7 @@ class RegulationPlan:
         )
         return IdentifyController(wanted, self.period)
 
-    def resting(self) -> MujocoBackend:
+    def resting(self) -> Backend:
         """Return the same robot above the same object, which stands still: to identify it."""
         return built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
 

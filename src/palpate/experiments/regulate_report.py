@@ -15,7 +15,9 @@ def regulation_report(regulation: Regulation) -> RegulationReport:
     """Return the report on a regulation."""
     record = regulation.record
     sensed, true = regulation.sensed_force, regulation.true_force
-    curves, tones = _steps(regulation), regulation.tones(true)
+    known = regulation.truth.known
+    curves, tones = _steps(regulation) if known else None, regulation.tones(regulation.judged_force)
+    felt = regulation.tones(_filled(sensed))
     return RegulationReport(
         title=title(regulation),
         outcome=outcome(regulation),
@@ -29,13 +31,13 @@ def regulation_report(regulation: Regulation) -> RegulationReport:
             set_force=regulation.set_force,
             spin_torque=np.where(record.touching, record.spin_torque, np.nan),
             speed=np.linalg.norm(record.velocity, axis=1),
-            true_force=np.where(regulation.truth.touching, true, np.nan),
+            true_force=np.where(regulation.truth.touching, true, np.nan) if known else None,
         ),
         timing=regulation.run.timing,
         steps=curves,
         tones=tuple(
             BodeCurve(name, answer.frequency, answer.gain, answer.phase_deg)
-            for name, answer in (("true", tones), ("sensed", regulation.tones(_filled(sensed))))
+            for name, answer in (("true", tones if known else None), ("sensed", felt))
             if answer is not None
         ),
         bandwidth=None if tones is None else tones.bandwidth,

@@ -1,5 +1,6 @@
 """What there is to see of a regulation of force in simulation."""
 
+from palpate.experiments.known_truth import known_scene
 from palpate.experiments.regulate_plan import RegulationPlan
 from palpate.experiments.view_scenes import scene_view
 from palpate.sim import MovingTarget
@@ -14,4 +15,4 @@ def regulation_scene(planned: RegulationPlan) -> ViewScene:
     if isinstance(target, MovingTarget):
         motions = {f"{OBJECT_GEOM}_{i}": joint.motion for i, joint in enumerate(target.joints)}
     title = f"Force on a {planned.config.object}, {planned.config.surface}, {planned.config.robot}"
-    return scene_view(title, planned.backend.scene.model, motions=motions)
+    return scene_view(title, known_scene(planned.backend).model, motions=motions)

@@ -6,6 +6,7 @@ import numpy as np
 
 from palpate.controllers.regulate import Loss
 from palpate.experiments.change_account import change_rows, change_sentences
+from palpate.experiments.known_truth import cost_row
 from palpate.experiments.regulate import Regulation
 from palpate.experiments.regulate_config import FROM_FILES
 from palpate.experiments.regulate_plan import RegulationPlan
@@ -65,7 +66,8 @@ def outcome(regulation: Regulation) -> str:
         said = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."]
     said += change_sentences(regulation.changes, result.duration, "anything was held")
     if regulation.peak > limit:
-        said.append(f"The true force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
+        force = "true" if regulation.truth.known else "sensed"
+        said.append(f"The {force} force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
     if regulation.guard_trips:
         share = 0.5**regulation.guard_trips
         said.append(
@@ -81,6 +83,8 @@ def outcome(regulation: Regulation) -> str:
 
 
 def _drifted(regulation: Regulation) -> bool:
+    if not regulation.truth.known:
+        return False
     error = regulation.sensor_error
     counted = regulation.counted
     noise = np.nanstd((regulation.sensed_force - regulation.true_force)[counted]) if counted.any() else 0.0
@@ -134,7 +138,7 @@ def settings(regulation: Regulation) -> tuple[tuple[str, str], ...]:
         ("sensor", f"{type(sensor).__name__}, drift {config.drift:g} N/min, seed {config.seed}"),
         ("landing speed", landing_words(planned)),
         ("robot", config.robot),
-        ("simulated scene", str(regulation.cost)),
+        *cost_row(regulation.cost),
         *change_rows(regulation.changes),
         ("control period", f"{1e3 * planned.period:g} ms"),
         *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),

@@ -4,11 +4,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.emulated_ur5e import build_emulated_ur5e
+from palpate.experiments.rig_built import build_rig, check_rig
 from palpate.experiments.simulated_stage import RobotInScene, Task, build_stage, check_simulated
 from palpate.experiments.simulated_turning_stage import build_turning_stage
 from palpate.experiments.simulated_ur5e import build_ur5e
 from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import BackendEntry, SimulatedUr5eEntry, StageEntry, TurningStageEntry
+from palpate.runtime.robot_backend import (
+    BackendEntry,
+    EmulatedUr5eEntry,
+    SimulatedUr5eEntry,
+    StageEntry,
+    TurningStageEntry,
+)
+from palpate.runtime.robot_rig import RigEntry
 
 Builder = Callable[[Robot, Task], RobotInScene]
 """Raises InvalidValueError if the robot cannot be what its file says, or not do the task."""
@@ -26,6 +35,8 @@ KINDS = (
     _Kind(StageEntry, build_stage),
     _Kind(TurningStageEntry, build_turning_stage),
     _Kind(SimulatedUr5eEntry, build_ur5e),
+    _Kind(EmulatedUr5eEntry, build_emulated_ur5e),
+    _Kind(RigEntry, build_rig),
 )
 """Every kind of `backend` that experiments can carry out."""
 
@@ -46,7 +57,10 @@ def check(robot: Robot) -> None:
         InvalidValueError: It could not; the message says what to change.
     """
     _kind(robot)  # there is one
-    check_simulated(robot, robot.file.backend.time_step)
+    if isinstance(robot.file.backend, RigEntry):
+        check_rig(robot)
+    else:
+        check_simulated(robot, robot.file.backend.time_step)
 
 
 def _kind(robot: Robot) -> _Kind:

@@ -5,6 +5,7 @@ from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.finger_sensor import model_of_finger, noise_of
 from palpate.experiments.simulated_stage import tip_sizes
 from palpate.runtime.robot import Robot, load_robot
+from palpate.runtime.robot_rig import RigEntry
 
 
 def values_of(robot: Robot) -> dict[str, object]:
@@ -14,6 +15,9 @@ def values_of(robot: Robot) -> dict[str, object]:
         InvalidValueError: It has no fingertip that an exploration can use.
     """
     force, moment = noise_of(model_of_finger(robot.file.fingers[0]))
+    sensor = robot.sensors[0]
+    if isinstance(robot.file.backend, RigEntry) and sensor is not None:
+        force, moment = max(sensor.noise_force), max(sensor.noise_moment)
     return {
         "tip": tip_sizes(robot),
         "force_noise": force,

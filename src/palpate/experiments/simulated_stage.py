@@ -9,7 +9,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.finger_sensor import check_age, model_of_finger
 from palpate.experiments.known_sensor import known_sensor
 from palpate.experiments.robot_entry import entry_of
-from palpate.runtime import Finger, FingerDescription, SensorFinger
+from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import StageEntry
 from palpate.runtime.robot_file import FingerEntry
@@ -28,6 +28,7 @@ from palpate.sim import (
     Tip,
     build_scene,
 )
+from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 from palpate.surfaces import Ellipsoid, Sphere
@@ -52,6 +53,7 @@ class Task:
         period: Control period [s].
         sensor: Behind the tip.
         touch_force: Force that counts as a touch on a sensor of which nothing is known [N].
+        rubbing: How the friction plant rubs; None: MuJoCo rubs.
     """
 
     tip: tuple[float, ...]
@@ -62,6 +64,7 @@ class Task:
     period: float
     sensor: SeededSensor
     touch_force: float
+    rubbing: FrictionLaw | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +80,7 @@ class RobotInScene:
         touch_force: Force that counts as a touch [N].
     """
 
-    backend: MujocoBackend
+    backend: Backend
     finger: FingerDescription
     lag: float
     response: float
@@ -107,7 +110,7 @@ def simulated_tip(robot: Robot, task: Task) -> Tip:
     finger, sensor = only_finger(robot), robot.sensors[0]
     payload = _payload(finger, sensor)
     check_age(robot, task.sensor.model, task.period)
-    return Tip(_surface(finger, task.tip), payload.mass)
+    return Tip(surface_of_tip(finger, task.tip), payload.mass)
 
 
 def on_a_carrier(
@@ -137,8 +140,8 @@ def on_a_carrier(
     """
     finger = only_finger(robot)
     sensor = known_sensor(finger, robot.sensors[0], task.sensor, task.period)
-    scene = build_scene(tip, task.target, task.law, task.start, carrier, fidelity)
-    sensed = _surface(finger, tuple(length - task.compression for length in task.tip))
+    scene = build_scene(tip, task.target, task.law, task.start, carrier, fidelity, friction=task.rubbing)
+    sensed = surface_of_tip(finger, tuple(length - task.compression for length in task.tip))
     described: FingerDescription
     if sensor is None:
         touch_force = task.touch_force
@@ -195,8 +198,8 @@ def tip_sizes(robot: Robot) -> tuple[float, ...]:
     return (surface.radius,) if isinstance(surface, SphereEntry) else surface.semi_axes  # type: ignore[union-attr]
 
 
-def _surface(finger: FingerEntry, lengths: tuple[float, ...]) -> Sphere | Ellipsoid:
-    """The fingertip of these half lengths [m], where the robot file puts it."""
+def surface_of_tip(finger: FingerEntry, lengths: tuple[float, ...]) -> Sphere | Ellipsoid:
+    """Return the fingertip of these half lengths [m], where the robot file puts it."""
     center, rotation = np.array(finger.surface.center), finger.surface.rotation
     if len(lengths) == 1:
         return Sphere(lengths[0], center=center, rotation=rotation)

@@ -14,6 +14,7 @@ from palpate.experiments.explore_plan import ExplorationPlan, plan
 from palpate.experiments.friction_plan import FrictionPlan
 from palpate.experiments.grasp_plan import GraspPlan
 from palpate.experiments.grasp_scene import scene_of
+from palpate.experiments.known_truth import known_scene
 from palpate.experiments.regulate_plan import RegulationPlan
 from palpate.experiments.regulate_view import regulation_scene
 from palpate.experiments.replay_kinds import kind_of
@@ -90,7 +91,7 @@ def recorded_plan(log: Log) -> ViewedPlan:
 
 def simulated_model(planned: ViewedPlan) -> mujoco.MjModel:
     """Return the compiled scene of a run in simulation."""
-    return scene_of(planned.config).model if isinstance(planned, GraspPlan) else planned.backend.scene.model
+    return scene_of(planned.config).model if isinstance(planned, GraspPlan) else known_scene(planned.backend).model
 
 
 def view_scene(planned: ViewedPlan) -> ViewScene:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction import LimitSurface
+from palpate.grasp import GraspContacts
 from palpate.reporting.data import KeyFigure
 from palpate.runtime import RunTiming
 
@@ -55,6 +56,26 @@ class GraspSeries:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class HeaviestLoad:
+    """The least forces that hold the load where it takes most grip; object frame turned as the base is.
+
+    Attributes:
+        time: When [s].
+        grasp: Contacts, and what they really bear.
+        forces: On the object, shape (k, 4) [N, N, N, N m].
+        load: What else acts on it, shape (6,) [N, N m].
+        disturbance: The largest further load that the true grip held in the worst direction, shape (6,) [N, N m];
+            None where that is not known.
+    """
+
+    time: float
+    grasp: GraspContacts
+    forces: FloatArray
+    load: FloatArray
+    disturbance: FloatArray | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class GraspReport:
     """All that a report on one grasp shows.
 
@@ -69,6 +90,7 @@ class GraspReport:
         series: What happened.
         beside: What happened with a control that ignores spin; None if that was not asked for.
         timing: How long the periods took.
+        heaviest: The least forces at one moment; None if it was not held.
     """
 
     title: str
@@ -81,3 +103,4 @@ class GraspReport:
     series: GraspSeries
     beside: GraspSeries | None
     timing: RunTiming
+    heaviest: HeaviestLoad | None = None

@@ -29,6 +29,7 @@ def write_grasp_report(report: GraspReport, path: str | os.PathLike[str]) -> Non
 def grasp_html(report: GraspReport) -> str:
     """Return `report` as the text of an HTML document."""
     # matplotlib takes a third of a second to import: only those who write a report wait for it.
+    from palpate.reporting.grasp_force_picture import grasp_force_picture
     from palpate.reporting.grasp_picture import grip_picture, load_pictures, slip_picture
     from palpate.reporting.page import page, picture_cards, section, table
     from palpate.reporting.timing_picture import timing_picture
@@ -37,6 +38,13 @@ def grasp_html(report: GraspReport) -> str:
     series, beside = report.series, report.beside
     over_time = [grip_picture(series), slip_picture(series)] if len(series.time) > 1 else []
     loads = load_pictures(report.surface, series)
+    least = []
+    if report.heaviest is not None:
+        at = report.heaviest
+        least = [
+            f"<p>At {at.time:.3g} s, by what the contacts really bear.</p>",
+            picture_cards([grasp_force_picture(at.grasp, at.forces, at.load, at.disturbance)]),
+        ]
     ignoring = []
     if beside is not None and len(beside.time) > 1:
         figures = table(report.compared, ("name", "value", "value", "unit"))
@@ -52,6 +60,7 @@ def grasp_html(report: GraspReport) -> str:
             section("What was seen", [f"<p>{escape(text)}</p>" for text in report.account]),
             section("Over time", [picture_cards(over_time)]),
             section("Loads and what contacts bear", [picture_cards(loads)]),
+            section("The least forces where the load is heaviest", least),
             section("A control that ignores spin", ignoring),
             section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
             section("Settings", [table(report.settings, ("name", "value"))]),

@@ -4,9 +4,13 @@ Plain data. What a kind of robot is made of, `palpate.sim` and `palpate.hw` know
 together (`palpate.experiments.robot_in_scene`). A new kind is one more entry here and one more builder there.
 """
 
+import ipaddress
+
 import msgspec
 
+from palpate.errors import InvalidValueError
 from palpate.runtime.robot_ranges import within
+from palpate.runtime.robot_rig import RigEntry
 
 RANGES = {
     "mass_kg": (1e-3, 1000.0, "kg"),
@@ -17,8 +21,26 @@ RANGES = {
     "time_step_s": (1e-6, 0.01, "s"),
     "foot_distance_m": (0.0, 2.0, "m"),
     "tool_length_m": (0.0, 1.0, "m"),
+    "time_scale": (0.01, 10.0, ""),
 }
 """What a robot can be, generously: beyond, the number is in another unit (grams, hertz, millimetres, ms)."""
+
+
+def loopback_address(key: str, address: str) -> str:
+    """Return an address that nobody but this computer reaches.
+
+    Raises:
+        InvalidValueError: It is none.
+    """
+    try:
+        inside = ipaddress.IPv4Address(address).is_loopback
+    except ValueError:
+        inside = False
+    if not inside:
+        raise InvalidValueError(
+            f"{key} = {address!r}: must be an address of this computer's own net, 127.0.0.1 to 127.255.255.254"
+        )
+    return address
 
 
 class StageEntry(
@@ -96,5 +118,36 @@ class SimulatedUr5eEntry(
             within(field.encode_name, getattr(self, field.name), least, most, unit)
 
 
-BackendEntry = StageEntry | TurningStageEntry | SimulatedUr5eEntry
+class EmulatedUr5eEntry(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="emulated_ur5e"
+):
+    """The simulated UR5e behind an emulated controller and F/T box, run over the real wires and client libraries.
+
+    Attributes:
+        address: Where controller and F/T box listen: one of the loopback net, for ports are fixed.
+        time_scale: Seconds of the robot per second of wall time: less where the computer is too busy for 1.
+        foot_distance: As of `SimulatedUr5eEntry`, and so on [m].
+        tool_length: [m].
+        bandwidth: [rad/s].
+        leash: [m].
+        time_step: [s]; the controller's cycle of 2 ms is a whole number of them.
+    """
+
+    address: str = "127.0.0.2"
+    time_scale: float = 1.0
+    foot_distance: float = msgspec.field(name="foot_distance_m", default=0.45)
+    tool_length: float = msgspec.field(name="tool_length_m", default=0.1)
+    bandwidth: float = msgspec.field(name="bandwidth_rad_per_s", default=100.0)
+    leash: float = msgspec.field(name="leash_m", default=0.001)
+    time_step: float = msgspec.field(name="time_step_s", default=0.0005)
+
+    def __post_init__(self) -> None:
+        for field in msgspec.structs.fields(self):
+            if field.encode_name in RANGES:
+                least, most, unit = RANGES[field.encode_name]
+                within(field.encode_name, getattr(self, field.name), least, most, unit)
+        loopback_address("address", self.address)
+
+
+BackendEntry = StageEntry | TurningStageEntry | SimulatedUr5eEntry | EmulatedUr5eEntry | RigEntry
 """Every kind of back end, told apart by `kind`."""

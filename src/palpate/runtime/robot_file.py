@@ -13,6 +13,7 @@ from palpate.runtime.robot_backend import BackendEntry
 from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.robot_pace import PaceEntry, SimulatedPaceEntry
 from palpate.runtime.robot_ranges import within
+from palpate.runtime.robot_rig import RigEntry, SensorDeviceEntry
 from palpate.runtime.robot_sensor import NoiseEntry, SimulatedSensorEntry
 from palpate.runtime.robot_surface import AnySurfaceEntry
 from palpate.sensing.ft.sensor_file import PayloadEntry
@@ -39,6 +40,7 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
             of the simulated sensor.
         noise: Of a simulated sensor, each axis; None: as `simulated_sensor` has it.
         simulated_sensor: How a simulated sensor misbehaves otherwise; None: not at all.
+        sensor_device: The real sensor, of a rig; None: there is none, or it is simulated.
     """
 
     surface: AnySurfaceEntry
@@ -46,6 +48,7 @@ class FingerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     sensor: str | None = None
     noise: NoiseEntry | None = None
     simulated_sensor: SimulatedSensorEntry | None = None
+    sensor_device: SensorDeviceEntry | None = None
 
     def __post_init__(self) -> None:
         if (self.payload is None) == (self.sensor is None):
@@ -90,6 +93,26 @@ class RobotFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only
             )
         within("period_s", self.period, SHORTEST_PERIOD, LONGEST_PERIOD, "s")
         self.pace.pacer(self.period)
+        self._check_sensors()
+
+    def _check_sensors(self) -> None:
+        """Refuse real sensors on simulated robots, simulated ones on real robots, and real time that is none."""
+        real = isinstance(self.backend, RigEntry)
+        for i, finger in enumerate(self.fingers):
+            where = f"fingers[{i}]"
+            if not real and finger.sensor_device is not None:
+                raise InvalidValueError(f"{where}.sensor_device: is for backend.kind: rig; leave it out")
+            if real and finger.sensor_device is None:
+                raise InvalidValueError(f"{where}: no sensor_device, which a rig needs: netft, onrobot, bota, ...")
+            if real and finger.simulated_sensor is not None:
+                raise InvalidValueError(f"{where}.simulated_sensor: a rig has real ones; leave it out")
+            if real and finger.sensor is None and finger.noise is None:
+                raise InvalidValueError(
+                    f"{where}: neither noise nor sensor (a sensor file, which says it too): a tare tells rest "
+                    "from motion by it; `palpate doctor` measures it"
+                )
+        if real and isinstance(self.pace, SimulatedPaceEntry):
+            raise InvalidValueError("pace.kind = simulated: real devices keep real time; write kind: real_time")
 
 
 def read_robot_file(text: str) -> RobotFile:

@@ -1,0 +1,53 @@
+"""An arm told in another base frame than its own."""
+
+from palpate.hw.devices import ArmDevice
+from palpate.kinematics.pose import Pose, checked_pose, times
+from palpate.runtime.data import ArmSample
+from palpate.spatial import Vector, add, rotate, rotate_back
+
+
+class FramedArm:
+    """An `ArmDevice` whose base frame is where the work is: z up, wherever the arm stands and hangs."""
+
+    def __init__(self, arm: ArmDevice, pose_base_foot: Pose) -> None:
+        """Take an arm.
+
+        Args:
+            arm: Which tells its own base frame, that of its foot.
+            pose_base_foot: Where its foot is in the base frame.
+
+        Raises:
+            InvalidValueError: That is no pose.
+        """
+        self._arm = arm
+        self._pose = checked_pose("pose_base_foot", pose_base_foot)
+
+    @property
+    def name(self) -> str:
+        """See `Device`."""
+        return self._arm.name
+
+    def start(self) -> None:
+        """See `Device`."""
+        self._arm.start()
+
+    def close(self) -> None:
+        """See `Device`."""
+        self._arm.close()
+
+    def read(self) -> ArmSample:
+        """See `ArmDevice`."""
+        own, pose = self._arm.read(), self._pose
+        return ArmSample(
+            time=own.time,
+            position_base_tip=add(pose.position, rotate(pose.rotation, own.position_base_tip)),
+            rotation_base_tip=times(pose.rotation, own.rotation_base_tip),
+            velocity_base_tip=rotate(pose.rotation, own.velocity_base_tip),
+            joint_position=own.joint_position,
+            angular_velocity_base_tip=rotate(pose.rotation, own.angular_velocity_base_tip),
+        )
+
+    def move(self, velocity_base_tip: Vector, angular_velocity_base_tip: Vector) -> None:
+        """See `ArmDevice`."""
+        rotation = self._pose.rotation
+        self._arm.move(rotate_back(rotation, velocity_base_tip), rotate_back(rotation, angular_velocity_base_tip))

@@ -1,0 +1,102 @@
+"""A hand whose bus is slower than the loop: a thread talks to it, the loop takes the newest state at once.
+
+An exchange with servos takes one to several milliseconds, and up to `answer_time` where one is silent. The thread
+waits for the wire most of that time, and lets the loop run meanwhile.
+"""
+
+import threading
+from time import monotonic
+
+from palpate.errors import positive
+from palpate.hw.devices import DeviceError, HandDevice
+from palpate.runtime.data import HandSample
+
+_JOIN = 3.0
+"""Longest to wait for the thread at the end [s]; no exchange takes so long."""
+
+
+class PolledHand:
+    """A `HandDevice` around another one. The hand goes on pressing as last told while the loop says nothing."""
+
+    def __init__(self, hand: HandDevice, period: float) -> None:
+        """Take a hand.
+
+        Args:
+            hand: Used by nobody else while this one is started.
+            period: From exchange to exchange [s]; as fast as it can if they take longer.
+
+        Raises:
+            InvalidValueError: The period is not above 0.
+        """
+        self.hand, self._period = hand, positive("period", period, "s")
+        self._ending = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._force: tuple[float, ...] | None = None
+        self._newest: HandSample | None = None
+        self._error: Exception | None = None
+
+    @property
+    def name(self) -> str:
+        """See `Device`."""
+        return self.hand.name
+
+    def start(self) -> None:
+        """See `HandDevice`.
+
+        Raises:
+            DeviceError: It is not fit.
+        """
+        self.close()
+        self._force, self._error = None, None
+        self.hand.start()
+        try:
+            self._newest = self.hand.read()
+            ending = self._ending = threading.Event()
+            self._thread = threading.Thread(
+                target=self._poll, args=(ending,), name=f"polls {self.name}", daemon=True
+            )
+            self._thread.start()
+        except BaseException:
+            self.close()
+            raise
+
+    def read(self) -> HandSample:
+        """Return the newest state.
+
+        Raises:
+            DeviceError: See `HandDevice`; of what the last exchange said.
+        """
+        error, newest = self._error, self._newest
+        if error is not None:
+            raise error
+        if newest is None:
+            raise DeviceError(self.name, "it is not started", "call start() first")
+        return newest
+
+    def press(self, grip_force: tuple[float, ...]) -> None:
+        """See `HandDevice`; a force that cannot be is told by the next `read`."""
+        self._force = grip_force
+
+    def close(self) -> None:
+        """See `Device`."""
+        self._ending.set()
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.join(_JOIN)
+        self._newest = None
+        self.hand.close()
+
+    def _poll(self, ending: threading.Event) -> None:
+        hand, deadline = self.hand, monotonic()
+        while not ending.is_set():
+            try:
+                force = self._force
+                if force is not None:
+                    hand.press(force)
+                self._newest = hand.read()
+                self._error = None
+            except Exception as error:  # the loop is told, whatever it is; the next exchange may do
+                self._error = error
+            now = monotonic()
+            deadline = max(deadline + self._period, now)
+            ending.wait(deadline - now)

@@ -1,0 +1,52 @@
+"""What a doctor finds: one value of one device, what it should be, and what to do if it is not."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Verdict(StrEnum):
+    """What a value means."""
+
+    GOOD = "good"
+    NOTE = "note"
+    """Worth knowing, nothing that keeps it from running."""
+    BAD = "BAD"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One line of a doctor's table.
+
+    Attributes:
+        device: Whose it is.
+        what: That was looked at.
+        value: A number, or words.
+        unit: Of the number.
+        wanted: What it should be, in words; empty if anything is well.
+        verdict: What it means.
+        fix: What to do about it; empty if there is nothing to do.
+    """
+
+    device: str
+    what: str
+    value: float | str
+    unit: str = ""
+    wanted: str = ""
+    verdict: Verdict = Verdict.GOOD
+    fix: str = ""
+
+
+def judged(
+    device: str,
+    what: str,
+    value: float | str,
+    unit: str,
+    wanted: str,
+    good: bool,
+    fix: str,
+    otherwise: Verdict = Verdict.BAD,
+) -> Finding:
+    """Return a finding that is good, or `otherwise` with what to do."""
+    if good:
+        return Finding(device, what, value, unit, wanted)
+    return Finding(device, what, value, unit, wanted, otherwise, fix)

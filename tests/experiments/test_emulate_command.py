@@ -1,0 +1,158 @@
+"""`palpate emulate`: devices for other software, in the foreground, on loopback unless told otherwise."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import contextmanager, suppress
+
+import psutil
+import pytest
+import serial
+
+from palpate.cli import MISTAKE, main
+from palpate.experiments.emulate_config import (
+    EmulateDynamixelConfig,
+    EmulateNetftConfig,
+    EmulateUrConfig,
+    version_numbers,
+)
+from palpate.hw.dynamixel.packets import packet
+from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, Command
+
+
+@contextmanager
+def emulated(*typed):
+    """Run it in a process of its own; yield that, what it said first, and the port of its control."""
+    started = subprocess.Popen(
+        [sys.executable, "-m", "palpate", "emulate", *typed],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    said = ""
+    try:
+        for line in started.stdout:
+            said += line
+            if "Ctrl-C" in line:
+                break
+        port = re.search(r"emulate fault (\d+) ", said)
+        yield started, said, int(port.group(1)) if port else 0
+    finally:
+        if started.poll() is None:
+            started.send_signal(signal.SIGINT)
+        with suppress(subprocess.TimeoutExpired):
+            started.wait(10.0)
+        started.kill()
+        started.wait(5.0)
+        started.stdout.close()
+
+
+def listening(process):
+    """Return where a process listens, TCP and UDP."""
+    found = psutil.Process(process.pid).net_connections("inet")
+    return {(its.laddr.ip, its.laddr.port) for its in found if its.status in ("LISTEN", "NONE") and not its.raddr}
+
+
+def test_an_arm_listens_where_it_says_has_its_faults_and_ends_in_good_order(capsys):
+    with emulated("ur", "--address", "127.0.9.80", "--fault", "local_control", "1") as (process, said, port):
+        assert "127.0.9.80" in said
+        assert "drop_rst" in said
+        assert listening(process) == {("127.0.9.80", its) for its in (30004, 30003, 29999)} | {("127.0.0.1", port)}
+        with socket.create_connection(("127.0.9.80", 29999), timeout=5.0) as dashboard:
+            lines = dashboard.makefile("rw")
+            assert "Dashboard" in lines.readline()
+            lines.write("is in remote control\n")
+            lines.flush()
+            assert lines.readline().strip() == "false"
+            assert main(["emulate", "fault", str(port), "ur", "local_control", "0"]) == 0
+            lines.write("is in remote control\n")
+            lines.flush()
+            assert lines.readline().strip() == "true"
+        assert main(["emulate", "fault", str(port), "ur", "nonsense"]) == MISTAKE
+        assert "protective_stop" in capsys.readouterr().err
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10.0) == 0
+    assert main(["emulate", "fault", str(port), "ur", "drop_fin"]) == MISTAKE
+    assert "no emulator is there" in capsys.readouterr().err
+
+
+def test_a_box_sends_records_of_its_load_and_a_second_one_is_refused():
+    with emulated("netft", "--address", "127.0.9.81", "--load", "1", "0", "-5", "0", "0", "0.01") as (
+        process,
+        said,
+        _,
+    ):
+        assert "49152" in said
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            client.settimeout(5.0)
+            client.connect(("127.0.9.81", 49152))
+            client.send(REQUEST.pack(HEADER, Command.STREAM, 3))
+            records = [RECORD.unpack(client.recv(100)) for _ in range(3)]
+        assert [record[3:] for record in records] == [(1_000_000, 0, -5_000_000, 0, 0, 10_000_000)] * 3
+        with emulated("netft", "--address", "127.0.9.81") as (second, told, _):
+            assert second.wait(10.0) == MISTAKE
+            assert "cannot listen" in told
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(10.0) == 0
+
+
+def test_servos_answer_at_the_link_which_is_gone_afterwards(tmp_path):
+    link = tmp_path / "bus"
+    with emulated("dynamixel", "--servos", "3", "--link", str(link)) as (process, said, _):
+        assert str(link) in said
+        with serial.Serial(str(link), 1_000_000, timeout=5.0) as client:
+            client.write(packet(3, b"\x01"))  # a ping
+            answer = client.read(14)
+        assert answer[:5] == b"\xff\xff\xfd\x00\x03"
+        assert int.from_bytes(answer[9:11], "little") == 1200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10.0) == 0
+    assert not link.is_symlink()
+
+
+@pytest.mark.parametrize("kind", [EmulateUrConfig, EmulateNetftConfig])
+def test_without_being_told_nobody_else_reaches_it(kind):
+    assert kind().address.startswith("127.")
+
+
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [
+        (EmulateUrConfig, {"address": "localhost"}),
+        (EmulateUrConfig, {"version": "4.3"}),
+        (EmulateUrConfig, {"scale": 0.0}),
+        (EmulateUrConfig, {"plane": float("nan")}),
+        (EmulateUrConfig, {"stiffness": -1.0}),
+        (EmulateDynamixelConfig, {"servos": 0}),
+        (EmulateDynamixelConfig, {"scale": 100.0}),
+        (EmulateDynamixelConfig, {"wall": float("inf")}),
+        (EmulateNetftConfig, {"rate": 0.0}),
+        (EmulateNetftConfig, {"load": (float("nan"), 0.0, 0.0, 0.0, 0.0, 0.0)}),
+    ],
+)
+def test_what_cannot_be_is_refused_by_its_name(kind, given):
+    with pytest.raises(ValueError, match=next(iter(given))):
+        kind(**given)
+
+
+def test_versions_may_be_short():
+    assert version_numbers("5.14") == (5, 14, 0, 0)
+    assert version_numbers("10") == (10, 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("typed", "right"),
+    [
+        ("ur --address 127.0.9.82 --fault nonsense 1", "drop_rst"),
+        ("dynamixel --baud-rate 1234", "1000000"),
+        ("netft --address 127.0.9.82 --rate 9000", "7000"),
+        ("netft --address 127.0.9.82 --fault nonsense 1", "out of range"),
+    ],
+)
+def test_mistakes_end_it_with_what_would_be_right(typed, right, capsys):
+    assert main(["emulate", *typed.split()]) == MISTAKE
+    assert right in capsys.readouterr().err

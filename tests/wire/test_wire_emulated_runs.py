@@ -1,0 +1,199 @@
+"""Whole experiments over real sockets, terminals and client libraries, the MuJoCo scenes behind them.
+
+Time is scaled, for these share two cores with everything else. Every server listens on the loopback net.
+"""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import psutil
+import pytest
+
+from palpate.experiments.emulated_backend import EmulatedBackend
+from palpate.experiments.emulated_hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.experiments.emulated_scene import simulated_twin
+from palpate.experiments.explore import Attempt
+from palpate.experiments.explore_plan import plan
+from palpate.experiments.explore_report import exploration_report
+from palpate.experiments.grasp import GraspAttempt
+from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_plan import plan as plan_grasp
+from palpate.experiments.replay import replay_log
+from palpate.experiments.robot_in_scene import build
+from palpate.experiments.robot_values import config_for
+from palpate.experiments.run_told import log_writer
+from palpate.hw.devices import DeviceError
+from palpate.runtime import Ending
+from palpate.runtime.data import Command
+from palpate.runtime.robot import load_robot, robot_path
+
+SCALE = 0.25
+"""Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""
+
+HERE = Path(__file__).parent.parent
+
+
+def robot(address, scale=SCALE):
+    given = load_robot("emulated-ur5e")
+    entry = msgspec.structs.replace(given.file.backend, address=address, time_scale=scale)
+    return replace(given, file=msgspec.structs.replace(given.file, backend=entry))
+
+
+def file_of(robot_file, address, folder):
+    """Write the shipped robot file with another address, and return its path."""
+    text = robot_path("emulated-ur5e").read_text()
+    for old, new in (("address: 127.0.0.2 ", f"address: {address} "), ("time_scale: 1.0", f"time_scale: {SCALE}")):
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / robot_file
+    path.write_text(text)
+    return str(path)
+
+
+def children():
+    """Return this process's children, but for the one of Python itself that outlives them."""
+    return [its for its in psutil.Process().children() if "resource_tracker" not in " ".join(its.cmdline())]
+
+
+def step_until(backend, longest):
+    """Step until it raises, or for so long [s]."""
+    end = time.monotonic() + longest
+    while time.monotonic() < end:
+        backend.step(Command())
+
+
+def gone(pids, longest=10.0):
+    """Return whether processes end within a time [s]."""
+    end = time.monotonic() + longest
+    while time.monotonic() < end:
+        if not any(psutil.pid_exists(pid) and psutil.Process(pid).status() != "zombie" for pid in pids):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def free(address):
+    """Return whether all its ports can be had."""
+    for port in (30004, 30003, 29999, 49151):
+        with socket.socket() as tried:
+            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                tried.bind((address, port))
+            except OSError:
+                return False
+    return True
+
+
+@pytest.mark.slow
+def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
+    config = config_for("emulated-ur5e", width=0.01, depth=0.004, out=tmp_path)
+    wired = robot("127.0.9.42")
+    found = {}
+    for name, its in (("wire", wired), ("direct", simulated_twin(wired))):
+        planned = plan(config, its)
+        attempt = Attempt(planned)
+        sinks = (log_writer(planned),) if name == "wire" else ()
+        found[name] = attempt.found(attempt.run((), sinks))
+        assert found[name].run.ending is Ending.DONE
+        assert found[name].run.stopped
+    one, other = found["wire"], found["direct"]
+    assert one.force_rms <= 2.0 * other.force_rms
+    assert one.point_rms <= 2.0 * other.point_rms
+    names = [[figure.name for figure in exploration_report(its).summary] for its in (one, other)]
+    assert names[0] == names[1]
+    assert len(one.cloud) == pytest.approx(len(other.cloud), rel=0.1)
+    assert replay_log(tmp_path).identical
+    # the truth belongs to its sample: what is felt differs from it by the sensor's noise, and no more
+    touching = one.scanning & one.truth.touching
+    felt = one.record.normal_force[touching] - one.true_normal_force[touching]
+    assert float(np.nanstd(felt)) < 0.02
+    assert free("127.0.9.42")
+
+
+@pytest.mark.slow
+def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
+    config = config_for("emulated-ur5e", width=0.01, depth=0.004)
+    planned = plan(config, robot("127.0.9.43"))
+    backend = planned.backend
+    assert isinstance(backend, EmulatedBackend)
+    calls = []
+
+    def spoil(sample, now, command):
+        calls.append(now.time)
+        if len(calls) == 200:
+            backend.emulator.control.fault("ur", "drop_rst")
+
+    result = Attempt(planned).run((spoil,))
+    assert result.ending is Ending.TRIPPED
+    assert isinstance(result.error, DeviceError)
+    assert "UR arm at 127.0.9.43" in str(result.error)
+    assert len(calls) >= 200
+    assert not children()
+    assert free("127.0.9.43")
+
+
+@pytest.mark.slow
+def test_a_killed_emulator_is_told_and_a_new_start_works():
+    config = config_for("emulated-ur5e", width=0.01, depth=0.004)
+    its = robot("127.0.9.44")
+    with build(its, plan(config, its).task).backend as backend:
+        assert isinstance(backend, EmulatedBackend)
+        backend.start()
+        backend.pacer.start()
+        backend.step(Command())
+        backend.emulator.kill()
+        with pytest.raises(DeviceError):
+            step_until(backend, 5.0)
+        backend.start()
+        backend.pacer.start()
+        for _ in range(10):
+            backend.step(Command())
+        assert backend.truth().pose_base_object.rotation[0][0] == 1.0
+    assert not children()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
+    address = f"127.0.9.{50 + int(how)}"
+    path = file_of("robot.yaml", address, tmp_path)
+    with subprocess.Popen(
+        [sys.executable, str(HERE / "emulated_run.py"), path],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as started:
+        try:
+            started_by_it = [int(pid) for pid in started.stdout.readline().split()]
+            assert len(started_by_it) >= 2, "emulators, and the client of the arm"
+            assert not free(address)
+            os.kill(started.pid, how)
+            started.wait(20.0)
+        finally:
+            started.kill()
+    assert gone(started_by_it)
+    assert free(address)
+
+
+@pytest.mark.slow
+def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(tmp_path):
+    planned = for_a_busy_computer(plan_grasp(GraspConfig()))
+    wires = HandWires("127.0.9.45", ("127.0.9.46", "127.0.9.47"), tmp_path / "bus", SCALE)
+    attempt = GraspAttempt(planned, grasp_on_the_wire(planned, wires))
+    grasp = attempt.found(attempt.run())
+    assert grasp.run.ending is Ending.DONE, str(grasp.run)
+    assert not grasp.dropped
+    assert grasp.gave_way == ()
+    assert grasp.let_go
+    assert grasp.tightest > 1.0
+    assert grasp.grip_ratio < 1.4
+    assert not children()
+    assert not (tmp_path / "bus").exists()

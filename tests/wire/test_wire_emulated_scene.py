@@ -1,0 +1,257 @@
+"""MuJoCo scenes as plants behind emulated devices, and how their truth comes back: no sockets here."""
+
+import os
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.emulated_backend import EmulatedBackend
+from palpate.experiments.emulated_scene import simulated_twin
+from palpate.experiments.emulated_truth import ROWS, WIDEST, TruthTrace, new_memory
+from palpate.experiments.explore_plan import plan
+from palpate.experiments.grasp_config import GraspConfig
+from palpate.experiments.grasp_scene import scene_of
+from palpate.experiments.robot_in_scene import build
+from palpate.experiments.robot_values import config_for
+from palpate.experiments.scene_plant import ScenePlant
+from palpate.experiments.truth_numbers import (
+    hand_of_numbers,
+    numbers_of_hand,
+    numbers_of_truth,
+    truth_of_numbers,
+)
+from palpate.hw.emulators.plant import Plant
+from palpate.kinematics.pose import Pose
+from palpate.runtime.data import ArmSample, Command
+from palpate.runtime.robot import load_robot
+from palpate.runtime.robot_backend import EmulatedUr5eEntry
+from palpate.runtime.robot_pace import SimulatedPaceEntry
+from palpate.sim.backend import Truth
+from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
+from palpate.sim.hand.truth import FingerTruth, HandTruth
+from palpate.spatial import ZERO
+
+numbers = st.floats(-1e3, 1e3)
+vectors = st.tuples(numbers, numbers, numbers)
+fingers = st.builds(FingerTruth, st.booleans(), vectors, vectors, vectors, numbers, numbers)
+poses = st.builds(Pose, vectors, st.tuples(vectors, vectors, vectors))
+DOWN = (0.0, 0.0, -0.05)
+
+
+@pytest.fixture
+def memory():
+    file = new_memory()
+    yield file
+    os.close(file)
+
+
+@pytest.fixture
+def trace(memory):
+    opened = TruthTrace(memory)
+    yield opened
+    opened.close()
+
+
+def robot_with(**changed):
+    robot = load_robot("emulated-ur5e")
+    entry = msgspec.structs.replace(robot.file.backend, **changed)
+    return replace(robot, file=msgspec.structs.replace(robot.file, backend=entry))
+
+
+def task():
+    return plan(config_for("emulated-ur5e", width=0.02, depth=0.004), robot_with()).task
+
+
+def scene():
+    return build(simulated_twin(robot_with()), task()).backend
+
+
+# The truth
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40), st.floats(-0.1, 1.1))
+def test_a_sample_gets_the_newest_truth_that_is_no_later(times, asked):
+    file = new_memory()
+    trace = TruthTrace(file)
+    times.sort()
+    for i, time in enumerate(times):
+        trace.write([float(i)], time)
+    before = [i for i, time in enumerate(times) if time <= asked]
+    assert trace.at(asked)[0] == (before[-1] if before else 0)
+    trace.close()
+    os.close(file)
+
+
+def test_of_more_rows_than_there_is_room_the_newest_are_left(trace):
+    for i in range(ROWS + 500):
+        trace.write([float(i), *range(WIDEST - 1)], float(i))
+    assert trace.at(ROWS + 499.5)[:3] == (ROWS + 499.0, 0.0, 1.0)
+    assert trace.at(600.0)[0] > 600.0  # long gone: the oldest that is left
+    assert trace.at(float(ROWS))[0] == ROWS
+
+
+def test_nothing_is_known_before_anything_is_told(trace):
+    assert trace.at(1e9) == ()
+    assert not truth_of_numbers(trace.at(1e9)).touching
+
+
+def test_both_ends_see_the_same_memory(memory, trace):
+    other = TruthTrace.of_process(os.getpid(), memory)
+    other.write([3.0], 1.0)
+    assert trace.at(2.0)[0] == 3.0
+    assert not other.begun
+    trace.begin()
+    assert other.begun
+    other.close()
+    other.close()
+
+
+def test_memory_that_is_gone_is_told():
+    file = new_memory()
+    os.close(file)
+    with pytest.raises(OSError, match="No such file"):
+        TruthTrace.of_process(os.getpid(), file)
+
+
+@given(st.builds(Truth, st.booleans(), vectors, vectors, vectors, poses))
+def test_the_truth_of_a_contact_survives_the_way(truth):
+    assert truth_of_numbers(numbers_of_truth(truth)) == truth
+
+
+@given(
+    numbers,
+    st.lists(fingers, min_size=2, max_size=3),
+    st.tuples(vectors, st.tuples(numbers, numbers, numbers, numbers), vectors, vectors),
+    st.tuples(numbers, numbers, numbers, numbers, numbers, numbers),
+    poses,
+)
+def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand):
+    truth = HandTruth(time, tuple(touched), *rest, hand)
+    told = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO))
+    assert len(told) <= WIDEST
+    assert hand_of_numbers(told, len(touched)) == (truth, pull)
+
+
+# The scene behind the devices
+
+
+def test_a_scene_is_a_plant_that_moves_as_it_does_by_itself():
+    directly, behind = scene(), scene()
+    plant: Plant = ScenePlant(behind, tuple)
+    first, start = directly.start(), plant.start()
+    assert (start.arm, start.wrenches) == (first.arm, first.wrenches)
+    for _ in range(30):
+        sample = directly.step(Command(velocity_base_tip=DOWN))
+        state = plant.step(DOWN, ZERO, ())
+        assert (state.arm, state.wrenches) == (sample.arm, sample.wrenches)
+    assert state.time == pytest.approx(sample.time, abs=1e-3)
+
+
+def test_a_scene_stands_until_it_may_begin_and_its_clock_runs_on(trace):
+    plant = ScenePlant(scene(), lambda sample: (sample.time,), trace)
+    start = plant.start()
+    for _ in range(20):
+        waiting = plant.step(DOWN, ZERO, ())
+        assert waiting.arm.position_base_tip == start.arm.position_base_tip
+        assert waiting.wrenches[0].wrench == start.wrenches[0].wrench
+    assert waiting.time == pytest.approx(20 * plant.period)
+    assert waiting.arm.time == pytest.approx(waiting.time)
+    trace.begin()
+    times = [waiting.arm.time]
+    for _ in range(20):
+        moving = plant.step(DOWN, ZERO, ())
+        times.append(moving.arm.time)
+    assert moving.arm.position_base_tip[2] < start.arm.position_base_tip[2] - 5e-4
+    steps = np.diff(times)
+    assert steps == pytest.approx(np.full(20, plant.period), rel=0.3)
+    # the scene itself knows nothing of the wait
+    assert trace.at(1e12)[0] == pytest.approx(20 * plant.period, abs=1e-3)
+
+
+def held(grip):
+    config = GraspConfig()
+    return HandBackend(scene_of(config), 1e-3, grip=grip) if grip else HandBackend(scene_of(config), 1e-3)
+
+
+def test_servos_that_get_the_goals_of_a_grip_force_press_with_that_force():
+    config = GraspConfig()
+    forced, driven = held(None), held(ServoGrip)
+    forced.start()
+    driven.start()
+    hand, force = scene_of(config).hand, 2.0
+    finger = hand.finger
+    goal = ShaftGoal(
+        torque_on=True,
+        position=finger.closed(hand.opening, hand.tip_along) / finger.ratio,
+        current=finger.servo.driving_current(force * finger.lever(0.0, hand.tip_along)),
+        speed=hand.closing_speed / finger.lever(0.0, hand.tip_along),
+    )
+    assert isinstance(driven.grip, ServoGrip)
+    driven.grip.take((goal, goal))
+    for _ in range(3000):
+        forced.step(Command(grip_force=(force, force)))
+        driven.step(Command())
+    for one, other in zip(forced.truth().fingers, driven.truth().fingers, strict=True):
+        assert one.touching
+        assert other.touching
+        assert np.linalg.norm(other.force) == pytest.approx(np.linalg.norm(one.force), rel=0.02)
+        assert np.linalg.norm(other.force) == pytest.approx(force, rel=0.1)
+
+
+def test_a_servo_whose_torque_is_off_does_not_move_and_one_that_is_on_goes_to_its_goal():
+    hand = held(ServoGrip)
+    hand.start()
+    assert isinstance(hand.grip, ServoGrip)
+    hand.grip.take((ShaftGoal(False, 0.05, 0.5, 1.0), ShaftGoal(True, 0.05, 0.5, 1.0)))
+    for _ in range(1000):
+        hand.step(Command())
+    off, on = hand.grip.states()
+    assert abs(off.position) < 1e-3
+    assert off.current == 0.0
+    assert on.position == pytest.approx(0.05, abs=0.01)
+    hand.start()
+    assert [its.position for its in hand.grip.states()] == pytest.approx([0.0, 0.0], abs=1e-3)
+    for _ in range(100):
+        hand.step(Command())
+    assert [its.position for its in hand.grip.states()] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+# The robot file
+
+
+@pytest.mark.parametrize("address", ["192.168.0.5", "0.0.0.0", "nonsense", "::1", "128.0.0.1"])
+def test_an_emulated_robot_listens_on_this_computer_alone(address):
+    with pytest.raises(InvalidValueError, match="this computer"):
+        EmulatedUr5eEntry(address=address)
+
+
+def test_what_keeps_its_own_time_cannot_be_simulated_time():
+    robot = robot_with()
+    robot = replace(robot, file=msgspec.structs.replace(robot.file, pace=SimulatedPaceEntry()))
+    with pytest.raises(InvalidValueError, match="real_time"):
+        build(robot, task())
+
+
+def test_building_starts_nothing_and_closing_what_was_not_started_is_fine():
+    backend = build(robot_with(address="127.0.9.41", time_scale=0.5), task()).backend
+    assert backend.period == pytest.approx(0.002)
+    assert isinstance(backend, EmulatedBackend)
+    with pytest.raises(OSError, match="not started"):
+        backend.step(Command())
+    backend.close()
+    backend.close()
+    assert backend.scene.model.nq > 0
+    assert not backend.truth().touching
+
+
+def test_its_wires_are_reckoned_with_in_force_control():
+    twin, wired = build(simulated_twin(robot_with()), task()), build(robot_with(), task())
+    assert 0.002 < wired.response - twin.response < 0.01
+    assert wired.stiffness == twin.stiffness

@@ -1,0 +1,146 @@
+"""The fault campaign of `benchmarks/wire_faults.py`: every row on a robot on the wire, real clients, real sockets.
+
+The arm holds a force and slides, the hand presses; then a fault is injected for real. What is safe is asked of the
+emulator. A dozen rows run fast, all of them with the slow tests. Clients are patient here, since tests share their
+machine: times to notice are the benchmark's. Everything listens on loopback addresses and terminals only.
+"""
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
+
+from wire_cell import ARM, BOX, PATIENT, Cell, Tip
+from wire_fault_table import CASES, NOTICED, Case, Safe
+from wire_faults import shown, tried
+from wire_procedures import Borne, Lost, Procedure, Refused, Switch, nothing, read_on, recover_arm
+from wire_soak import Account, Look, soak
+
+from ur_wire_sessions import own_address
+
+ATTEMPTS = 3
+"""How often a row is tried until all is as it says: a busy machine alone may end a try with another error."""
+
+QUICK = {
+    "no. 2: states stay away",
+    "no. 5: velocity of two numbers",
+    "no. 5: five joints",
+    "velocity above the limit",
+    "protective stop",
+    "client process killed",
+    "a servo is silent",
+    "every checksum wrong",
+    "adapter unplugged",
+    "F/T box silent",
+    "F/T out of range",
+    "gap of 5 records",
+    "records twice",
+}
+
+ROWS = [pytest.param(case, marks=() if case.name in QUICK else pytest.mark.slow, id=case.name) for case in CASES]
+
+
+class Cells(ExitStack):
+    """Robots that have been started so far, one for each sensor."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._started: dict[Tip, Cell] = {}
+
+    def of(self, tip: Tip) -> Cell:
+        if tip not in self._started:
+            cell = Cell(own_address(20 + len(self._started)), tip, PATIENT)
+            self._started[tip] = self.enter_context(cell)
+        return self._started[tip]
+
+
+@pytest.fixture(scope="module")
+def cells() -> Iterator[Cells]:
+    with Cells() as started:
+        yield started
+
+
+@pytest.mark.parametrize("case", ROWS)
+def test_a_fault_is_noticed_told_safe_and_passed(cells: Cells, case: Case) -> None:
+    cell = cells.of(case.tip)
+    seen = []
+    for _ in range(ATTEMPTS):
+        row = tried(cell, case, 1)
+        if not row.problems:
+            return
+        seen.append(row.problems)
+    pytest.fail(f"{case.name}: {seen}")
+
+
+def test_the_table_has_what_was_asked_for() -> None:
+    names = [case.name for case in CASES]
+    assert len(CASES) >= 40
+    assert len(set(names)) == len(names)
+    assert {int(found) for name in names for found in re.findall(r"^no\. (\d+):", name)} == set(range(1, 19))
+    assert {case.name for case in CASES} >= QUICK
+    assert all(case.why for case in CASES if case.within > NOTICED)
+    assert all(case.says for case in CASES if case.safe is not Safe.GOES_ON)
+
+
+@pytest.mark.parametrize(
+    ("procedure", "says", "problem"),
+    [
+        (Lost(nothing, recover_arm), "", "noticed after inf"),
+        (Lost(Switch(BOX, "out of range"), read_on, Switch(BOX, "out of range", 0.0)), "sunshine", "said"),
+        (Borne(nothing, lambda cell: cell.sensor.counts.lost), "", "noticed after inf"),
+        (Refused(nothing), "", "noticed after inf"),
+        (Lost(Switch(ARM, "protective_stop"), nothing), "", "does not come back"),
+    ],
+    ids=["nothing happens", "another message", "nothing is counted", "nothing is refused", "not recovered"],
+)
+def test_the_campaign_sees_what_is_not_as_it_must_be(
+    cells: Cells, procedure: Procedure, says: str, problem: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("wire_procedures.LONGEST", 1.5)
+    cell = cells.of(Tip.BOX)
+    if problem == "does not come back":
+        up = cell.up
+        monkeypatch.setattr(cell, "up", lambda recover, within=0.3: up(recover, within))
+    row = tried(cell, Case("made up", procedure, Safe.RESTS, says, "the next read()"), 1)
+    assert any(problem in one for one in row.problems)
+    assert "made up" in str(shown([row]).columns[0]._cells)
+    monkeypatch.undo()
+    cell.everything_up()
+
+
+def test_hours_are_accounted_for_in_seconds() -> None:
+    """A soak: all that was injected was noticed, told and passed, and nothing is held that was not before."""
+    children, files = len(psutil.Process().children(recursive=True)), len(os.listdir("/proc/self/fd"))
+    account = Account()
+    with Cell(own_address(30), patience=PATIENT) as cell:
+        soak(cell, account, 4.0, 0.3, seed=3)
+    assert account.wrong == []
+    assert account.injected.total() >= 1
+    assert account.steps > 100
+    assert not [leak for leak in account.leaks() if not leak.startswith("memory")]
+    assert len(psutil.Process().children(recursive=True)) <= children + 1  # the tracker of multiprocessing
+    assert len(os.listdir("/proc/self/fd")) <= files + 1  # the pipe to it
+
+
+def looks(files: np.ndarray, memory: np.ndarray) -> list[Look]:
+    return [
+        Look(10.0 * i, (100.0 + m, 200.0), (int(f), 20), (5, 3), 3)
+        for i, (f, m) in enumerate(zip(files, memory, strict=True))
+    ]
+
+
+def test_a_leak_is_seen() -> None:
+    still, n = np.zeros(50), np.arange(50)
+    assert Account(looks=looks(still + 20, still)).leaks() == []
+    assert "files" in Account(looks=looks(20 + n // 10, still)).leaks()[0]
+    assert "memory" in Account(looks=looks(still + 20, 0.1 * n)).leaks()[0]
+    # memory that is taken once is none
+    assert Account(looks=looks(still + 20, 30.0 * (n > 5))).leaks() == []

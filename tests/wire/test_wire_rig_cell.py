@@ -1,0 +1,291 @@
+"""A whole rig over real sockets, on loopback only: the real ur_rtde and a Net F/T client, emulated devices."""
+
+import contextlib
+import json
+import os
+import time
+from collections.abc import Iterator
+from itertools import count
+
+import numpy as np
+import psutil
+import pytest
+
+from palpate.experiments.doctor_command import run_doctor
+from palpate.experiments.doctor_config import DoctorConfig
+from palpate.experiments.explore import carry_out, write_exploration
+from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.explore_report import exploration_report
+from palpate.experiments.known_truth import NOT_KNOWN
+from palpate.experiments.regulate import carry_out as regulate
+from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.regulate_plan import plan as plan_regulation
+from palpate.experiments.regulate_report import regulation_report
+from palpate.experiments.rig_built import assembled
+from palpate.experiments.robot_values import config_for
+from palpate.hw.devices import DeviceError
+from palpate.hw.dynamixel.hand import DynamixelHand
+from palpate.hw.emulators.process import EmulatorProcess
+from palpate.hw.rig import FreshlyTared, PolledHand
+from palpate.runtime import Ending
+from palpate.runtime.data import Command
+from palpate.runtime.robot import load_robot
+from rig_cell import HAND, Cell, HandCell, robot_file
+
+_hosts = count(2)
+UP = (0.0, 0.0, 0.01)
+
+
+def own_address():
+    """A loopback address that no other emulator has."""
+    return f"127.{101 + os.getpid() % 100}.{os.getpid() // 100 % 250}.{next(_hosts)}"
+
+
+@contextlib.contextmanager
+def emulated(folder) -> Iterator[tuple[EmulatorProcess, str]]:
+    """Emulators, and the path of the robot file for them; nothing is left of them at the end."""
+    address, before = own_address(), children()
+    with EmulatorProcess(Cell(address)) as emulator:
+        assert all(its.startswith("127.") for its in emulator.addresses.values())
+        yield emulator, str(robot_file(folder, address))
+    assert children() <= before
+
+
+def children():
+    """Process ids of this process's children, but for Python's own tracker of resources."""
+    found = psutil.Process().children(recursive=True)
+    return {child.pid for child in found if "resource_tracker" not in " ".join(child.cmdline())}
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory) -> Iterator[tuple[EmulatorProcess, str]]:
+    """For tests that leave it well."""
+    with emulated(tmp_path_factory.mktemp("cell")) as running:
+        yield running
+
+
+@pytest.fixture
+def cell(shared) -> Iterator[tuple[EmulatorProcess, str]]:
+    """The shared one, with its tip where it was and its box well."""
+    yield shared
+    shared[0].control.fault(box_of(shared[0]), "silent", 0.0)
+
+
+def box_of(emulator):
+    """Name of the F/T box."""
+    return next(name for name in emulator.addresses if "F/T" in name)
+
+
+@contextlib.contextmanager
+def started(path) -> Iterator[tuple[FreshlyTared, float]]:
+    """A rig that runs, and the height of its tip at the start [m]."""
+    robot = load_robot(path)
+    with FreshlyTared(assembled(robot, robot.file.period)) as rig:
+        first = rig.start()
+        rig.pacer.start()
+        try:
+            yield rig, first.arm.position_base_tip[2]
+        finally:
+            rig.pacer.stop()
+
+
+def first_error(rig):
+    """Move upwards until something is wrong."""
+    for _ in range(1000):
+        try:
+            rig.step(Command(UP))
+        except DeviceError as error:
+            return error
+    return pytest.fail("nothing was noticed")
+
+
+def until_it_stands(emulator, longest=5.0):
+    """Wait until the plant's tip stands, and return where [m]."""
+    end = time.monotonic() + longest
+    while max(map(abs, emulator.control.state()["velocity"])) > 1e-4:
+        assert time.monotonic() < end, "it moves on and on"
+        time.sleep(0.02)
+    return emulator.control.state()["position"]
+
+
+def test_it_goes_where_it_is_told_and_every_sample_has_its_own_time(cell):
+    emulator, path = cell
+    before = until_it_stands(emulator)[2]
+    with started(path) as (rig, begin):
+        samples = [rig.step(Command(UP)) for _ in range(100)]
+        last = [rig.step(Command()) for _ in range(100)][-1]
+    risen = last.arm.position_base_tip[2] - begin
+    spent = samples[-1].time - samples[0].time
+    assert risen == pytest.approx(0.01 * spent, abs=0.002)
+    assert until_it_stands(emulator)[2] == pytest.approx(before + risen, abs=1e-4)
+    for sample in samples:
+        assert sample.arm.time <= sample.time
+        assert sample.wrenches[0].time <= sample.time
+    assert len({sample.wrenches[0].time for sample in samples}) > 50
+
+
+@pytest.mark.slow
+def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
+    _, path = cell
+    config = config_for(
+        path,
+        object="box",
+        size=(0.04, 0.04, 0.02),
+        width=0.006,
+        depth=0.002,
+        spacing=0.002,
+        stiffness=2000.0,
+        force=1.0,
+    )
+    # this machine stands still for longer than a supervisor bears, now and then: that ends a run as it should
+    for _ in range(4):
+        planned = plan(config)
+        found = carry_out(planned)
+        if found.run.ending is Ending.DONE and found.run.stopped:
+            break
+    assert found.run.ending is Ending.DONE, str(found.run)
+    assert found.run.stopped
+    felt = found.record.normal_force[found.scanning]
+    assert abs(float(felt.mean()) - 1.0) < 0.1
+    # the plane is level, whatever its height
+    heights = found.cloud.position[:, 2]
+    assert float(heights.std()) < 1e-4
+    assert not found.truth.known
+    report = exploration_report(found)
+    figures = {figure.name: figure.text for figure in report.summary}
+    assert figures["true normal force"] == figures["points to true surface"] == NOT_KNOWN
+    assert report.true_surface is None
+    assert write_exploration(found, tmp_path / "out")[0].stat().st_size > 10_000
+    again = plan_from_texts(planned.texts())
+    assert again.parameters == planned.parameters
+
+
+@pytest.mark.slow
+def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
+    with emulated(tmp_path) as (_, path):
+        for _ in range(4):  # see above
+            planned = plan_regulation(RegulateConfig(robot=path, duration=1.0, assumed_stiffness=2000.0))
+            held = regulate(planned)
+            if held.run.ending is Ending.DONE:
+                break
+    assert held.run.ending is Ending.DONE, str(held.run)
+    assert np.isnan(held.true_force).all()
+    assert held.sensed_rms < 0.1
+    figures = {figure.name: figure.text for figure in regulation_report(held).summary}
+    assert figures["true force"] == NOT_KNOWN
+    assert float(figures["largest force of the run"]) >= 1.9
+
+
+def test_a_sensor_that_is_lost_in_motion_stops_the_arm_and_is_named(cell):
+    emulator, path = cell
+    with started(path) as (rig, _):
+        for _ in range(20):
+            rig.step(Command(UP))
+        emulator.control.fault(box_of(emulator), "silent")
+        error = first_error(rig)
+        assert error.device.startswith("F/T sensor")
+        assert error.remedy
+        until_it_stands(emulator)  # before anything was closed
+
+
+def test_an_arm_in_protective_stop_is_named(tmp_path):
+    with emulated(tmp_path) as (emulator, path), started(path) as (rig, _):
+        for _ in range(20):
+            rig.step(Command(UP))
+        arm = next(name for name in emulator.addresses if name != box_of(emulator))
+        emulator.control.fault(arm, "protective_stop")
+        error = first_error(rig)
+        assert error.device.startswith("UR arm")
+        assert "protective stop" in error.problem
+        until_it_stands(emulator)
+
+
+def test_the_doctor_moves_nothing_and_tells_all_in_json(cell, capsys):
+    emulator, path = cell
+    before = emulator.control.state()["position"]
+    code = run_doctor(DoctorConfig(path, seconds=0.4, json=True))
+    assert emulator.control.state()["position"] == before
+    told = json.loads(capsys.readouterr().out)
+    assert told["fit"] == (code == 0)
+    bad = {one["device"] for one in told["findings"] if one["verdict"] == "BAD"}
+    # a busy computer may be unfit, and let devices seem so; what does not depend on time is in order
+    found = {(one["device"].split(" at ")[0], one["what"]): one for one in told["findings"]}
+    assert found["UR arm", "safety"]["verdict"] == "good"
+    assert found["UR arm", "PolyScope"]["value"] == "5.14.0.1"
+    assert found["F/T sensor", "noise Fx"]["verdict"] == "good"
+    assert 100.0 < found["F/T sensor", "rate"]["value"] < 1100.0
+    assert bool(bad) == (code == 1)
+    for one in told["findings"]:
+        assert bool(one["fix"]) == (one["verdict"] != "good")
+
+
+def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, tmp_path):
+    emulator, path = cell
+    address = emulator.addresses[box_of(emulator)]
+    emulator.control.fault(box_of(emulator), "silent")
+    assert run_doctor(DoctorConfig(path, seconds=0.3)) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Fix: F/T sensor" in said
+    assert "PolyScope" in said
+    assert address in said
+    assert "Not fit to run." in said
+
+
+@pytest.fixture
+def hand_cell(tmp_path) -> Iterator[tuple[EmulatorProcess, str]]:
+    """Servos on a terminal and two F/T boxes, and the path of the robot file for them."""
+    address = own_address()
+    with EmulatorProcess(HandCell(address)) as emulator:
+        terminal = next(its for its in emulator.addresses.values() if its.startswith("/dev"))
+        yield emulator, str(robot_file(tmp_path, address, HAND.replace("TERMINAL", terminal)))
+
+
+def test_no_fault_opens_a_hand(hand_cell):
+    emulator, path = hand_cell
+    robot = load_robot(path)
+    box = next(name for name, its in emulator.addresses.items() if not its.startswith("/dev"))
+    rig = FreshlyTared(assembled(robot, robot.file.period))
+    with rig:
+        rig.start()
+        rig.pacer.start()
+        first = rig.step(Command(grip_force=(2.0, 2.0)))
+        for _ in range(200):
+            last = rig.step(Command())
+        assert all(
+            now > before for now, before in zip(last.hand.joint_position, first.hand.joint_position, strict=True)
+        )
+        emulator.control.fault(box, "silent")
+        error = lost(rig)
+        assert error.device.startswith("F/T sensor")
+        for _ in range(20):  # as a loop that brakes
+            with contextlib.suppress(DeviceError):
+                rig.step(Command())
+        rig.pacer.stop()
+    polled = rig.rig.hand
+    assert isinstance(polled, PolledHand)
+    hand = polled.hand
+    assert isinstance(hand, DynamixelHand)
+    assert "left with its torque on, pressing with 2, 2 N" in hand.closing_note
+
+
+def lost(rig):
+    """Hold until something is wrong."""
+    for _ in range(1000):
+        try:
+            rig.step(Command())
+        except DeviceError as error:
+            return error
+    return pytest.fail("nothing was noticed")
+
+
+def test_the_doctor_looks_at_servos(hand_cell, capsys):
+    _, path = hand_cell
+    run_doctor(DoctorConfig(path, seconds=0.3, json=True))
+    told = json.loads(capsys.readouterr().out)
+    servos = [one for one in told["findings"] if "servo" in one["device"]]
+    assert {one["what"] for one in servos} == {"model", "firmware", "temperature", "supply", "hardware error"}
+    assert len(servos) == 10
+    wrong = {one["device"][-7:] for one in servos if one["verdict"] == "BAD"}
+    assert wrong == {"servo 2"}  # the file says another model
+    exchange = next(one for one in told["findings"] if one["what"] == "exchange, median")
+    assert 0.1 < exchange["value"] < 50.0

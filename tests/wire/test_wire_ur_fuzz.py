@@ -1,0 +1,203 @@
+"""Rubbish to an emulated UR controller, and a controller that talks rubbish: nobody hangs, and nobody dies."""
+
+import contextlib
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.emulators.control import Controls
+from palpate.hw.emulators.host import Host
+from palpate.hw.emulators.simple_plant import SimplePlant
+from palpate.hw.emulators.ur import UrServer
+from palpate.hw.emulators.ur.framing import PackageType, package
+from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
+from palpate.hw.ur import UrArm, UrSettings
+from palpate.hw.ur.hello import controller_version
+from ur_wire_sessions import own_address
+
+ADDRESS, RUDE = own_address(7), own_address(8)
+QUICK, ALL = 3_000, 100_000
+COUNT = pytest.mark.parametrize("count", [QUICK, pytest.param(ALL, marks=pytest.mark.slow)])
+BURST = 50
+"""Packages at a time on one connection."""
+
+WORDS = ("power on", "stop", "load ", "popup", "unlock protective stop", "isProgramSaved", "get serial number")
+
+
+def any_package(g: np.random.Generator) -> bytes:
+    """Return anything from noise to a package that is all right but for what it says."""
+    kind = PackageType(int(g.choice([kind.value for kind in PackageType])))
+    match int(g.integers(0, 6)):
+        case 0:
+            return g.bytes(int(g.integers(1, 60)))
+        case 1:
+            return package(kind, g.bytes(int(g.integers(0, 40))))
+        case 2:
+            return struct.pack(">HB", int(g.integers(0, 70_000) % 65536), kind) + g.bytes(10)
+        case 3:
+            return package(PackageType.DATA, bytes([int(g.integers(0, 5))]) + g.bytes(int(g.integers(0, 120))))
+        case 4:
+            names = b",".join(g.choice([b"actual_q", b"timestamp", b"nonsense", b"", b"\xff\xfe"], 5))
+            return package(PackageType.OUTPUTS, g.bytes(8) + names)
+        case _:
+            names = b",".join(g.choice([b"input_int_register_0", b"input_double_register_7", b"x"], 3))
+            return package(PackageType.INPUTS, names)
+
+
+def any_script(g: np.random.Generator) -> bytes:
+    """Return something like a program, or nothing like one."""
+    parts = [
+        b"def f():\n",
+        b"end\n",
+        b"  sleep(1)\n",
+        b"\x00\xff",
+        b"sec x():\n",
+        b"RTDE Control Script Loaded",
+        b"# int register offset\n",
+        b"p[1,2]\n",
+    ]
+    return b"".join(parts[int(i)] for i in g.integers(0, len(parts), 6)) + g.bytes(int(g.integers(0, 20)))
+
+
+def any_line(g: np.random.Generator) -> bytes:
+    """Return a line to the dashboard, or a piece of one, or many."""
+    word = WORDS[int(g.integers(len(WORDS)))].encode()
+    return (word, word + b"\n", g.bytes(30) + b"\n", b"\n\n\n", b"x" * 3000)[int(g.integers(5))]
+
+
+@contextlib.contextmanager
+def served() -> Iterator[tuple[Controls, UrServer]]:
+    server = UrServer(ADDRESS)
+    host = Host(SimplePlant(), [server], arm=server)
+    thread = threading.Thread(target=host.run)
+    thread.start()
+    control = Controls(host.control_port)
+    try:
+        yield control, server
+    finally:
+        control.close()
+        host.stop()
+        thread.join(10.0)
+        assert not thread.is_alive()
+
+
+def clients(control: Controls) -> object:
+    devices = control.state()["devices"]
+    assert isinstance(devices, dict)
+    return devices["ur"]["clients"]
+
+
+def sent(port: int, burst: list[bytes]) -> None:
+    """Say it all on one connection, which the other side may end; hear what it says, in passing."""
+    with contextlib.suppress(OSError), socket.create_connection((ADDRESS, port), timeout=5.0) as client:
+        for one in burst:
+            client.sendall(one)
+            client.setblocking(False)
+            with contextlib.suppress(BlockingIOError):
+                client.recv(65536)
+            client.settimeout(5.0)
+
+
+@COUNT
+@pytest.mark.parametrize(
+    ("port", "some"), [(RTDE_PORT, any_package), (SCRIPT_PORT, any_script), (DASHBOARD_PORT, any_line)]
+)
+def test_an_emulated_controller_takes_anything_and_goes_on(
+    port: int, some: Callable[[np.random.Generator], bytes], count: int
+) -> None:
+    """The arm stays where it is, connections are let go of, and the next client is served."""
+    g = np.random.default_rng(port)
+    with served() as (control, _):
+        before = control.state()["position"]
+        for _ in range(count // BURST):
+            sent(port, [some(g) for _ in range(BURST)])
+        assert controller_version("UR arm", ADDRESS)[:2] == (5, 14)
+        deadline = time.monotonic() + 5.0
+        while clients(control):
+            assert time.monotonic() < deadline, "connections are left"
+            time.sleep(0.01)
+        assert control.state()["position"] == pytest.approx(before, abs=1e-9)
+
+
+class RudeServer:
+    """Accepts connections at all ports and answers whatever it likes, until it is closed."""
+
+    def __init__(self, say: Callable[[np.random.Generator], bytes], ports: tuple[int, ...] = (RTDE_PORT,)) -> None:
+        self._say, self._g = say, np.random.default_rng(4)
+        self._listeners = [socket.create_server((RUDE, port)) for port in ports]
+        self._ended = threading.Event()
+        self.accepted = 0
+        self._threads = [threading.Thread(target=self._serve, args=(one,)) for one in self._listeners]
+        for listener, thread in zip(self._listeners, self._threads, strict=True):
+            listener.settimeout(0.05)
+            thread.start()
+
+    def _serve(self, listener: socket.socket) -> None:
+        while not self._ended.is_set():
+            with contextlib.suppress(OSError):
+                client, _ = listener.accept()
+                self.accepted += 1
+                with client:
+                    client.settimeout(0.2)
+                    for _ in range(3):
+                        client.recv(4096)
+                        client.sendall(self._say(self._g))
+
+    def __enter__(self) -> "RudeServer":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        for thread in self._threads:
+            thread.join(5.0)
+        for listener in self._listeners:
+            listener.close()
+        assert not any(thread.is_alive() for thread in self._threads)
+
+
+@pytest.mark.parametrize("count", [300, pytest.param(ALL, marks=pytest.mark.slow)])
+def test_a_version_is_only_believed_from_a_controller(count: int) -> None:
+    """Anything else is a `DeviceError`: never another exception, never a wait without end."""
+
+    def say(g: np.random.Generator) -> bytes:
+        if g.integers(2):  # the first step is passed
+            return package(PackageType.VERSION, b"\x01")
+        return any_package(g)
+
+    with RudeServer(say) as server:
+        versions, begun = set(), time.monotonic()
+        for _ in range(count):
+            with contextlib.suppress(DeviceError):
+                versions.add(controller_version("UR arm", RUDE, timeout=0.05))
+        assert server.accepted >= count
+        assert time.monotonic() - begun < 0.3 * count
+    # a version comes in a package of its own, of 16 bytes: hardly by chance
+    assert not versions
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_an_arm_on_a_rude_controller_is_told_and_nothing_is_left(seed: int) -> None:
+    """It says that it is a controller, and then nothing that makes sense."""
+    begin = [
+        package(PackageType.VERSION, b"\x01"),
+        package(PackageType.CONTROLLER_VERSION, struct.pack(">4I", 5, 14, 0, 1)),
+    ]
+    said = iter(begin)
+
+    def say(g: np.random.Generator) -> bytes:
+        return next(said, None) or any_package(g)
+
+    with RudeServer(say, (RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT)) as server:
+        server._g = np.random.default_rng(seed)
+        arm, begun = UrArm(RUDE, UrSettings(start_within=5.0)), time.monotonic()
+        with pytest.raises(DeviceError, match=RUDE):
+            arm.start()
+        assert time.monotonic() - begun < 30.0
+        arm.close()
