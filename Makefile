@@ -19,10 +19,10 @@ demo: $(VENV)/.run $(VENV)/.kernels  ## Explore a simulated sphere by touch and 
 	$(BIN)/palpate explore --object sphere --force 2 --speed 0.05 --out $(OUT)
 
 test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests
-	$(BIN)/python -m pytest -m "not slow" -n auto
+	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup
 
 test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too (fuzzing at full length)
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadgroup
 
 check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imports
 	$(BIN)/ruff check .

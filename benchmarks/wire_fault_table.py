@@ -86,6 +86,12 @@ class Case:
 
 UP = r"see that controller and network are up, then recover\(\)"
 RECOVER = "arm.recover()"
+
+LOST = r"(connection .* was lost|no state any more|ended by signal \d+|hangs).*recover\(\)"
+"""Whichever comes first: ur_rtde may crash over a dropped connection before anybody sees that it is dropped."""
+
+STAY_AWAY = r"(no state any more|hangs).*recover\(\)"
+"""A client process that is given no time looks like one that hangs."""
 ITSELF = "nothing needed"
 
 
@@ -151,28 +157,28 @@ ARM_CASES = (
         "no. 1: RTDE closed (FIN)",
         Lost(Switch(ARM, "drop_fin"), recover_arm, client_ends=True),
         Safe.RESTS,
-        r"(connection .* was lost|no state any more|ended by signal \d+).*recover\(\)",
+        LOST,
         RECOVER,
     ),
     Case(
         "RTDE reset (RST)",
         Lost(Switch(ARM, "drop_rst"), recover_arm, client_ends=True),
         Safe.RESTS,
-        r"(connection .* was lost|no state any more|ended by signal \d+).*recover\(\)",
+        LOST,
         RECOVER,
     ),
     Case(
         "no. 2: states stay away",
         Lost(Switch(ARM, "stall_stream"), recover_arm, Switch(ARM, "stall_stream", 0.0)),
         Safe.RESTS,
-        f"no state any more; {UP}",
+        STAY_AWAY,
         RECOVER,
     ),
     Case(
         "states stay away until the client ends",
         Lost(Switch(ARM, "stall_stream"), recover_arm, Switch(ARM, "stall_stream", 0.0), client_ends=True),
         Safe.RESTS,
-        f"no state any more; {UP}",
+        STAY_AWAY,
         RECOVER,
     ),
     Case(

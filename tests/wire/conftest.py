@@ -1,0 +1,14 @@
+"""Tests of devices on wires run one after the other: two at a time share ports, and the time that is waited for."""
+
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items):
+    """One worker gets all of them (`--dist loadgroup`)."""
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.xdist_group("wire"))
