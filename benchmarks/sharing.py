@@ -1,7 +1,7 @@
 """Three fingers that share a load: the grip over the theoretical least, slip, spin and drops.
 
-    python benchmarks/sharing.py                 # 12 runs of each kind
-    python benchmarks/sharing.py --runs 100      # what is asked for: an hour and a half
+python benchmarks/sharing.py                 # 12 runs of each kind
+python benchmarks/sharing.py --runs 100      # what is asked for: an hour and a half
 """
 
 import argparse

@@ -50,7 +50,7 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
             "check its address, that it is switched on and started, and that no firewall is in between",
         ) from error
     version = (major, minor, bug_fix, build)
-    if version < OLDEST.get(major, (999,)):
+    if major not in OLDEST or version < OLDEST[major]:
         shown = ".".join(map(str, version))
         raise DeviceError(device, f"version {shown} is not supported", f"update PolyScope to {_wanted()} or newer")
     return version

@@ -22,6 +22,8 @@ from palpate.experiments.emulate_config import (
 from palpate.hw.dynamixel.packets import packet
 from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, Command
 
+pytestmark = pytest.mark.xdist_group("wire")  # it waits for real time, as the tests of devices do
+
 
 @contextmanager
 def emulated(*typed):

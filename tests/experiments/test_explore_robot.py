@@ -17,6 +17,7 @@ from palpate.experiments.explore_config import ExploreConfig
 from palpate.experiments.explore_objects import FROM_FILE, OBJECT_SIZES
 from palpate.experiments.explore_options import default_options
 from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.known_truth import known_scene
 from palpate.experiments.robot_in_scene import check
 from palpate.experiments.robot_values import config_for, values_of
 from palpate.runtime import Command, Ending
@@ -245,7 +246,7 @@ def test_the_robot_file_makes_the_stage():
     )
     light = plan(ExploreConfig(), STAGE)
     assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
-    assert heavy.backend.scene.carrier == Stage(8.0, 50.0, 0.003)
+    assert known_scene(heavy.backend).carrier == Stage(8.0, 50.0, 0.003)
     assert heavy.parameters.gain.gain < light.parameters.gain.gain
 
 
@@ -268,7 +269,7 @@ def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
     planned = plan(ExploreConfig(), moved)
     assert isinstance(planned.finger.surface, Sphere)
     assert planned.finger.surface.center.tolist() == [0.0, 0.0, 0.02]
-    assert planned.backend.scene.tip.center_of_mass == (0.0, 0.0, 0.02)
+    assert known_scene(planned.backend).tip.center_of_mass == (0.0, 0.0, 0.02)
 
 
 @pytest.mark.parametrize("center", ["0.003, -0.002, -0.02", "-0.05, 0.0, 0.03"])

@@ -24,6 +24,7 @@ DEFAULTS = {
     "fingers[0].payload.center_of_mass_m": [0.0, 0.0, 0.0],
     "fingers[0].payload": None,
     "fingers[0].sensor": None,
+    "fingers[0].sensor_device": None,
     "fingers[0].noise": None,
     "fingers[0].simulated_sensor": None,
     "fingers[0].simulated_sensor.preset": "perfect",

@@ -1,4 +1,4 @@
-"""Tests of devices on wires run one after the other: two at a time share ports, and the time that is waited for."""
+"""Tests of devices on wires run one after the other: two at a time would share ports and processors."""
 
 from pathlib import Path
 

@@ -177,7 +177,7 @@ def test_a_version_is_only_believed_from_a_controller(count: int) -> None:
                 versions.add(controller_version("UR arm", RUDE, timeout=0.05))
         assert server.accepted >= count
         assert time.monotonic() - begun < 0.3 * count
-    # a version comes in a package of its own, of 16 bytes: hardly by chance
+    # 16 random bytes are no version that there is
     assert not versions
 
 

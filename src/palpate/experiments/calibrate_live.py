@@ -1,6 +1,8 @@
 """Readings at rest from a back end, to tare a sensor with."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Self
 
@@ -47,7 +49,7 @@ def take_readings(backend: Backend, duration: float) -> tuple[FloatArray, Vector
         InvalidValueError: The back end has no sensor, or says nothing new.
     """
     taken: list[WrenchSample] = []
-    with backend:
+    with backend, _started(backend.pacer):
         sample = backend.start()
         if not sample.wrenches:
             raise InvalidValueError("the back end has no force/torque sensor")
@@ -63,6 +65,15 @@ def take_readings(backend: Backend, duration: float) -> tuple[FloatArray, Vector
         raise InvalidValueError(f"the sensor gave no new reading in {duration:g} s")
     x, y, z = np.mean([reading.acceleration for reading in taken], axis=0).tolist()
     return np.array([reading.wrench for reading in taken]), (x, y, z)
+
+
+@contextmanager
+def _started(pacer: Pacer) -> Iterator[None]:
+    pacer.start()
+    try:
+        yield
+    finally:
+        pacer.stop()
 
 
 class BiasedBackend:

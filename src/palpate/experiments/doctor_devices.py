@@ -196,7 +196,7 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[Finding]:
     full = last.speed_scaling > 0.99
     fix = "move the speed slider to 100 %, or backend.arm.speed_slider: 1.0: all velocities are scaled by it"
     yield judged(name, "speed scaling", 100.0 * last.speed_scaling, "%", "100", full, fix, Verdict.NOTE)
-    speed = 1e3 * float(np.linalg.norm(watched.values, axis=1).max())
+    speed = float(np.linalg.norm(watched.values, axis=1).max())
     fix = "is its payload right (backend.arm.payload)? Is it led by hand?"
     yield judged(
         name, "largest speed at rest", 1e3 * speed, "mm/s", f"below {1e3 * AT_REST:g}", speed < AT_REST, fix

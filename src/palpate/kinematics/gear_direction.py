@@ -3,8 +3,8 @@
 A servo that is to press more needs current for the friction of its gear; one that is to press less must give way
 to what friction holds up. To switch from one to the other takes twice the friction off the current, a fifth of it:
 the rotor swings on the contact, and the force falls below what was asked for by almost as much. Two opposed
-fingers do so together, and it takes a switch to let an object slip as it is meant to. Of three fingers that share a
-load, one that swings shakes it: there the current had better go over while the force sinks by a small share.
+fingers do so together, and it takes a switch to let an object slip as it is meant to. Of three fingers that share
+a load, one that swings shakes it: there the current had better go over while the force sinks by a small share.
 """
 
 from palpate.errors import not_negative
