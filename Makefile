@@ -61,6 +61,9 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/fits.py
 	$(BIN)/python benchmarks/simulation
 	$(BIN)/python benchmarks/grasp.py
+	$(BIN)/python benchmarks/robust_grasps.py
+	$(BIN)/python benchmarks/sharing.py --runs 4
+	$(BIN)/python benchmarks/wire.py
 
 pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py

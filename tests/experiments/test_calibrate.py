@@ -27,6 +27,7 @@ from palpate.experiments.calibrate_live import BiasedBackend, stage_backend, tak
 from palpate.experiments.sensor_presets import preset_sensor
 from palpate.experiments.typed_options import read_typed
 from palpate.runtime import Command
+from palpate.runtime.pacing import SimulatedTime
 from palpate.sensing.compensation import Payload
 from palpate.sensing.ft import HEALTHY, FTPipeline, PayloadEntry, load_sensor_file, save_sensor_file
 from sensing.ft.sensor_examples import fingertip
@@ -442,6 +443,8 @@ def test_live_refuses_noise_that_the_sensor_does_not_have_and_overload(tmp_path)
 
 class SlowSensor:
     """A back end whose sensor answers every third period only."""
+
+    pacer = SimulatedTime()
 
     def __init__(self, backend):
         self.backend, self.period, self.count, self.closed = backend, backend.period, 0, False
