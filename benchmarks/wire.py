@@ -18,11 +18,11 @@ from rich.console import Console
 from rich.table import Table
 from wire_age import ADDRESS as AGE_ADDRESS
 from wire_age import AGE_99, AGE_MEDIAN, ages, controller
-from wire_cell import PATIENT, Cell
-from wire_fault_table import CASES
 from wire_faults import campaign, shown
 from wire_netft import measure_rate
 from wire_soak import Account, show, soak
+from wired.cell import PATIENT, Cell
+from wired.fault_table import CASES
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand

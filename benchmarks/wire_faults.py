@@ -1,4 +1,4 @@
-"""The fault campaign: every row of `wire_fault_table` on a robot on the wire, several times, as a table.
+"""The fault campaign: every row of `wired.fault_table` on a robot on the wire, several times, as a table.
 
     python benchmarks/wire_faults.py [--tries 3] [--only WORDS]
 
@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from wire_cell import PATIENT, Cell, Patience
-from wire_fault_table import CASES, NOTICED, Case, Safe
-from wire_procedures import Borne, Lost, NotStarted, Outcome, PowerLost, Refused, matches
+from wired.cell import PATIENT, Cell, Patience
+from wired.fault_table import CASES, NOTICED, Case, Safe
+from wired.procedures import Borne, Lost, NotStarted, Outcome, PowerLost, Refused, matches
 
 from palpate.hw.devices import DeviceError
 

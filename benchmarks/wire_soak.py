@@ -3,7 +3,7 @@
     python benchmarks/wire_soak.py [--minutes 30] [--seed 9] [--every 4]
 
 A loop at 500 Hz holds a force with an emulated UR arm, a Net F/T box and a Dynamixel hand, through the real client
-libraries. Now and then one of the faults of `wire_fault_table` is drawn; each must be noticed, told by the device
+libraries. Now and then one of the faults of `wired.fault_table` is drawn; each must be noticed, told by the device
 that has it, and passed. Clients wait longer than usual, so that a stall of a busy machine is not taken for a
 fault. What is counted: memory, file descriptors, threads and processes, of this process and the emulator's.
 """
@@ -20,9 +20,9 @@ import numpy as np
 import psutil
 from rich.console import Console
 from rich.table import Table
-from wire_cell import PATIENT, PERIOD, Cell, Tip
-from wire_fault_table import CASES, Case
-from wire_procedures import Borne, Lost, matches
+from wired.cell import PATIENT, PERIOD, Cell, Tip
+from wired.fault_table import CASES, Case
+from wired.procedures import Borne, Lost, matches
 
 from palpate.hw.devices import DeviceError
 

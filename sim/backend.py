@@ -1,14 +1,13 @@
 """A MuJoCo scene behind the seam."""
 
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.kinematics.pose import Pose
+from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
@@ -67,7 +66,7 @@ class BackendState:
     friction: FrictionState | None
 
 
-class MujocoBackend:
+class MujocoBackend(Closing):
     """Runs a scene: one call of `step` is one control period of simulated time.
 
     Every sensor value belongs to the state before the last time step, as MuJoCo computes them; the sample's
@@ -184,16 +183,6 @@ class MujocoBackend:
             self._plant.restore(state.friction)
         self._sensor.set_state(state.sensor)
         self._readings_now = list(state.readings)
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
 
     def truth(self) -> Truth:
         """Return what really happened at the time of the last sample."""

@@ -26,7 +26,7 @@ from palpate.grasp.inscribed import inscribed
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Observation
-from palpate.spatial import ZERO, add, cross, rotate
+from palpate.spatial import ZERO, Wrench, add, cross, rotate
 
 SHARED = GripParameters(reserve=0.02, play=0.16, correction_down=0.0)
 """Safe defaults where fingers press differently. Noise of what is wanted has a standard deviation of 0.03 N with
@@ -137,7 +137,7 @@ class SharedGrip:
         return inscribed(grasp, loaded)
 
 
-def _load(now: Observation, poses: tuple[Pose, ...]) -> FloatArray:
+def _load(now: Observation, poses: tuple[Pose, ...]) -> Wrench:
     """What pulls at the object, hand frame, about its origin [N, N m]: what all fingers feel of it."""
     force, moment = ZERO, ZERO
     for finger, pose in zip(now.fingers, poses, strict=True):
@@ -145,4 +145,4 @@ def _load(now: Observation, poses: tuple[Pose, ...]) -> FloatArray:
         its = rotate(pose.rotation, (a, b, c))
         force = add(force, its)
         moment = add(moment, add(rotate(pose.rotation, (d, e, f)), cross(pose.position, its)))
-    return np.array((*force, *moment))
+    return (*force, *moment)

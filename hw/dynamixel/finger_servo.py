@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.registers import MIDDLE, HardwareError, ServoKind
 from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
-from palpate.kinematics.servo_model import PULSE, VELOCITY_UNIT, ServoModel
+from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, ServoModel
 
 STATE_ITEMS = (
     reg.TORQUE_ENABLE,
@@ -27,10 +27,6 @@ STATE_LENGTH = _STATE.size
 LENGTHS = 8
 """How many lengths of reads take turns when answers fail, so that a late one is told by its length. The XL330 has
 20 indirect addresses, 13 of them are the state's."""
-
-OPENING_FORCE = 0.5
-"""With which a finger opens [N]: enough against the gear's friction, and harmless while it still squeezes, until
-the profile is back from where it ran to behind the object."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,11 +120,7 @@ class FingerServo:
         lever, motor = self._finger.lever(q, self._along), self.motor
         if force == 0.0:
             return self._goals(motor.driving_current(OPENING_FORCE * lever), 0.0)
-        torque = force * lever
-        current = driving * motor.driving_current(torque)
-        if driving < 1.0:
-            current += (1.0 - driving) * motor.yielding_current(torque)
-        return self._goals(current, self._closed)
+        return self._goals(motor.pressing_current(force * lever, driving), self._closed)
 
     def _goals(self, current: float, q: float) -> Goals:
         units = self._largest if current == math.inf else min(self._largest, round(current / self._unit))

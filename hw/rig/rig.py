@@ -8,14 +8,14 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from time import monotonic, sleep
-from types import TracebackType
-from typing import Protocol, Self, TypeVar, runtime_checkable
+from typing import Protocol, TypeVar, runtime_checkable
 
 from palpate.errors import InvalidValueError, positive
 from palpate.hw.devices import ArmDevice, Device, DeviceError, HandDevice, SensorReading
 from palpate.hw.rig.finger_sensor import NO_LOAD, FingerSensor
 from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose, times
+from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, add, rotate_back
@@ -69,7 +69,7 @@ class RigSettings:
         positive("oldest", self.oldest, "s")
 
 
-class Rig:
+class Rig(Closing):
     """A `Backend` of devices. Leaving its `with` block, like any exception in it, leaves the robot stopped.
 
     Whatever fails, the arm is told to stand still, and the hand to go on as it was: no fault opens it.
@@ -197,14 +197,6 @@ class Rig:
                 problems.append(error)
         if problems:
             raise problems[0]
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     # Inside
 

@@ -1,13 +1,12 @@
 """A grasp scene behind the seam."""
 
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
@@ -36,7 +35,7 @@ class HandState:
     load: Wrench
 
 
-class HandBackend:
+class HandBackend(Closing):
     """Runs a grasp scene: one call of `step` is one control period of simulated time.
 
     The arm in its samples is what carries the hand: its tip frame is the hand frame. Where each sensor frame is in
@@ -140,16 +139,6 @@ class HandBackend:
     def close(self) -> None:
         """Stop the carrier where it is. The grip stays as it is: nothing is dropped."""
         self._drive.start()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
 
     def truth(self) -> HandTruth:
         """Return what really happened at the time of the last sample."""

@@ -19,14 +19,11 @@ import mujoco
 
 from palpate.errors import InvalidValueError
 from palpate.kinematics.gear_direction import GearDirection
-from palpate.kinematics.servo_model import PULSE
+from palpate.kinematics.servo_model import OPENING_FORCE, PULSE
 from palpate.runtime.data import HandSample
 from palpate.sim.hand.hand import Hand, finger_name
 from palpate.sim.hand.servo import Servo
 from palpate.sim.hand.sideways import SidewaysState
-
-OPENING_FORCE = 0.5
-"""With which a finger opens [N]: enough against the gear's friction, and harmless while it still squeezes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,8 +160,5 @@ class Grip:
                 servo.write_goals(0.0, model.driving_current(OPENING_FORCE * lever), self._speed)
                 continue
             torque = force * lever
-            share = 1.0 if moving else gear.driving
-            current = share * model.driving_current(torque)
-            if share < 1.0:
-                current += (1.0 - share) * model.yielding_current(torque)
+            current = model.pressing_current(torque, 1.0 if moving else gear.driving)
             servo.write_goals(self._closed, current, self._speed)

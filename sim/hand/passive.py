@@ -6,15 +6,13 @@ a replay on the way that is there. They are as old as those: taken when the bus 
 
 import math
 from dataclasses import dataclass, replace
-from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative
 from palpate.runtime.data import Command, HandSample, Sample
-from palpate.runtime.pacing import Pacer
+from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.truth import HandTruth
 
@@ -81,7 +79,7 @@ class ObjectInHand:
         return InHand(self._turn, -float(moved[2]), float(moved[1]))
 
 
-class WatchedHand:
+class WatchedHand(WrappedBackend[HandBackend]):
     """A hand in simulation that also tells how the object moves in it. A `Backend`."""
 
     def __init__(self, backend: HandBackend, noise: PassiveNoise | None = None, seed: int = 0) -> None:
@@ -96,47 +94,24 @@ class WatchedHand:
                 f"the hand has {hand.fingers} fingers: an object turns in it about the line between two; take a "
                 "hand of two"
             )
-        self.backend, self._noise, self._seed = backend, noise or PassiveNoise(), seed
+        super().__init__(backend)
+        self._noise, self._seed = noise or PassiveNoise(), seed
         self._object = ObjectInHand(hand.depth + hand.tip_along)
         self._generator = np.random.default_rng(seed)
         self._told: HandSample | None = None
         self.in_hand = InHand(0.0, 0.0, 0.0)
         """The truth at the time of the last sample; no controller sees it."""
 
-    @property
-    def period(self) -> float:
-        """Control period [s]."""
-        return self.backend.period
-
-    @property
-    def pacer(self) -> Pacer:
-        """See `Backend`."""
-        return self.backend.pacer
-
     def start(self) -> Sample:
         """Open the hand, put the object at its start, and return the first sample."""
-        sample = self.backend.start()
+        sample = super().start()
         self._generator, self._told = np.random.default_rng(self._seed), None
         self._object.start(sample, self.backend.truth())
         return self._watched(sample)
 
     def step(self, command: Command) -> Sample:
         """Simulate one period; see `HandBackend.step`."""
-        return self._watched(self.backend.step(command))
-
-    def close(self) -> None:
-        """See `Backend`."""
-        self.backend.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
+        return self._watched(super().step(command))
 
     def _watched(self, sample: Sample) -> Sample:
         """The sample, with readings that are new when those of the fingers are."""

@@ -3,8 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
@@ -14,6 +12,7 @@ from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.kinematics import Pose
 from palpate.kinematics.framing import framing
 from palpate.kinematics.posture import Posture
+from palpate.runtime.closing import Closing
 from palpate.sim.hand.mount import PALM
 from palpate.sim.render.gl import offscreen_context
 from palpate.sim.render.palm import THICKNESS, PalmDisc, palm_disc
@@ -129,7 +128,7 @@ def camera_on(
     return Camera(seen.looks_at, seen.distance, azimuth_deg, elevation_deg)
 
 
-class SceneRenderer:
+class SceneRenderer(Closing):
     """Draws a scene in given postures. Use it as a context manager, from one thread."""
 
     def __init__(
@@ -209,16 +208,6 @@ class SceneRenderer:
             self._gl.make_current()
             self._context.free()
             self._gl.free()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
 
     def _colour(self) -> None:
         """Give everything its colour; the model keeps its own."""

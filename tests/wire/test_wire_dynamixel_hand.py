@@ -13,7 +13,7 @@ from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError, HandDevice
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import Bus
-from palpate.hw.dynamixel.finger_servo import OPENING_FORCE, FingerServo
+from palpate.hw.dynamixel.finger_servo import FingerServo
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.dynamixel.port import Port, adapter_latency
 from palpate.hw.dynamixel.registers import XL330, XM430, HardwareError, Mode
@@ -21,7 +21,7 @@ from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
-from palpate.kinematics.servo_model import PULSE, VELOCITY_UNIT, XL330_M288
+from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, XL330_M288
 from palpate.sim.hand.finger import HingeFinger, SlideFinger
 
 

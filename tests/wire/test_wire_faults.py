@@ -18,11 +18,11 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from wire_cell import ARM, BOX, PATIENT, Cell, Tip
-from wire_fault_table import CASES, NOTICED, Case, Safe
 from wire_faults import shown, tried
-from wire_procedures import Borne, Lost, Procedure, Refused, Switch, nothing, read_on, recover_arm
 from wire_soak import Account, Look, soak
+from wired.cell import ARM, BOX, PATIENT, Cell, Tip
+from wired.fault_table import CASES, NOTICED, Case, Safe
+from wired.procedures import Borne, Lost, Procedure, Refused, Switch, nothing, read_on, recover_arm
 
 from ur_wire_sessions import own_address
 
@@ -104,7 +104,7 @@ def test_the_table_has_what_was_asked_for() -> None:
 def test_the_campaign_sees_what_is_not_as_it_must_be(
     cells: Cells, procedure: Procedure, says: str, problem: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("wire_procedures.LONGEST", 1.5)
+    monkeypatch.setattr("wired.procedures.LONGEST", 1.5)
     cell = cells.of(Tip.BOX)
     if problem == "does not come back":
         up = cell.up

@@ -261,7 +261,7 @@ def test_no_fault_opens_a_hand(hand_cell):
             with contextlib.suppress(DeviceError):
                 rig.step(Command())
         rig.pacer.stop()
-    polled = rig.rig.hand
+    polled = rig.backend.hand
     assert isinstance(polled, PolledHand)
     hand = polled.hand
     assert isinstance(hand, DynamixelHand)

@@ -64,7 +64,7 @@ def test_a_rig_stands_ready_and_nobody_knows_the_truth(tmp_path):
     robot = rig(tmp_path)
     planned = plan(config_for(str(tmp_path / "rig.yaml"), force=1.0), robot)
     assert isinstance(planned.backend, FreshlyTared)
-    assert isinstance(planned.backend.rig.arm, ArmFromHere)
+    assert isinstance(planned.backend.backend.arm, ArmFromHere)
     assert scene_of(planned.backend) is None
     assert not planned.truth_known
     assert planned.parameters.gain.delay > 0.02  # the arm's response, and a period
@@ -74,7 +74,7 @@ def test_an_arm_whose_place_is_known_must_be_at_the_start(tmp_path):
     robot = rig(tmp_path, ("    watchdog_s", "    foot: {position_m: [-0.4, 0.0, 0.0]}\n    watchdog_s"))
     backend = plan(config_for(str(tmp_path / "rig.yaml")), robot).backend
     assert isinstance(backend, FreshlyTared)
-    assert type(backend.rig.arm) is ArmAtPlace
+    assert type(backend.backend.arm) is ArmAtPlace
 
 
 def test_without_a_tare_it_is_the_rig_itself(tmp_path):

@@ -13,8 +13,8 @@ from palpate.hw.emulators.dynamixel.faults import Fault, LineFaults, fault_named
 from palpate.hw.emulators.dynamixel.receiver import Receiver
 from palpate.hw.emulators.dynamixel.requests import Servos, answers
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
-from palpate.hw.emulators.dynamixel.terminal import Terminal
 from palpate.hw.emulators.plant import PlantState, ServoGoal
+from palpate.hw.emulators.terminal import Terminal
 
 PIECE_TIME = 1e-3
 """Between the pieces of a torn answer [s]: a frame of USB."""

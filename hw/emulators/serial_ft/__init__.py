@@ -2,6 +2,6 @@
 
 from palpate.hw.emulators.serial_ft.bota import BotaServer
 from palpate.hw.emulators.serial_ft.resense import ResenseServer
-from palpate.hw.emulators.serial_ft.terminal import SerialFault, TerminalServer
+from palpate.hw.emulators.serial_ft.terminal_server import SerialFault, TerminalServer
 
 __all__ = ["BotaServer", "ResenseServer", "SerialFault", "TerminalServer"]

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from palpate.hw.emulators.serial_ft.terminal import SerialFault, TerminalServer
+from palpate.hw.emulators.serial_ft.terminal_server import SerialFault, TerminalServer
 from palpate.hw.serial_ft.bota import BOOTED, CHECKSUM, DATA, HEADER, SINC_LENGTHS, SINC_TIME
 from palpate.hw.serial_ft.crc import crc16_x25
 from palpate.spatial import Wrench

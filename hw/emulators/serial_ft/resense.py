@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from palpate.hw.emulators.serial_ft.terminal import TerminalServer
+from palpate.hw.emulators.serial_ft.terminal_server import TerminalServer
 from palpate.hw.serial_ft.resense import FRAME, MOMENT_UNIT
 from palpate.spatial import Wrench
 

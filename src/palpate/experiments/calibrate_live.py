@@ -3,8 +3,6 @@
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from palpate.experiments.calibrate_config import (
     TareConfig,
 )
 from palpate.runtime import Backend, Command, Pacer, Sample, WrenchSample
+from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.sensing.ft import (
     SensorFile,
 )
@@ -76,45 +75,21 @@ def _started(pacer: Pacer) -> Iterator[None]:
         pacer.stop()
 
 
-class BiasedBackend:
+class BiasedBackend(WrappedBackend[Backend]):
     """A back end whose first sensor shows a bias: to try out whether a tare finds it."""
 
     def __init__(self, backend: Backend, bias: Wrench) -> None:
         """Take a back end and what to add to the first sensor's wrench [N, N m]."""
-        self._backend = backend
+        super().__init__(backend)
         self._bias = bias
-
-    @property
-    def period(self) -> float:
-        """Control period [s]."""
-        return self._backend.period
-
-    @property
-    def pacer(self) -> Pacer:
-        """Where its time comes from."""
-        return self._backend.pacer
 
     def start(self) -> Sample:
         """Start, and return the first sample."""
-        return self._biased(self._backend.start())
+        return self._biased(super().start())
 
     def step(self, command: Command) -> Sample:
         """Apply `command` for one period."""
-        return self._biased(self._backend.step(command))
-
-    def close(self) -> None:
-        """Leave the robot stopped."""
-        self._backend.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
+        return self._biased(super().step(command))
 
     def _biased(self, sample: Sample) -> Sample:
         first, *others = sample.wrenches

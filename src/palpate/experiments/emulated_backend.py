@@ -5,14 +5,13 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from time import monotonic
-from types import TracebackType
-from typing import Self
 
 from palpate.experiments.emulated_truth import TruthTrace, new_memory
 from palpate.experiments.truth_numbers import truth_of_numbers
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.process import EmulatorProcess
+from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.protocols import Backend
@@ -44,7 +43,7 @@ def urgent_threads() -> Iterator[None]:
         os.setpriority(os.PRIO_PROCESS, 0, before)
 
 
-class OnTheWire:
+class OnTheWire(Closing):
     """A `Backend`: the emulators run from `start` to `close`, and the rig that speaks with them likewise.
 
     Its times are the plant's: the rig's, scaled. If this process is killed, the emulators end by themselves.
@@ -122,16 +121,6 @@ class OnTheWire:
     def close(self) -> None:
         """Stop the rig, then end the emulators; may be called more than once, and at any time."""
         self._running.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
 
     def _forget(self) -> None:
         self._trace = self._emulator = None

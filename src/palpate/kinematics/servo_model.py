@@ -23,6 +23,11 @@ PWM_UNITS = 885
 """PWM limit register at the full supply voltage (e-manual, PWM Limit(36))."""
 
 
+OPENING_FORCE = 0.5
+"""With which a finger opens [N]: enough against the gear's friction, and harmless while it still squeezes, until
+the profile is back from where it ran to behind the object."""
+
+
 @dataclass(frozen=True, slots=True)
 class ServoModel:
     """A servo by its e-manual, at its shaft.
@@ -125,6 +130,16 @@ class ServoModel:
     def yielding_current(self, torque: float) -> float:
         """Return the current [A] at which the torque at the shaft sinks to a value [N m]; 0 if friction holds."""
         return max(0.0, (torque - self.coulomb) / ((1.0 + self.load_friction) * self.torque_constant))
+
+    def pressing_current(self, torque: float, driving: float) -> float:
+        """Return the current [A] for a torque at the shaft [N m] between both sides of friction.
+
+        Args:
+            torque: Wanted.
+            driving: Share of the current that drives; the rest yields (`GearDirection`).
+        """
+        current = driving * self.driving_current(torque)
+        return current if driving == 1.0 else current + (1.0 - driving) * self.yielding_current(torque)
 
 
 XM430_W210 = ServoModel(

@@ -43,9 +43,18 @@ def loopback_address(key: str, address: str) -> str:
     return address
 
 
-class StageEntry(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="stage"
-):
+class _Within(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Numbers within `RANGES`."""
+
+    def __post_init__(self) -> None:
+        for field in msgspec.structs.fields(self):
+            value = getattr(self, field.name)
+            if not isinstance(value, str):
+                least, most, unit = RANGES[field.encode_name]
+                within(field.encode_name, value, least, most, unit)
+
+
+class StageEntry(_Within, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="stage"):
     """The simulated three-axis stage: see `palpate.sim.carriers.stage.Stage`.
 
     Attributes:
@@ -60,14 +69,9 @@ class StageEntry(
     leash: float = msgspec.field(name="leash_m")
     time_step: float = msgspec.field(name="time_step_s")
 
-    def __post_init__(self) -> None:
-        for field in msgspec.structs.fields(self):
-            least, most, unit = RANGES[field.encode_name]
-            within(field.encode_name, getattr(self, field.name), least, most, unit)
-
 
 class TurningStageEntry(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="turning_stage"
+    _Within, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="turning_stage"
 ):
     """The simulated stage that also turns: see `palpate.sim.carriers.turning_stage.TurningStage`.
 
@@ -87,14 +91,9 @@ class TurningStageEntry(
     angular_leash: float = msgspec.field(name="angular_leash_rad", default=0.06)
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
-    def __post_init__(self) -> None:
-        for field in msgspec.structs.fields(self):
-            least, most, unit = RANGES[field.encode_name]
-            within(field.encode_name, getattr(self, field.name), least, most, unit)
-
 
 class SimulatedUr5eEntry(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="simulated_ur5e"
+    _Within, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="simulated_ur5e"
 ):
     """A simulated Universal Robots UR5e that starts with its tip upright: see `palpate.sim.ArmCarrier`.
 
@@ -112,14 +111,9 @@ class SimulatedUr5eEntry(
     leash: float = msgspec.field(name="leash_m", default=0.001)
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
-    def __post_init__(self) -> None:
-        for field in msgspec.structs.fields(self):
-            least, most, unit = RANGES[field.encode_name]
-            within(field.encode_name, getattr(self, field.name), least, most, unit)
-
 
 class EmulatedUr5eEntry(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="emulated_ur5e"
+    _Within, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="emulated_ur5e"
 ):
     """The simulated UR5e behind an emulated controller and F/T box, run over the real wires and client libraries.
 
@@ -142,10 +136,7 @@ class EmulatedUr5eEntry(
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
     def __post_init__(self) -> None:
-        for field in msgspec.structs.fields(self):
-            if field.encode_name in RANGES:
-                least, most, unit = RANGES[field.encode_name]
-                within(field.encode_name, getattr(self, field.name), least, most, unit)
+        super().__post_init__()
         loopback_address("address", self.address)
 
 

@@ -13,10 +13,9 @@ import signal
 from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from types import TracebackType
-from typing import Self
 
 from palpate.errors import InvalidValueError
+from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.live import LiveParameter, LiveParameters
 from palpate.runtime.shown_plan import PlanSource
@@ -45,7 +44,7 @@ STOP_TIMEOUT = 20.0
 _OVER = "over"
 
 
-class LiveView:
+class LiveView(Closing):
     """Shows a run in browsers while it goes on. Its `observe` is an `Observer` of the loop."""
 
     def __init__(
@@ -157,16 +156,6 @@ class LiveView:
             self._process.join()
         if self._worker is not None:
             self._worker.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
 
     def _wait_for_url(self) -> str:
         try:

@@ -3,12 +3,11 @@
 from collections.abc import Callable, Sequence
 from multiprocessing import get_context
 from time import monotonic, sleep
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 
 from palpate.errors import InvalidValueError, positive
+from palpate.runtime.closing import Closing
 from palpate.runtime.shown_plan import PlanChange
 from palpate.viewing.drawing import Drawing
 from palpate.viewing.frames import Frames
@@ -27,7 +26,7 @@ SLIDER_STEP = 0.01
 """Of the time slider [s]."""
 
 
-class Player:
+class Player(Closing):
     """Serves a recorded run to browsers."""
 
     def __init__(
@@ -143,16 +142,6 @@ class Player:
         self.server.stop()
         if self._worker is not None:
             self._worker.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
 
     def _advance_to(self, time: float) -> None:
         """Show the run as it was then."""

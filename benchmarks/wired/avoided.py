@@ -11,13 +11,12 @@ from itertools import pairwise
 from statistics import median
 from time import monotonic, sleep
 
-from wire_cell import ARM, Cell
-
 from palpate.hw.devices import DeviceError
 from palpate.hw.ur import ForceTask, Payload
 from palpate.kinematics.pose import Pose
 from palpate.runtime.real_time import RealTime
 from palpate.spatial import ZERO
+from wired.cell import ARM, Cell
 
 LONGEST_STALL = 0.25
 """[s] of our own threads while the library connects and lets go; by itself it stops them for 0.5 s."""

@@ -1,4 +1,4 @@
-"""A pseudo terminal that stands in for the USB adapter of a servo bus.
+"""A pseudo terminal that stands in for the USB adapter of a servo bus or a sensor.
 
 It has no speed: bytes arrive at once. But it knows which one the client has set.
 """

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from time import monotonic, sleep
 
 import psutil
-from wire_cell import PERIOD, Cell, Truth
 
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
+from wired.cell import PERIOD, Cell, Truth
 
 Act = Callable[[Cell], object]
 LONGEST = 3.0

@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from wire_avoided import (
+from palpate.kinematics.pose import Pose
+from palpate.spatial import ZERO
+from wired.avoided import (
     a_second_client_is_refused,
     a_silent_loop_stops_the_arm,
     commands_are_not_overwritten,
@@ -21,8 +23,8 @@ from wire_avoided import (
     threads_run_on,
     upper_registers_unused,
 )
-from wire_cell import ARM, BOTA, BOX, HAND, Cell, Tip
-from wire_procedures import (
+from wired.cell import ARM, BOTA, BOX, HAND, Cell, Tip
+from wired.procedures import (
     Avoided,
     Borne,
     Lost,
@@ -41,9 +43,6 @@ from wire_procedures import (
     start_hand,
     the_other_servo_presses,
 )
-
-from palpate.kinematics.pose import Pose
-from palpate.spatial import ZERO
 
 NOTICED = 0.05
 """[s] asked for, unless a row says why it takes longer."""

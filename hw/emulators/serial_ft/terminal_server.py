@@ -1,10 +1,6 @@
 """A sensor on a pseudo-terminal that sends frames at fixed deadlines, and what can go wrong with its line."""
 
-import contextlib
 import math
-import os
-import pty
-import tty
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
@@ -13,6 +9,7 @@ from time import monotonic
 
 from palpate.errors import InvalidValueError, positive
 from palpate.hw.emulators.plant import PlantState
+from palpate.hw.emulators.terminal import Terminal
 
 LATEST = 0.1
 """Behind its deadlines, after which frames are left out [s]."""
@@ -60,6 +57,9 @@ class TerminalServer(ABC):
             sensor: Whose wrench it shows: index into `PlantState.wrenches`.
             rate: Of frames [1/s].
             link: A symbolic link to make to the terminal, as udev does for real ones; None: none.
+
+        Raises:
+            InvalidValueError: As `Terminal`.
         """
         self._name, self._sensor, self._link = name, sensor, link
         self._rate = positive("rate", rate, "1/s")
@@ -68,8 +68,8 @@ class TerminalServer(ABC):
         self._streams = False
         self._wrench: tuple[float, ...] = (0.0,) * 6
         self._faults: dict[SerialFault, int] = dict.fromkeys(SerialFault, 0)
-        self._master = self._slave = -1
-        self._path = ""
+        self._terminal: Terminal | None = None
+        self._address = ""
         self.sent = 0
         self.unread = 0
         self._plug_in()
@@ -82,7 +82,7 @@ class TerminalServer(ABC):
     @property
     def address(self) -> str:
         """The path of the terminal, or of the link to it."""
-        return str(self._link) if self._link else self._path
+        return self._address
 
     def told(self) -> Mapping[str, object]:
         """Return what goes on, for tests."""
@@ -94,26 +94,23 @@ class TerminalServer(ABC):
 
     def files(self) -> Sequence[int]:
         """Return the terminal, unless it is unplugged."""
-        return (self._master,) if self._master >= 0 else ()
+        return () if self._terminal is None else (self._terminal.master,)
 
     def receive(self, file: int, now: float) -> None:
         """Hear what the client says."""
-        try:
-            data = os.read(file, 4096)
-        except OSError:
-            return
-        if not self._faults[SerialFault.DEAF]:
+        data = b"" if self._terminal is None else self._terminal.read()
+        if data and not self._faults[SerialFault.DEAF]:
             self._hear(data, now)
 
     def due(self) -> float:
         """Return when the next frame is due [s]."""
-        if self._master < 0:
+        if self._terminal is None:
             return math.inf
         return self._began + (self._slot + 1) / self._rate if self._streams else self._idle_due()
 
     def tick(self, now: float) -> None:
         """Send the frames that are due."""
-        if self._master < 0:
+        if self._terminal is None:
             return
         if not self._streams:
             self._idle(now)
@@ -208,26 +205,17 @@ class TerminalServer(ABC):
             self._write(frame[at : at + size])
 
     def _write(self, data: bytes) -> None:
-        try:
-            os.write(self._master, data)
-        except OSError:  # nobody reads, and the terminal is full: what a port does then, too
-            self.unread += 1
+        terminal = self._terminal
+        if terminal is not None:
+            before = terminal.lost
+            terminal.write(data)
+            self.unread += terminal.lost > before
 
     def _plug_in(self) -> None:
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._master)
-        tty.setraw(self._slave)  # kept open: otherwise the master fails whenever the client closes
-        os.set_blocking(self._master, False)
-        self._path = os.ttyname(self._slave)
-        if self._link:
-            self._link.unlink(missing_ok=True)
-            self._link.symlink_to(self._path)
+        self._terminal = Terminal(self._link)
+        self._address = self._terminal.path
 
     def _unplug(self) -> None:
-        if self._master >= 0:
-            os.close(self._master)
-            os.close(self._slave)
-            self._master = self._slave = -1
-            if self._link:
-                with contextlib.suppress(OSError):
-                    self._link.unlink()
+        if self._terminal is not None:
+            self._terminal.close()
+            self._terminal = None
