@@ -6,7 +6,7 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --con
 OUT    ?= runs/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format build bench pictures clean
+.PHONY: help demo test test-all check format docs build bench pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -35,8 +35,12 @@ format: $(VENV)/.check  ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+docs: $(VENV)/.docs $(VENV)/.kernels  ## Build the documents into build/docs; a warning fails
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
+	@echo "Open build/docs/index.html"
+
 build: $(VENV)/.build  ## Build sdist and wheel, install each into a fresh environment, and try it there
-	rm -rf dist build
+	rm -rf dist build/wheel build/sdist
 	$(BIN)/python -m build --outdir dist .
 	$(BIN)/python tests/built.py dist
 	$(MAKE) --no-print-directory --jobs 2 build/wheel build/sdist
@@ -50,6 +54,7 @@ build/wheel build/sdist:
 	cd $@ && bin/python $(CURDIR)/tests/smoke.py
 
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
+	$(BIN)/palpate bench
 	$(BIN)/python tests/reference/worst.py
 	$(BIN)/python benchmarks/contact
 	$(BIN)/python benchmarks/every_tip.py
@@ -64,6 +69,9 @@ bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact
 	$(BIN)/python benchmarks/robust_grasps.py
 	$(BIN)/python benchmarks/sharing.py --runs 4
 	$(BIN)/python benchmarks/wire.py
+	$(BIN)/python benchmarks/start_up.py
+	$(BIN)/python benchmarks/sweep.py
+	$(BIN)/python benchmarks/learning.py
 
 pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and docs anew
 	$(BIN)/python docs/make_pictures.py
@@ -99,6 +107,10 @@ $(VENV)/.test: $(VENV)/.run
 
 $(VENV)/.check: $(VENV)/.test
 	$(PIP) --editable ".[check,test]"
+	@touch $@
+
+$(VENV)/.docs: $(VENV)/.test
+	$(PIP) --editable ".[docs,test]"
 	@touch $@
 
 $(VENV)/.build: $(BIN)/python pyproject.toml constraints.txt

@@ -13,6 +13,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +76,22 @@ def emulator_cpu() -> float:
     return used
 
 
-def measure_rate(kind: str, rate: float, seconds: float, link: Path) -> list[str]:
+class Beside(Enum):
+    """What the thread that reads the sensor does between two readings."""
+
+    LOOP = "a loop"
+    """It sleeps, like a control loop that has done its work."""
+    COMPUTING = "computing"
+    """It computes in Python and never gives the interpreter away by itself."""
+
+
+def compute() -> None:
+    """Keep the interpreter for a while."""
+    for _ in range(20_000):
+        pass
+
+
+def measure_rate(kind: str, rate: float, seconds: float, link: Path, beside: Beside = Beside.LOOP) -> list[str]:
     """Return a row: what came in a while, what was lost, what it cost, how old and how steady its times are."""
     with EmulatorProcess(functools.partial(host, kind, rate, link)):
         sensor = client(kind, link)
@@ -84,8 +100,12 @@ def measure_rate(kind: str, rate: float, seconds: float, link: Path) -> list[str
         records, lost, begin = sensor.counts.records, sensor.counts.lost, time.monotonic()
         ages, wait = [], begin
         while wait < begin + seconds:
-            wait += LOOP
-            time.sleep(max(wait - time.monotonic(), 0.0))
+            if beside is Beside.COMPUTING:
+                compute()
+                wait = time.monotonic()
+            else:
+                wait += LOOP
+                time.sleep(max(wait - time.monotonic(), 0.0))
             try:
                 ages.append(time.monotonic() - sensor.read().time)
             except DeviceError as error:
@@ -96,6 +116,7 @@ def measure_rate(kind: str, rate: float, seconds: float, link: Path) -> list[str
     age = 1e3 * np.percentile(ages, [50, 99])
     return [
         kind,
+        beside.value,
         f"{rate:g}",
         f"{came / took:.1f}",
         str(lost),
@@ -229,7 +250,7 @@ def main() -> None:
     console = Console()
     with tempfile.TemporaryDirectory() as folder:
         link = Path(folder) / "sensor"
-        rates = Table("sensor", "asked 1/s", "came 1/s", "lost", "emulator", "client", "age ms, p50/p99")
+        rates = Table("sensor", "beside", "asked 1/s", "came 1/s", "lost", "emulator", "client", "age ms, p50/p99")
         for kind, rate in (
             ("Net F/T", 500.0),
             ("Net F/T", 1000.0),
@@ -239,6 +260,8 @@ def main() -> None:
             ("Resense", 1000.0),
         ):
             rates.add_row(*measure_rate(kind, rate, options.seconds, link))
+        rates.add_row(*measure_rate("Net F/T", 7000.0, options.seconds, link, Beside.COMPUTING))
+        rates.add_row(*measure_rate("Bota", 1003.9, options.seconds, link, Beside.COMPUTING))
         console.print(f"Load of this machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores.")
         console.print(f"Records over {options.seconds:g} s, read every {1e3 * LOOP:g} ms:", rates)
         faults = Table(

@@ -26,6 +26,12 @@ SLOWER = 0.85
 """Slip speed of twists over that of the slowest stroke, below which a stroke as slow is done: where mu falls by
 0.1 per ln v, as dry friction does at most, mu would be off by 1.6 %."""
 
+RAMPS = 3.0
+"""Of a motion, that it lasts at least: a third of it is steady."""
+
+FIRST_SHARE = 0.5
+"""Of the angle, that the shortest twist takes of it at most: what only gives way is turned twice as far."""
+
 LONGEST = 5.0
 """Of one way [s]: what is slower tells nothing in reasonable time."""
 
@@ -44,6 +50,7 @@ class SurveyWanted:
         most_angle: How far it may turn, one way [rad].
         repeats: How often each stroke and twist is done.
         exponent_slips: How many slips there and back tell the exponents; 0: none.
+        angular_acceleration: With which the robot can begin to turn [rad/s^2].
     """
 
     loads: tuple[float, ...]
@@ -55,6 +62,7 @@ class SurveyWanted:
     most_angle: float = 1.5
     repeats: int = 1
     exponent_slips: int = 0
+    angular_acceleration: float = math.inf
 
     def __post_init__(self) -> None:
         if not self.loads or list(self.loads) != sorted(set(self.loads)):
@@ -71,6 +79,7 @@ class SurveyWanted:
         for name, unit in (("travel", "m"), ("most_travel", "m"), ("most_angle", "rad")):
             positive(name, getattr(self, name), unit)
         not_negative("most_spin", self.most_spin, "rad/s")
+        positive("angular_acceleration", self.angular_acceleration, "rad/s^2", infinite_allowed=True)
         if self.repeats < 1:
             raise InvalidValueError(f"repeats = {self.repeats}: must be at least 1")
         if self.exponent_slips and self.exponent_slips < LEAST_SLIPS:
@@ -81,13 +90,22 @@ class SurveyWanted:
     @property
     def fastest_spin(self) -> float:
         """How fast to turn at most [rad/s]: one way of the shortest rub must stay within the angle."""
-        return min(self.most_spin, self.most_angle / (SHORTEST - RAMP))
+        # in RAMPS ramps it turns by (RAMPS - 1) spin^2 / acceleration
+        soon = math.sqrt(FIRST_SHARE * self.most_angle * self.angular_acceleration / (RAMPS - 1.0))
+        in_time = self.angular_acceleration * LONGEST / RAMPS
+        return min(self.most_spin, self.most_angle / (SHORTEST - RAMP), soon, in_time)
 
     def stroke(self, load: float, speed: float) -> Rub:
         """Return a stroke of the least travel, or duration."""
         shape = Rub(load, speed, 0.0, LONGEST)
         wanted = self.travel / speed + shape.ramp
-        return replace(shape, duration=min(max(SHORTEST, 3.0 * shape.ramp, wanted), LONGEST))
+        return replace(shape, duration=min(max(SHORTEST, RAMPS * shape.ramp, wanted), LONGEST))
+
+    def twist(self, load: float, spin: float) -> Rub:
+        """Return a twist of the least angle, or duration."""
+        shape = Rub(load, 0.0, spin, LONGEST, self.angular_acceleration)
+        wanted = min(0.5, self.most_angle) / abs(spin) + shape.ramp
+        return replace(shape, duration=min(max(SHORTEST, RAMPS * shape.ramp, wanted), LONGEST))
 
     @property
     def expected_duration(self) -> float:
@@ -98,10 +116,10 @@ class SurveyWanted:
             self.stroke(self.loads[0], speed).duration for speed in self.speeds if speed != self.speed
         ]
         twists = 2 * len(self.loads) if self.most_spin else 0
-        slips = twists + self.exponent_slips
+        turning = self.twist(self.loads[0], self.fastest_spin).duration if self.most_spin else SHORTEST
         return (
-            2.0 * self.repeats * (sum(ways) + len(ways) * pause + twists * (SHORTEST + pause))
-            + 2.0 * (slips - twists) * (SHORTEST + pause)
+            2.0 * self.repeats * (sum(ways) + len(ways) * pause + twists * (turning + pause))
+            + 2.0 * self.exponent_slips * (turning + pause)
             + 1.5 * len(self.loads)
         )
 
@@ -174,8 +192,7 @@ class Survey:
     def _twists(self, load: float) -> Iterator[Rub]:
         spin, wanted = self._spin(load), self._wanted
         self._turned = spin
-        angle = min(0.5, wanted.most_angle)
-        rub = Rub(load, 0.0, spin, min(max(SHORTEST, angle / spin + RAMP), LONGEST))
+        rub = wanted.twist(load, spin)
         while True:
             # the other way round first in every second one: a steady drift then cancels
             yield rub
@@ -186,7 +203,7 @@ class Survey:
                 if load in self._frictions and self._frictions[load] > 0.0:
                     self._lengths[load] = 0.5 * (felt.torque_ratio + first.torque_ratio) / self._frictions[load]
                 break
-            longer = min(wanted.most_angle / abs(rub.spin) + RAMP, 2.0 * rub.duration)
+            longer = min(wanted.most_angle / abs(rub.spin) + rub.ramp, 2.0 * rub.duration)
             if longer <= 1.01 * rub.duration:
                 self.stuck_turning.append(load)
                 return
@@ -222,4 +239,5 @@ class Survey:
         slips = planned_slips((low, high), (lengths[low], lengths[high]), wanted.exponent_slips, speed)
         for slip in sorted(slips, key=lambda slip: slip.normal_force):
             # the same way for slides and turns of either kind, and as far as a stroke of the survey
-            yield Rub(slip.normal_force, slip.speed, slip.spin, SHORTEST)
+            rub = Rub(slip.normal_force, slip.speed, slip.spin, LONGEST, wanted.angular_acceleration)
+            yield replace(rub, duration=max(SHORTEST, RAMPS * rub.ramp))

@@ -1,5 +1,6 @@
 """Rubbing motions: what a finger pressed on a surface is to do, and what is felt of it while it does."""
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -21,12 +22,14 @@ class Rub:
         speed: Of the contact along the surface [m/s].
         spin: About the contact's normal [rad/s]; negative: the other way round first.
         duration: Of each of the two ways, with speeding up and slowing down [s].
+        angular_acceleration: With which the robot can begin to turn [rad/s^2]: it comes up to its spin no faster.
     """
 
     normal_force: float
     speed: float
     spin: float
     duration: float
+    angular_acceleration: float = math.inf
 
     def __post_init__(self) -> None:
         positive("normal_force", self.normal_force, "N")
@@ -34,16 +37,17 @@ class Rub:
         not_negative("size of spin", abs(self.spin), "rad/s")
         if self.speed == self.spin == 0.0:
             raise InvalidValueError("speed = 0 m/s and spin = 0 rad/s: a rub must slide or turn")
+        positive("angular_acceleration", self.angular_acceleration, "rad/s^2", infinite_allowed=True)
         if not self.duration > 2.0 * self.ramp:
             raise InvalidValueError(
                 f"duration = {self.duration:g} s: must be more than {2.0 * self.ramp:g} s, in which a motion of "
-                f"{self.speed:g} m/s speeds up and slows down"
+                f"{self.speed:g} m/s and {self.spin:g} rad/s speeds up and slows down"
             )
 
     @property
     def ramp(self) -> float:
         """How long it takes to come up to speed [s]."""
-        return max(RAMP, self.speed / ACCELERATION)
+        return max(RAMP, self.speed / ACCELERATION, abs(self.spin) / self.angular_acceleration)
 
     @property
     def travel(self) -> float:

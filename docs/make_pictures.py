@@ -1,5 +1,6 @@
 """Make the pictures of README and docs: `make pictures`, or `python docs/make_pictures.py`."""
 
+import math
 from pathlib import Path
 
 import matplotlib.image
@@ -7,12 +8,13 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from palpate import Sphere, contact_from_wrench
-from palpate.experiments.explore import explore
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_report import exploration_report
+from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.report import exploration_report
+from palpate.experiments.explore.run import explore
+from palpate.friction.pressure import limit_curve
 from palpate.reporting.error_picture import error_map
-from palpate.reporting.style import MEASURED, QUIET, TRUE, Width, dress, new_figure
+from palpate.reporting.style import INK, MEASURED, QUIET, TRUE, WANTED, Width, dress, legend_above, new_figure
 from palpate.reporting.surface_picture import touched_surface
 
 DOTS_PER_INCH = 110
@@ -72,6 +74,156 @@ def centroid_and_wrench_axis() -> None:
     print("centroid_and_wrench_axis.png")
 
 
+def contact_centroid() -> None:
+    """Where a wrench says that a fingertip is touched: without spin on the wrench's axis, with spin beside it."""
+    figure = new_figure(Width.FULL, 3.3)
+    side, top = figure.subplots(1, 2)
+    tip = Ellipsoid((0.008, 0.008, 0.012))
+    touched = np.array([0.0045, 0.0, 0.012 * math.sqrt(1 - (4.5 / 8) ** 2)])
+    normal = touched / np.array([0.008, 0.008, 0.012]) ** 2
+    normal /= np.linalg.norm(normal)
+    force = -1.9 * normal + 0.9 * np.array([normal[2], 0.0, -normal[0]])
+    contact = contact_from_wrench(tip, np.concatenate([force, np.cross(touched, force)]))
+    x, _, z = 1e3 * contact.centroid
+    angle = np.linspace(0.0, 2.0 * math.pi, 200)
+    side.fill(8 * np.cos(angle), 12 * np.sin(angle), color="#dfe6ee", zorder=0)
+    along = 1e3 * np.outer(np.linspace(-0.006, 0.009, 2), contact.force / np.linalg.norm(contact.force))
+    side.plot(x - along[:, 0], z - along[:, 2], "--", color=QUIET, linewidth=1, label="wrench axis")
+    side.text(x - 2.0, z - 5.2, "wrench axis", color=QUIET, fontsize=9, ha="right")
+    arrow = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.008, "zorder": 3}
+    side.quiver(0, 0, *(3 * contact.force[[0, 2]]), color=TRUE, **arrow)
+    side.text(9.0, -5.6, "force f, felt with a moment m\nabout the sensor's origin +", color=TRUE, fontsize=9)
+    side.quiver(x, z, *(5 * contact.normal[[0, 2]]), color=WANTED, **arrow)
+    side.text(x + 4.4, z + 1.8, "normal n,\ninto the object", color=WANTED, fontsize=9)
+    side.plot(x, z, "o", color=MEASURED, markersize=9, zorder=4)
+    side.text(x + 4.0, z - 3.4, "contact centroid c", color=MEASURED, fontsize=9)
+    side.text(-3.6, -10.2, "fingertip", color=INK, fontsize=9)
+    side.plot(0, 0, "+", color=INK, markersize=9)
+    side.set_aspect("equal")
+    side.set_xlim(-13, 33)
+    side.set_ylim(-13, 16)
+    dress(side, x="x in the sensor frame [mm]", y="z [mm]")
+    side.set_title("From the side: no spin torque", fontsize=9)
+
+    pressing = (0.8, 0.0, -2.0)
+    for torque in (0.0, 1e-3, 2e-3, 3e-3):
+        wrench = np.array([*pressing, 0.0, 0.0, 0.0])
+        apex = np.array([0.0, 0.0, 0.012])
+        wrench[3:] = np.cross(apex, pressing) + np.array([0.0, 0.0, torque])
+        soft, hard = contact_from_wrench(tip, wrench), contact_from_wrench(tip, wrench, model="hard")
+        top.plot(*(1e3 * hard.centroid[:2]), "X", color=TRUE, markersize=9, label="wrench axis method")
+        top.plot(*(1e3 * soft.centroid[:2]), "o", color=MEASURED, markersize=9, label="contact centroid")
+        top.annotate(
+            f"{1e3 * torque:.0f} mN m",
+            1e3 * hard.centroid[:2],
+            xytext=(-10, -4),
+            ha="right",
+            textcoords="offset points",
+            fontsize=9,
+        )
+    top.quiver(0, 0, 0.8, 0.0, color=QUIET, **arrow)
+    top.text(0.25, 0.06, "tangential force, 0.8 N", color=QUIET, fontsize=9, ha="left")
+    top.set_xlim(-0.6, 1.2)
+    top.set_ylim(-0.75, 0.3)
+    top.set_aspect("equal")
+    dress(top, x="x [mm]", y="y [mm]")
+    top.set_title("From above, pressed at the apex with 2 N: more and more spin torque", fontsize=9)
+    legend_above(figure, [top], 2)
+    matplotlib.image.imsave(HERE / "contact_centroid.png", pixels(figure))
+    print("contact_centroid.png")
+
+
+def limit_surface() -> None:
+    """What a contact bears of force and torque at once, and how that shrinks and grows with the load."""
+    figure = new_figure(Width.FULL, 2.9)
+    shape, load = figure.subplots(1, 2)
+    angle = np.linspace(0.0, math.pi / 2, 200)
+    for exponent, colour, name in (
+        (2.0, QUIET, "ellipse, p = 2"),
+        (1.7, MEASURED, "p = 1.7"),
+        (1.0, TRUE, "diamond, p = 1"),
+    ):
+        surface = LimitSurface(friction=1.0, spin_length=1.0, norm_exponent=exponent)
+        reach = np.array([1 / surface.load_ratio(1.0, math.cos(a), math.sin(a)) for a in angle])
+        shape.plot(reach * np.cos(angle), reach * np.sin(angle), color=colour, label=name)
+    shape.plot(*limit_curve(2.0).T, ":", color=INK, linewidth=1.8, label="integrated, Hertz's pressure")
+    shape.set_aspect("equal")
+    dress(shape, x="tangential force / (mu normal force)", y="torque / (mu e normal force)")
+    shape.legend(fontsize=8, frameon=False, loc="lower left")
+    shape.set_title("At one load", fontsize=9)
+    grown = LimitSurface(friction=0.8, spin_length=0.003, load_exponent=1 / 3, norm_exponent=1.7)
+    for normal_force, colour in ((1.0, "#9ecae1"), (2.0, "#4292c6"), (4.0, "#08519c")):
+        reach = [1 / grown.load_ratio(normal_force, math.cos(a), 0.004 * math.sin(a)) for a in angle]
+        load.plot(
+            reach * np.cos(angle),
+            4 * np.array(reach) * np.sin(angle),
+            color=colour,
+            label=f"pressed with {normal_force:.0f} N",
+        )
+    load.set_xlim(0, None)
+    load.set_ylim(0, None)
+    dress(load, x="tangential force [N]", y="torque about the normal [mN m]")
+    load.legend(fontsize=8, frameon=False)
+    load.set_title("mu = 0.8, e = 3 mm at 1 N, growing with the load to the power 1/3", fontsize=9)
+    matplotlib.image.imsave(HERE / "limit_surface.png", pixels(figure))
+    print("limit_surface.png")
+
+
+def hybrid_control() -> None:
+    """Which directions of a contact are under force control, and which under motion control."""
+    figure = new_figure(Width.FULL, 3.2)
+    axes = figure.subplots()
+    ring, ground = 4.2, 14.0
+    angle = np.linspace(0.0, 2.0 * math.pi, 200)
+    x = np.linspace(-16, 16, 200)
+    axes.fill_between(x, -7, np.sqrt(ground**2 - (0.62 * x) ** 2) - ground, color="#e9e2d3", zorder=0)
+    at = np.array([5.0, math.sqrt(ground**2 - (0.62 * 5.0) ** 2) - ground])
+    slope = -(0.62**2) * at[0] / math.sqrt(ground**2 - (0.62 * at[0]) ** 2)
+    tangent = np.array([1.0, slope]) / math.hypot(1.0, slope)
+    normal = np.array([tangent[1], -tangent[0]])  # out of the fingertip, into the object
+    middle = at - ring * normal
+    axes.fill(middle[0] + ring * np.cos(angle), middle[1] + ring * np.sin(angle), color="#dfe6ee", zorder=1)
+    axes.text(middle[0] - 1.6, middle[1] + 1.4, "fingertip", color=INK, fontsize=9)
+    axes.text(-15.0, -6.2, "object, which nobody modelled", color=INK, fontsize=9)
+    arrow = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.0045, "zorder": 3}
+    axes.quiver(*at, *(4.5 * normal), color=TRUE, **arrow)
+    axes.quiver(*at, *(7.0 * tangent), color=WANTED, **arrow)
+    axes.quiver(*at, *(-7.0 * tangent), color=WANTED, **arrow)
+    axes.plot(*at, "o", color=MEASURED, markersize=9, zorder=4)
+    axes.annotate(
+        "contact centroid, normal and force,\nfelt a thousand times a second",
+        at,
+        xytext=(-15.5, 5.6),
+        color=MEASURED,
+        fontsize=9,
+        arrowprops={"arrowstyle": "-", "color": MEASURED, "linewidth": 0.8},
+    )
+    axes.text(
+        *(at + 3.2 * normal + [-1.0, 0.0]),
+        "along the normal: force control\nv = k (force set - force felt)",
+        color=TRUE,
+        fontsize=9,
+        ha="right",
+        va="center",
+    )
+    axes.text(
+        *(at + 7.3 * tangent + [0.2, 0.6]),
+        "along the surface: motion control\nspeed and way as the strategy asks",
+        color="#00714f",
+        fontsize=9,
+        va="center",
+    )
+    axes.set_xlim(-16, 24)
+    axes.set_ylim(-7, 8.5)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    matplotlib.image.imsave(HERE / "hybrid_control.png", pixels(figure))
+    print("hybrid_control.png")
+
+
 if __name__ == "__main__":
+    hybrid_control()
+    contact_centroid()
+    limit_surface()
     centroid_and_wrench_axis()
     exploration()

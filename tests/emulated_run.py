@@ -4,9 +4,9 @@ import sys
 
 import psutil
 
-from palpate.experiments.explore_plan import plan
-from palpate.experiments.robot_in_scene import build
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.robot.in_scene import build
+from palpate.experiments.robot.values import config_for
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 

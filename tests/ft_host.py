@@ -3,7 +3,9 @@
 import select
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager
 
 from palpate.hw.emulators.plant import PlantState
@@ -37,10 +39,30 @@ def serve_once(servers: Sequence[Server], longest: float = 0.005) -> None:
 def served(*servers: Server) -> Iterator[None]:
     """Run the loop in a thread; the servers are closed at the end."""
     ending = threading.Event()
+    asked: deque[tuple[Future[object], Callable[..., object], tuple[object, ...]]] = deque()
+
+    def handed_over(inject: Callable[..., object]) -> Callable[..., object]:
+        """Switch a fault between two rounds, as a real host does: a line is not unplugged while it is read."""
+
+        def ask(*values: object) -> object:
+            done = Future[object]()
+            asked.append((done, inject, values))
+            return done.result(5.0)
+
+        return ask
 
     def run() -> None:
         while not ending.is_set():
+            while asked:
+                done, inject, values = asked.popleft()
+                try:
+                    done.set_result(inject(*values))
+                except Exception as error:
+                    done.set_exception(error)
             serve_once(servers)
+
+    for server in servers:
+        vars(server)["inject"] = handed_over(server.inject)
 
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
@@ -50,5 +72,6 @@ def served(*servers: Server) -> Iterator[None]:
         ending.set()
         thread.join(5.0)
         for server in servers:
+            del vars(server)["inject"]
             server.close()
         assert not thread.is_alive()

@@ -175,6 +175,9 @@ def test_it_starts_from_the_folder():
         "holding.py",
         "micro_motions.py",
         "grasp.py",
+        "learning.py",
+        "start_up.py",
+        "sweep.py",
     ],
 )
 def test_every_benchmark_says_what_it_measures(script):

@@ -1,60 +1,211 @@
-"""The code in README and docs runs as it stands, and what they name exists."""
+"""The code and the commands in the documents run as they stand, and what they name exists."""
 
+import contextlib
+import io
 import re
-from pathlib import Path
+import sys
+import types
+from collections.abc import Iterator, Mapping
 
 import pytest
 
-from palpate.cli import COMMANDS, Group
+from document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, words_of
+from palpate.cli import COMMANDS, Command, Group, main
+from palpate.runtime.robot import shipped_robots
 
-ROOT = Path(__file__).parent.parent
-DOCUMENTS = [
-    ROOT / "README.md",
-    *(ROOT / "docs" / name for name in ("running.md", "simulation.md", "grasp.md", "robots.md")),
+DOCUMENTS = documents()
+BY_NAME = {name_of(document): document for document in DOCUMENTS}
+
+AFTER_COMMANDS = {"docs/friction.md"}
+"""Documents whose Python reads what their commands have left."""
+
+QUICK = [
+    "docs/calibrate.md",
+    "docs/contact.md",
+    "docs/replay.md",
+    "docs/robot-files.md",
 ]
+"""Documents whose commands take a few seconds."""
+
+SILENT = {"docs/compare.md", "docs/regulate.md", "docs/view.md"}
+"""Documents whose Python only makes a file, or what the text goes on to explain."""
+
+UNMARKED = {
+    "README.md": ("palpate view", "palpate doctor", "palpate explore --robot emulated-ur5e"),
+    "docs/robots.md": ("palpate",),
+}
+"""What is not run of documents whose blocks have no marks: README shows the best of all in one block, and
+docs/robots.md is about robots. `tests/wire` runs a cell like its."""
+
+NOTED: list[object] = []
+"""What `note` was asked for."""
 
 
-def blocks(document):
-    """The document's Python, in order: later blocks may use names of earlier ones."""
-    return re.findall(r"```python\n(.*?)```", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+def note(config: object) -> int:
+    """Stand in for what carries a command out."""
+    NOTED.append(config)
+    return 0
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.stem)
-def test_the_code_runs(document, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    names = {}
+def run_python(document) -> None:
+    names: dict[str, object] = {}
     for block in blocks(document):
-        exec(compile(block, str(document), "exec"), names)
-    assert len(blocks(document)) >= 2
-    assert capsys.readouterr().out.strip()
+        if block.kind is Kind.PYTHON and not block.reason:
+            exec(compile(block.text, str(document), "exec"), names)
+
+
+def carry_out(command: str) -> None:
+    words, output = words_of(command)
+    if output is None:
+        assert main(words) == 0, command
+        return
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        assert main(words) == 0, command
+    output.write_text(printed.getvalue(), encoding="utf-8")
+
+
+def is_run(document, block, command: str) -> bool:
+    return not block.reason and not command.startswith(UNMARKED.get(name_of(document), ("-",)))
+
+
+def run_in_order(document) -> None:
+    names: dict[str, object] = {}
+    for block in blocks(document):
+        if block.kind is Kind.PYTHON and not block.reason:
+            exec(compile(block.text, str(document), "exec"), names)
+        for command in block.commands:
+            if is_run(document, block, command):
+                carry_out(command)
+
+
+def with_commands() -> Iterator[str]:
+    for name, document in BY_NAME.items():
+        if any(is_run(document, block, command) for block in blocks(document) for command in block.commands):
+            yield name
+
+
+def with_python() -> Iterator[str]:
+    for name, document in BY_NAME.items():
+        if any(block.kind is Kind.PYTHON for block in blocks(document)):
+            yield name
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to run in, with the files that README takes for granted."""
+    trimesh = pytest.importorskip("trimesh")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wrenches.csv").write_text("fx,fy,fz,mx,my,mz\n0.3,0.1,-2.0,0.004,0.008,0.001\n")
+    trimesh.creation.icosphere(subdivisions=5, radius=40.0).export(tmp_path / "part.stl")
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", sorted(set(with_python()) - AFTER_COMMANDS - set(QUICK)))
+def test_the_code_runs(name, folder, capsys):
+    run_python(BY_NAME[name])
+    assert name in SILENT or capsys.readouterr().out.strip()
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_code_and_commands_run_from_top_to_bottom(name, folder):
+    run_in_order(BY_NAME[name])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(with_commands()) - set(QUICK)))
+def test_long_commands_run_from_top_to_bottom(name, folder):
+    run_in_order(BY_NAME[name])
+
+
+def noting(commands: Mapping[str, Command | Group]) -> dict[str, Command | Group]:
+    """The same commands, of which none does anything."""
+    idle: dict[str, Command | Group] = {}
+    for name, command in commands.items():
+        if isinstance(command, Group):
+            idle[name] = Group(noting(command.commands), command.summary)
+        else:
+            dry = "noted_commands:note" if command.dry else ""
+            idle[name] = command._replace(runner="noted_commands:note", dry=dry, document="")
+    return idle
 
 
 @pytest.mark.parametrize(
-    "document", [ROOT / "README.md", *(ROOT / "docs").glob("*.md")], ids=lambda path: path.stem
+    "name", sorted(n for n, document in BY_NAME.items() if any(b.commands for b in blocks(document)))
 )
+def test_the_options_of_every_command_parse(name, folder, monkeypatch):
+    """Also of those that are not run: the command line itself reads them."""
+    monkeypatch.setitem(sys.modules, "noted_commands", types.SimpleNamespace(note=note))
+    monkeypatch.setattr("palpate.cli.COMMANDS", noting(COMMANDS))
+    for robot in ("cell.yaml", "my_cell.yaml", "my_robot.yaml"):
+        (folder / robot).write_text(shipped_robots()["stage"].read_text(encoding="utf-8"), encoding="utf-8")
+    for block in blocks(BY_NAME[name]):
+        for command in block.commands:
+            NOTED.clear()
+            assert main(words_of(command)[0]) == 0, command
+            assert len(NOTED) == 1, command
+
+
+def test_marks_have_a_block_and_a_reason():
+    """Every mark is before a block that has something to run; and most blocks are run."""
+    marks = found = run = 0
+    for document in DOCUMENTS:
+        text = document.read_text(encoding="utf-8")
+        # CONTRIBUTING.md shows how a mark looks, set in
+        marks += sum(bool(MARK.match(line)) for line in text.splitlines())
+        for block in blocks(document):
+            found += bool(block.reason)
+            run += not block.reason and block.kind is not Kind.OTHER
+    assert marks == found
+    assert found < run / 2
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_every_path_that_it_links_to_exists(document):
     text = document.read_text(encoding="utf-8")
-    for path in re.findall(r"\]\((?!http)([^)#]+)\)", text):
-        assert (document.parent / path).exists(), path
+    for path, _, anchor in re.findall(r"\]\((?!http)([^)#]*)(#([^)]+))?\)", text):
+        target = document.parent / path if path else document
+        assert target.exists(), path
+        if anchor:
+            assert anchor in anchors(target.read_text(encoding="utf-8")), f"{path}#{anchor}"
+
+
+def anchors(text: str) -> set[str]:
+    """What headings are linked by, on a code host and on the site."""
+    headings = re.findall(r"^#+ (.+)$", text, flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_no_line_gets_lost(document):
+    """A line of Markdown that begins with a per cent sign is a comment on the site, and gone."""
+    text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert not re.findall(r"^ {0,3}%.*", text, flags=re.MULTILINE)
 
 
 def test_the_guide_names_every_limit():
     """A limit that is not in the table of docs/running.md is one that nobody knows of."""
-    text = (ROOT / "docs" / "running.md").read_text(encoding="utf-8")
+    text = (DOCS / "running.md").read_text(encoding="utf-8")
     for words in ("age of each device", "contact force", "spin torque", "grip force", "speed of the tip",
                   "commanded acceleration", "workspace", "joint ranges"):  # fmt: skip
         assert words in text
 
 
-@pytest.mark.parametrize(
-    "document", [ROOT / "README.md", *(ROOT / "docs").glob("*.md")], ids=lambda path: path.stem
-)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_every_command_that_it_names_exists(document):
     """In lines to be typed, and where one stands in a sentence."""
     text = document.read_text(encoding="utf-8")
-    typed = re.findall(r"(?:^ {4,}|`)palpate ([a-z]+)(?: ([a-z]+))?", text, flags=re.MULTILINE)
+    typed = re.findall(r"(?:^ {4,}|^|`)palpate ([a-z]+)(?: ([a-z]+))?(?=[ `\n])", text, flags=re.MULTILINE)
+    inside = "\n".join(re.findall(r"```.*?```|`[^`\n]+`|^ {4,}.*$", text, flags=re.MULTILINE | re.DOTALL))
     for name, second in typed:
+        if f"palpate {name}" not in inside:
+            continue  # a line of prose that happens to begin so
         assert name in COMMANDS, name
         command = COMMANDS[name]
         if isinstance(command, Group):
             assert not second or second in command.commands, f"{name} {second}"
+
+
+def test_the_documents_are_found():
+    assert len(DOCUMENTS) > 30
+    assert (ROOT / "docs" / "robots.md") in DOCUMENTS

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError, positive
-from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.nearest_name import OTHER_UNITS, UNITS, advice_on_key, nearest, unit_of, without_unit
 from palpate.strict_decode import decode, decode_file, decode_some, load, read_mapping
 from palpate.strict_types import known_keys

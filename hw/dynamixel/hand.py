@@ -7,6 +7,7 @@ it, with its time, and raises once several in a row have failed for `HandSetting
 
 import math
 import time
+from collections import Counter
 
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
@@ -43,7 +44,7 @@ class DynamixelHand:
         self._found_pressing = False
         self._readings: tuple[ServoReading, ...] = ()
         self._spans: list[Span] = []
-        self._failing_since, self._failures = math.inf, 0
+        self._failing_since, self._failures = math.inf, Counter[tuple[int, bool]]()
         self._forget()
         self.closing_note = ""
         self.missed = 0
@@ -201,7 +202,7 @@ class DynamixelHand:
         n = len(self.settings.servos)
         self._forces, self._found_pressing = (0.0,) * n, False
         self._gears = tuple(GearDirection(self.settings.direction_span) for _ in range(n))
-        self._failing_since, self._failures = math.inf, 0
+        self._failing_since, self._failures = math.inf, Counter()
         self._sample = HandSample(-math.inf, (0.0,) * n)
         self._readings = ()
         self._ask(0)
@@ -218,7 +219,8 @@ class DynamixelHand:
             answers = bus.exchange(self._spans)
         except MissedError as missed:
             return self._miss(missed, sent)
-        self._failing_since, self._failures = math.inf, 0
+        if self._failures:
+            self._failing_since, self._failures = math.inf, Counter()
         fingers = self._fingers
         self._readings = readings = tuple(
             finger.reading(data) for finger, data in zip(fingers, answers, strict=True)
@@ -238,12 +240,15 @@ class DynamixelHand:
         self._ask((self._longer + 1) % LENGTHS)
         self._failing_since = min(self._failing_since, sent)
         failing = time.monotonic() - self._failing_since
-        self._failures += 1
+        self._failures[missed.servo_id, missed.silent] += 1
         # a failure or two may be this process having slept, however long it took
-        if failing < self.settings.silence or self._failures < FEWEST:
+        if failing < self.settings.silence or self._failures.total() < FEWEST:
             return self._sample
-        remedy = "check its cable and its power" if missed.silent else "check the bus for loose or noisy cables"
-        raise DeviceError(self.name, f"{missed} for {1e3 * failing:.0f} ms", f"{remedy}, then call start() again")
+        # the one that failed most, not the last: on a busy computer an answer of a sound servo is late, too
+        (servo_id, silent), _ = self._failures.most_common(1)[0]
+        worst = MissedError(servo_id, silent)
+        remedy = "check its cable and its power" if worst.silent else "check the bus for loose or noisy cables"
+        raise DeviceError(self.name, f"{worst} for {1e3 * failing:.0f} ms", f"{remedy}, then call start() again")
 
     def _check(self) -> None:
         for finger, its in zip(self._fingers, self._readings, strict=True):

@@ -10,6 +10,7 @@ from palpate.hw.ft_stream.link import Record, StreamCounts
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor
 from palpate.hw.ft_stream.succession import Step, Succession
 from palpate.hw.netft.calibration import ask_calibration
+from palpate.hw.netft.datagrams import NOTHING, Datagrams
 from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, Command
 from palpate.hw.netft.settings import NetFtSettings, Request, Scales
 
@@ -19,6 +20,9 @@ comes while nobody reads: a datagram of 36 bytes takes some 800 there, 4 MiB las
 
 WAIT = 0.01
 """For a record [s]; in between the reading thread looks whether it is to end, or to ask again."""
+
+MOST_AT_ONCE = 64
+"""Records taken before the reading thread looks up again: 9 ms of the fastest box, some 0.2 ms of work."""
 
 FASTEST = 20_000.0
 """Rate that no box reaches [1/s]: 7000 (Net F/T), 8000 (Axia)."""
@@ -40,7 +44,7 @@ class RdtLink:
         self._counts = StreamCounts()
         self._succession = Succession((FASTEST, FASTEST), self._counts)
         self._heard = -float("inf")
-        self._buffer = bytearray(RECORD.size + 1)  # one more: what is longer shows
+        self._datagrams: Datagrams | None = None
 
     @property
     def name(self) -> str:
@@ -66,7 +70,6 @@ class RdtLink:
         wire = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             wire.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-            wire.settimeout(WAIT)
             wire.connect((self._address, settings.rdt_port))
         except OSError as error:
             wire.close()
@@ -74,6 +77,7 @@ class RdtLink:
                 self.name, error.strerror or str(error), "check its address and this computer's network"
             ) from None
         self._socket = wire
+        self._datagrams = Datagrams(wire, RECORD.size + 1)  # one byte more: what is longer shows
 
     def request(self) -> None:
         """Ask for one record per datagram, without end; the box forgets whom it sent them to before.
@@ -90,30 +94,44 @@ class RdtLink:
             raise self._nobody() from None
 
     def receive(self) -> Sequence[Record]:
-        """Return the next record, if one comes within `WAIT`.
+        """Return the records that are there; wait for the first one, for up to `WAIT`.
 
         Raises:
             OSError: Nobody listens there, or there is no way to it.
         """
-        try:
-            size = self._wire().recv_into(self._buffer)
-        except TimeoutError:
+        datagrams = self._datagrams
+        if datagrams is None:
+            raise OSError("is closed")
+        if not datagrams.wait(WAIT):
             return ()
+        records = []
+        try:
+            for _ in range(MOST_AT_ONCE):
+                size = datagrams.take()
+                if size == NOTHING:
+                    break
+                record = self._judged(size, datagrams.data, monotonic())
+                if record is not None:
+                    records.append(record)
         except ConnectionRefusedError:
             raise self._nobody() from None
-        arrival = self._heard = monotonic()
+        return records
+
+    def _judged(self, size: int, data: bytearray, arrival: float) -> Record | None:
+        """Return what a datagram tells, if it is believed."""
+        self._heard = arrival
         if size != RECORD.size:
             self._counts.refused += 1
-            return ()
-        sequence, sample, status, fx, fy, fz, tx, ty, tz = RECORD.unpack_from(self._buffer)
+            return None
+        sequence, sample, status, fx, fy, fz, tx, ty, tz = RECORD.unpack_from(data)
         step, advance = self._succession.judge((sequence, sample), arrival)
         if step is Step.NEXT:
             self._counts.lost += advance - 1
         elif step is not Step.ANEW:
-            return ()
+            return None
         force, moment = self._scales.force, self._scales.moment
         wrench = (force * fx, force * fy, force * fz, moment * tx, moment * ty, moment * tz)
-        return (Record(arrival, sample, wrench, status, step is Step.ANEW),)
+        return Record(arrival, sample, wrench, status, step is Step.ANEW)
 
     def problem(self, status: int) -> str:
         """Return what a status word says is wrong; empty if the reading is good."""
@@ -121,7 +139,7 @@ class RdtLink:
 
     def close(self) -> None:
         """Ask the box to stop, unless its stream goes to somebody else by now, and close the socket."""
-        wire, self._socket = self._socket, None
+        wire, self._socket, self._datagrams = self._socket, None, None
         if wire is not None:
             if monotonic() - self._heard < OURS:
                 with contextlib.suppress(OSError):

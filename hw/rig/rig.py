@@ -18,6 +18,7 @@ from palpate.kinematics.pose import Pose, times
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import ArmSample, Command, HandSample, Sample, WrenchSample
 from palpate.runtime.pacing import Pacer
+from palpate.runtime.urgency import urgent_threads
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, add, rotate_back
 
 GRAVITY = 9.80665
@@ -209,8 +210,9 @@ class Rig(Closing):
         self._grip = None
         self._offsets = [NO_LOAD] * len(self.fingers)
         try:
-            for device in self.devices:
-                device.start()
+            with urgent_threads():  # that read what devices send
+                for device in self.devices:
+                    device.start()
         except BaseException:
             with suppress(Exception):  # why it did not start is what matters
                 self.close()

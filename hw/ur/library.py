@@ -35,6 +35,10 @@ RECEIVED = (
 
 RAW_WRENCH = "ft_raw_wrench"
 
+LAST = "actual_execution_time"
+"""Nobody reads it. The library takes a package that is some bytes too short unseen, and for what it lacks the
+bytes of one before: they are this value's."""
+
 
 class Receiver(Protocol):
     """RTDEReceiveInterface: states of the controller, decoded in a thread of its own."""
@@ -115,7 +119,8 @@ def receiver(address: str, rate: float, version: Version) -> Receiver:
     """Connect for states at `rate` [Hz]. Dead on arrival, without an exception, if the controller sends none."""
     from rtde_receive import RTDEReceiveInterface
 
-    names = [*RECEIVED, RAW_WRENCH] if has_raw_wrench(version) else [*RECEIVED]
+    raw = [RAW_WRENCH] if has_raw_wrench(version) else []
+    names = [*RECEIVED, *raw, LAST]
     return cast(Receiver, RTDEReceiveInterface(address, rate, names))
 
 

@@ -26,6 +26,16 @@ _ROBOT_MODES = range(-1, 10)
 """As the maker's RTDE guide numbers them."""
 
 
+LARGEST = 1000.0
+"""Joints [rad, rad/s], pose and velocity of the tool [m, rad, m/s, rad/s]: no arm is ever there."""
+
+LARGEST_LOAD = 1e5
+"""[N, N m] Likewise."""
+
+LARGEST_SHARE = 2.0
+"""Of speed scaling and slider, which are from 0 to 1."""
+
+
 class _Read(NamedTuple):
     """One cycle's values."""
 
@@ -104,10 +114,8 @@ class Reception:
         if self._last > -math.inf:
             self._lost += max(0, round((stamp - self._last) * self._rate) - 1)
         self._last = stamp
-        vectors = (read.joint_position, read.joint_velocity, read.tool_pose, read.tool_velocity, read.tool_wrench)
-        possible = read.modes[0] in _RUNTIME_STATES and read.modes[1] in _ROBOT_MODES
-        if not (possible and math.isfinite(sum(map(sum, vectors)))):
-            raise ImpossibleStateError(f"modes {read.modes}, values {vectors}")
+        if not _possible(read):
+            raise ImpossibleStateError(f"{read}")
         return UrState(
             self._clock.host_time(stamp, now),
             now,
@@ -123,6 +131,23 @@ class Reception:
             read.acceleration,
             self._lost,
         )
+
+
+def _possible(read: _Read) -> bool:
+    """Whether a controller could send these: where bytes are missing before the end, numbers are other ones."""
+    motion = (*read.joint_position, *read.joint_velocity, *read.tool_pose, *read.tool_velocity)
+    load, shares = read.tool_wrench, read.speeds
+    return (
+        read.modes[0] in _RUNTIME_STATES
+        and read.modes[1] in _ROBOT_MODES
+        and math.isfinite(sum(motion) + sum(load) + sum(shares))
+        and min(motion) >= -LARGEST
+        and max(motion) <= LARGEST
+        and min(load) >= -LARGEST_LOAD
+        and max(load) <= LARGEST_LOAD
+        and min(shares) >= 0.0
+        and max(shares) <= LARGEST_SHARE
+    )
 
 
 def _six(values: Sequence[float]) -> Six:

@@ -74,13 +74,15 @@ class ScenePlacement:
         """Return the scene like that; the same data every time.
 
         Args:
-            posture: An arm is where its joints say; a stage is where the tip is, and turned like it.
+            posture: An arm is where its joints say; a stage is where the tip is, and turned like it, whatever
+                joints there are.
 
         Raises:
             InvalidValueError: The scene has other joints or bodies.
         """
         data, model = self._data, self._model
-        self._set("arm", self._hinges, posture.arm)
+        # a slide or a stage in the place of an arm that the log is of
+        self._set("arm", self._hinges, posture.arm if self._hinges or not self._slides else ())
         self._set("hand", self._hand, posture.hand)
         if self._slides:
             axes = np.array([model.jnt_axis[j] for j in self._slides])

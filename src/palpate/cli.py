@@ -1,45 +1,56 @@
 """The palpate command."""
 
 import inspect
-import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import make_dataclass
+from functools import partial
 from importlib import import_module
 from typing import Annotated, Any, NamedTuple, Union
 
 import tyro
 
 from palpate import __version__
-from palpate.errors import InvalidValueError, PalpateError
+from palpate.errors import InvalidValueError
 from palpate.experiments import start_up
-from palpate.experiments.calibrate_config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
-from palpate.experiments.compare_config import CompareConfig
-from palpate.experiments.contact_config import ContactConfig
-from palpate.experiments.doctor_config import DoctorConfig
-from palpate.experiments.emulate_config import (
+from palpate.experiments.answer import Answer, ExitCode
+from palpate.experiments.bench.config import BenchConfig
+from palpate.experiments.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
+from palpate.experiments.colours import HELP_WORDS, parser_colours
+from palpate.experiments.compare.config import CompareConfig
+from palpate.experiments.completion.config import CompletionConfig
+from palpate.experiments.contact.config import ContactConfig
+from palpate.experiments.doctor.config import DoctorConfig
+from palpate.experiments.emulate.config import (
     EmulateDynamixelConfig,
     EmulateFaultConfig,
     EmulateNetftConfig,
     EmulateUrConfig,
 )
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_options import ExploreOptions
-from palpate.experiments.friction_config import FrictionConfig
-from palpate.experiments.friction_options import FrictionOptions
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_options import GraspOptions
-from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_options import RegulateOptions
-from palpate.experiments.replay_config import ReplayConfig
-from palpate.experiments.robot_config import RobotCheckConfig, RobotListConfig, RobotShowConfig
-from palpate.experiments.typed_options import read_typed
-from palpate.experiments.view_config import ViewConfig
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.options import ExploreOptions
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.options import FrictionOptions
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.options import GraspOptions
+from palpate.experiments.log.config import LogExportConfig, LogInfoConfig
+from palpate.experiments.manner import JsonDocument, Manner, Words
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.options import RegulateOptions
+from palpate.experiments.replay.config import ReplayConfig
+from palpate.experiments.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
+from palpate.experiments.sweep.config import SweepConfig
+from palpate.experiments.typed_options import Flag, read_flagged
+from palpate.experiments.view.config import ViewConfig
+from palpate.nearest_name import nearest
 
 DESCRIPTION = (
     "palpate: hybrid force control with the sense of touch. "
-    "Try `palpate explore`, then open the report it names; `palpate explore --help` explains every option."
+    "Try `palpate explore`, then open the report it names; `palpate explore --help` explains every option.\n\n"
+    "Every command takes --json; where something moves, --dry-run says what it would do. "
+    "Exit code: 0 done; 1 not finished, or something is not as it should be; 2 wrong input, nothing was done; "
+    "130 interrupted by Ctrl-C.\n\n"
+    "Example: palpate explore --object ellipsoid --force 2 --out runs/first"
 )
 
 
@@ -63,6 +74,8 @@ class Command(NamedTuple):
         defaults: What finds out its defaults from the files that are named, as module:function of the arguments;
             empty if its defaults are fixed. Its result has `settled`, which is what the runner gets.
         about: Whose docstring explains it; its options' own, if not given.
+        dry: What says for --dry-run what it would do, as module:function; empty if nothing moves.
+        document: What carries it out for --json, where its runner writes its rows to standard output.
     """
 
     config: type
@@ -70,6 +83,8 @@ class Command(NamedTuple):
     summary: str
     defaults: str = ""
     about: type | None = None
+    dry: str = ""
+    document: str = ""
 
 
 class Group(NamedTuple):
@@ -89,62 +104,72 @@ class Group(NamedTuple):
 COMMANDS: Mapping[str, Command | Group] = {
     "explore": Command(
         ExploreOptions,
-        "palpate.experiments.explore_command:run_explore",
+        "palpate.experiments.explore.command:run_explore",
         "Explore the surface of a simulated object by touch, and draw it.",
-        "palpate.experiments.explore_options:default_options",
+        "palpate.experiments.explore.options:default_options",
         ExploreConfig,
+        dry="palpate.experiments.explore.dry:foretell_explore",
     ),
     "regulate": Command(
         RegulateOptions,
-        "palpate.experiments.regulate_command:run_regulate",
+        "palpate.experiments.regulate.command:run_regulate",
         "Hold a force on a simulated surface that stands, moves or yields, and show how well.",
-        "palpate.experiments.regulate_options:default_options",
+        "palpate.experiments.regulate.options:default_options",
         RegulateConfig,
+        dry="palpate.experiments.regulate.dry:foretell_regulate",
     ),
     "friction": Command(
         FrictionOptions,
-        "palpate.experiments.friction_command:run_friction",
+        "palpate.experiments.friction.command:run_friction",
         "Rub a simulated surface: its friction, how it bears torque, with intervals.",
-        "palpate.experiments.friction_options:default_options",
+        "palpate.experiments.friction.options:default_options",
         FrictionConfig,
+        dry="palpate.experiments.friction.dry:foretell_friction",
     ),
     "grasp": Command(
         GraspOptions,
-        "palpate.experiments.grasp_command:run_grasp",
+        "palpate.experiments.grasp.command:run_grasp",
         "Hold an object that is pulled at so that it neither slips nor spins, and show what grip it took.",
-        "palpate.experiments.grasp_options:default_options",
+        "palpate.experiments.grasp.options:default_options",
         GraspConfig,
+        dry="palpate.experiments.grasp.dry:foretell_grasp",
+    ),
+    "sweep": Command(
+        SweepConfig,
+        "palpate.experiments.sweep.command:run_sweep",
+        "Do an experiment for every combination of some options, with several seeds; tables and a picture.",
     ),
     "contact": Command(
         ContactConfig,
-        "palpate.experiments.contact_tool:run_contact",
+        "palpate.experiments.contact.tool:run_contact",
         "Turn wrenches, from a file or standard input, into contacts.",
+        document="palpate.experiments.contact.tool:answer_contact",
     ),
     "compare": Command(
         CompareConfig,
-        "palpate.experiments.compare_command:run_compare",
-        "Compare a map with a reference mesh: errors, coverage, normals.",
+        "palpate.experiments.compare.command:run_compare",
+        "Compare a map with a reference mesh, or runs of one experiment side by side.",
     ),
     "calibrate": Group(
         {
             "new": Command(
                 NewSensorConfig,
-                "palpate.experiments.calibrate:run_calibrate",
+                "palpate.experiments.calibrate.run:run_calibrate",
                 "Make a first sensor file, with comments and units, to start from.",
             ),
             "matrix": Command(
                 MatrixConfig,
-                "palpate.experiments.calibrate:run_calibrate",
+                "palpate.experiments.calibrate.run:run_calibrate",
                 "Find the calibration matrix from known loads.",
             ),
             "payload": Command(
                 PayloadConfig,
-                "palpate.experiments.calibrate:run_calibrate",
+                "palpate.experiments.calibrate.run:run_calibrate",
                 "Find mass, centre of mass and bias from static poses.",
             ),
             "tare": Command(
                 TareConfig,
-                "palpate.experiments.calibrate:run_calibrate",
+                "palpate.experiments.calibrate.run:run_calibrate",
                 "Find the bias from readings at rest: from a CSV file, or live.",
             ),
         },
@@ -155,141 +180,196 @@ COMMANDS: Mapping[str, Command | Group] = {
         {
             "info": Command(
                 LogInfoConfig,
-                "palpate.experiments.log_command:run_log_info",
+                "palpate.experiments.log.command:run_log_info",
                 "Tell what is in a log: how long, how regular, what happened, what is missing.",
             ),
             "export": Command(
                 LogExportConfig,
-                "palpate.experiments.log_command:run_log_export",
+                "palpate.experiments.log.command:run_log_export",
                 "Write a log as tables, CSV or Parquet.",
             ),
         },
         "Logs of runs: what is in them, and as tables.",
+        "Logs of runs: what is in them, and as tables.\n\nExample: palpate log info runs/explore",
     ),
     "replay": Command(
         ReplayConfig,
-        "palpate.experiments.replay_command:run_replay",
+        "palpate.experiments.replay.command:run_replay",
         "Feed the log of a run through sensing and control again, and compare the commands.",
     ),
     "view": Command(
         ViewConfig,
-        "palpate.experiments.view_command:run_view",
+        "palpate.experiments.view.command:run_view",
         "Watch a run in the browser, live or from its log; or draw it.",
     ),
     "robot": Group(
         {
             "list": Command(
                 RobotListConfig,
-                "palpate.experiments.robot_tool:run_list",
+                "palpate.experiments.robot.tool:run_list",
                 "List the robots that come with palpate.",
             ),
             "show": Command(
                 RobotShowConfig,
-                "palpate.experiments.robot_tool:run_show",
+                "palpate.experiments.robot.tool:run_show",
                 "Print a robot file: a start for your own.",
             ),
             "check": Command(
                 RobotCheckConfig,
-                "palpate.experiments.robot_tool:run_check",
+                "palpate.experiments.robot.tool:run_check",
                 "Say how palpate understands a robot file, or what is wrong with it.",
             ),
         },
         "Robot files: those that there are, and yours.",
+        "Robot files: those that there are, and yours.\n\nExample: palpate robot check mine.yaml",
     ),
     "doctor": Command(
         DoctorConfig,
-        "palpate.experiments.doctor_command:run_doctor",
+        "palpate.experiments.doctor.command:run_doctor",
         "Connect to a robot's devices, measure how they are, and say what to fix. Moves nothing.",
     ),
     "emulate": Group(
         {
             "ur": Command(
                 EmulateUrConfig,
-                "palpate.experiments.emulate_command:run_emulate",
+                "palpate.experiments.emulate.command:run_emulate",
                 "Emulate a controller of Universal Robots, on its ports at an address of this computer.",
             ),
             "dynamixel": Command(
                 EmulateDynamixelConfig,
-                "palpate.experiments.emulate_command:run_emulate",
+                "palpate.experiments.emulate.command:run_emulate",
                 "Emulate a bus of Dynamixel servos on a terminal.",
             ),
             "netft": Command(
                 EmulateNetftConfig,
-                "palpate.experiments.emulate_command:run_emulate",
+                "palpate.experiments.emulate.command:run_emulate",
                 "Emulate an ATI Net F/T box or an OnRobot HEX.",
             ),
             "fault": Command(
                 EmulateFaultConfig,
-                "palpate.experiments.emulate_command:run_fault",
+                "palpate.experiments.emulate.command:run_fault",
                 "Switch a fault of a device that is being emulated.",
             ),
         },
         "Emulated devices, for palpate or any other software that speaks to the real ones.",
+        "Emulated devices, for palpate or any other software that speaks to the real ones.\n\n"
+        "Example: palpate emulate ur",
+    ),
+    "bench": Command(
+        BenchConfig,
+        "palpate.experiments.bench.command:run_bench",
+        "Measure speed against error on this computer, one study per topic, all in one report.",
+    ),
+    "completion": Command(
+        CompletionConfig,
+        "palpate.cli:run_completion",
+        "Print a script that makes a shell complete all of this.",
     ),
 }
 
-MISTAKE = 2
+MISTAKE = ExitCode.MISTAKE
 """Exit code for wrong input."""
 
-UNFINISHED = 1
+UNFINISHED = ExitCode.UNFINISHED
 """Exit code for an experiment that did not finish."""
 
-INTERRUPTED = start_up.INTERRUPTED
+INTERRUPTED = ExitCode.INTERRUPTED
 """Exit code after Ctrl-C."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code: 0 done, 1 not finished, 2 wrong input, 130 interrupted."""
+    """Run the command line; returns the exit code, see `ExitCode`."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
-    try:
-        return _run(COMMANDS, "palpate", DESCRIPTION, arguments or ["--help"])
-    except InvalidValueError as error:
-        _say(str(error))
-        return MISTAKE
-    except PalpateError as error:
-        _say(f"{error}; the robot was stopped")
-        return UNFINISHED
-    except BrokenPipeError:
-        # whoever read the output has had enough; nothing more to say, at exit neither
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except OSError as error:
-        _say(str(error))
-        return UNFINISHED
-    except KeyboardInterrupt as error:
-        # a run that is interrupted says that the robot was stopped; without a run, none moved
-        _say(str(error) or "interrupted")
-        return INTERRUPTED
+    return _manner(arguments).carry_out(partial(_run, COMMANDS, "palpate", DESCRIPTION, arguments or ["--help"]))
 
 
-def _run(commands: Mapping[str, Command | Group], typed: str, about: str, arguments: Sequence[str]) -> int:
+def _manner(arguments: Sequence[str]) -> Manner:
+    """How to say what there is to say, before anybody has judged what is typed: a refusal has to be said, too."""
+    if "--json" not in arguments or HELP_WORDS & set(arguments):
+        return Words()
+    words: list[str] = []
+    found: Mapping[str, Command | Group] | Command | Group | None = COMMANDS
+    for word in arguments:
+        commands = found.commands if isinstance(found, Group) else found
+        if not isinstance(commands, Mapping) or word not in commands:
+            break
+        found = commands[word]
+        words.append(word)
+    return JsonDocument(" ".join(words))
+
+
+def _run(
+    commands: Mapping[str, Command | Group], typed: str, about: str, arguments: Sequence[str]
+) -> Answer | int:
     chosen = commands.get(arguments[0]) if arguments else None
     if isinstance(chosen, Group):
         about = chosen.about or chosen.summary
         return _run(chosen.commands, f"{typed} {arguments[0]}", about, arguments[1:] or ["--help"])
     if isinstance(chosen, Command):
         return _carry_out(chosen, f"{typed} {arguments[0]}", arguments[1:])
+    if arguments and not arguments[0].startswith("-"):
+        raise InvalidValueError(_no_command(arguments[0], commands, typed))
     # help, or a mistake: show the commands, one line each
     listed = tuple(
         Annotated[_shown_type(name, command), tyro.conf.subcommand(name, description=command.summary)]
         for name, command in commands.items()
     )
-    tyro.cli(Union[listed], prog=typed, description=about, args=arguments)  # type: ignore[call-overload]  # noqa: UP007
+    with parser_colours(arguments):
+        tyro.cli(Union[listed], prog=typed, description=about, args=arguments)  # type: ignore[call-overload]  # noqa: UP007
     raise AssertionError(f"{arguments[0]!r} is no command, and nobody has said so")
 
 
-def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> int:
+def _no_command(word: str, commands: Mapping[str, Command | Group], typed: str) -> str:
+    """What to say of a word that is no command."""
+    flags = ("--help", "--version") if commands is COMMANDS else ("--help",)
+    near = nearest(word, (*commands, *flags))
+    meant = f"did you mean {typed} {near}? " if near else ""
+    above = typed.split()[1:]  # without the program's name, which begins every refusal
+    return f"{' '.join((*above, word))}: no such command; {meant}there are {', '.join(commands)}"
+
+
+def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> Answer | int:
     options: dict[str, Any] = {"description": inspect.getdoc(command.about or command.config)}
     if command.defaults:
         options["default"] = _function(command.defaults)(arguments)
-    config: Any = read_typed(command.config, typed, arguments, **options)
+    config: Any
+    config, flags = read_flagged(command.config, typed, arguments, _flags(command), **options)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    runner = _function(command.runner)
+    name = command.runner
+    if Flag.DRY_RUN in flags:
+        name = command.dry
+    elif Flag.JSON in flags and command.document:
+        name = command.document
+    runner = _function(name)
     start_up.over()
-    return int(runner(config.settled if command.defaults else config))
+    answer: Answer | int = runner(config.settled if command.defaults else config)
+    return answer
+
+
+def run_completion(config: CompletionConfig) -> Answer:
+    """Print what makes a shell complete these commands."""
+    from palpate.experiments.completion.command import print_completion
+    from palpate.experiments.completion.described import HELP as HELP_OPTION
+    from palpate.experiments.completion.described import Node, described_command
+    from palpate.runtime.robot import shipped_robots
+
+    robots = tuple(shipped_robots())
+
+    def described(words: tuple[str, ...], what: Command | Group) -> Node:
+        if isinstance(what, Group):
+            below = tuple(described((*words, name), command) for name, command in what.commands.items())
+            return Node(words, what.summary, below, (HELP_OPTION,))
+        return described_command(words, what.summary, what.config, _flags(what), robots)
+
+    children = tuple(described((name,), what) for name, what in COMMANDS.items())
+    return print_completion(config, Node((), DESCRIPTION, children, (HELP_OPTION,)))
+
+
+def _flags(command: Command) -> tuple[Flag, ...]:
+    return (Flag.DRY_RUN, Flag.JSON) if command.dry else (Flag.JSON,)
 
 
 def _function(name: str) -> Any:
@@ -300,7 +380,3 @@ def _function(name: str) -> Any:
 def _shown_type(name: str, command: Command | Group) -> type:
     """A type to list a command by; of a group, only its name and summary matter."""
     return command.config if isinstance(command, Command) else make_dataclass(name, ())
-
-
-def _say(message: str) -> None:
-    sys.stderr.write(f"palpate: {' '.join(message.split())}\n")

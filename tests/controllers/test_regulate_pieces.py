@@ -17,7 +17,7 @@ from palpate.controllers import (
     VelocityTable,
 )
 from palpate.errors import InvalidValueError
-from palpate.experiments.regulate_response import frequency_response, step_response
+from palpate.experiments.regulate.response import frequency_response, step_response
 
 sizes, rates = st.floats(1e-3, 0.05), st.floats(0.05, 5.0)
 

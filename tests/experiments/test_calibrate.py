@@ -15,15 +15,15 @@ from scipy.spatial.transform import Rotation
 
 from palpate.cli import COMMANDS, Group, main
 from palpate.errors import InvalidValueError
-from palpate.experiments.calibrate import run_calibrate
-from palpate.experiments.calibrate_config import (
+from palpate.experiments.calibrate.config import (
     MatrixConfig,
     NewSensorConfig,
     PayloadConfig,
     TareConfig,
 )
-from palpate.experiments.calibrate_data import read_csv, specific_forces, wrenches
-from palpate.experiments.calibrate_live import BiasedBackend, stage_backend, take_readings
+from palpate.experiments.calibrate.data import read_csv, specific_forces, wrenches
+from palpate.experiments.calibrate.live import BiasedBackend, stage_backend, take_readings
+from palpate.experiments.calibrate.run import run_calibrate
 from palpate.experiments.sensor_presets import preset_sensor
 from palpate.experiments.typed_options import read_typed
 from palpate.runtime import Command
@@ -58,7 +58,7 @@ def sensor_in(folder, sensor=NANO):
 
 
 def run(task):
-    return run_calibrate(task)
+    return run_calibrate(task).exit_code
 
 
 def refused(task, *words):
@@ -625,12 +625,12 @@ def test_the_examples_in_the_help_texts_are_understood():
         for line in " ".join(kind.__doc__.split()).split("Example: palpate calibrate ")[1:]:
             assert isinstance(parsed(*line.split()), kind)
             count += 1
-    assert count == 5
+    assert count == 6
 
 
 def test_the_configuration_imports_nothing_heavy():
     code = (
-        "import sys, palpate.experiments.calibrate_config\n"
+        "import sys, palpate.experiments.calibrate.config\n"
         "sys.exit(', '.join({'mujoco', 'numba', 'scipy', 'matplotlib'} & set(sys.modules)) or 0)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

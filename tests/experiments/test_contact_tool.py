@@ -17,8 +17,8 @@ import pytest
 
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
 from palpate.errors import InvalidValueError
-from palpate.experiments.contact_config import ContactConfig
-from palpate.experiments.contact_tool import fingertip, run_contact
+from palpate.experiments.contact.config import ContactConfig
+from palpate.experiments.contact.tool import answer_contact, fingertip, run_contact
 from palpate.experiments.wrench_csv import LONGEST_LINE, WrenchReader
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
 
@@ -138,6 +138,8 @@ def test_the_wrench_axis_method_on_request(tmp_path):
         ("fx [N],fy (N),fz/N,mx [N m],my (N*m),mz/Nm", 1),
         ("fx_mN,fy_mN,fz_mN,mx_mNm,my_mNm,mz_mNm", 1e-3),
         ("fx_kN,fy_kN,fz_kN,mx_kNm,my_kNm,mz_kNm", 1e3),
+        ("Fx,Fy,Fz,Tx,Ty,Tz", 1),
+        ("Fx (mN),fy_mN,fz_mN,Tx (mNm),ty_mNm,tz_Nmm", 1e-3),
     ],
 )
 def test_columns_are_found_by_name_and_unit(header, scale, tmp_path):
@@ -205,6 +207,8 @@ ROW = lines_of(WRENCHES)[0]
         ("\n\n# nothing\n", ["is empty"]),
         (ROW, ["line 1", "numbers where the header should be"]),
         (f"fx,fy,fz,mx,my\n{ROW}", ["line 1", "no column mz"]),
+        (f"fx,fy,fz,tx,ty\n{ROW}", ["line 1", "no column mz"]),
+        (f"fx,fy,fz,tx,ty,mz\n{ROW}", ["line 1", "no column mx, my"]),
         ("fx;fy;fz;mx;my;mz\n1;2;3;4;5;6", ["line 1", "by commas, not ';'"]),
         ("fx\tfy\tfz\tmx\tmy\tmz\n", ["line 1", "commas, not '\\t'"]),
         (f"fx,fy,fz,mx,my,mz,fx_N\n{ROW},1", ["line 1", "fx is there twice"]),
@@ -280,6 +284,10 @@ def test_rows_that_are_not_finite_are_marked_on_request(tmp_path):
         ({"sphere": -0.01}, "sphere = -0.01 m"),
         ({"sphere": float("nan")}, "sphere = nan m"),
         ({"ellipsoid": (0.01, 0.0, 0.01)}, "ellipsoid = 0.0 m"),
+        ({"sphere": 8.0}, "sphere = 8 m: must be at most 2 m; for 8 mm give 0.008"),
+        ({"ellipsoid": (8.0, 8.0, 12.0)}, "ellipsoid = 8 m: must be at most 2 m"),
+        ({"superellipsoid": (0.01, 0.01, 12.0, 4.0)}, "superellipsoid = 12 m"),
+        ({"superellipsoid": (0.01, 0.01, 0.01, 0.0)}, "superellipsoid = 0.0 as its exponent"),
         ({"sphere": 0.01, "center": (0.0, 0.0, float("inf"))}, "center"),
         ({"sphere": 0.01, "force_noise": -1.0}, "force_noise = -1.0 N"),
         ({"sphere": 0.01, "force_noise": 0.1, "model": "hard"}, "soft model only"),
@@ -288,6 +296,36 @@ def test_rows_that_are_not_finite_are_marked_on_request(tmp_path):
 def test_wrong_options_are_refused_at_once(options, words):
     with pytest.raises(InvalidValueError, match=re.escape(words)):
         ContactConfig(**options)
+
+
+def test_what_is_no_length_may_be_larger_than_one():
+    ContactConfig(superellipsoid=(0.01, 0.01, 0.01, 8.0))
+    ContactConfig(ellipsoid=(0.01, 0.01, float("inf")))
+
+
+def test_a_translation_next_to_moments_is_copied(tmp_path):
+    (row,) = convert(tmp_path, f"tx,{HEADER}\n7,{ROW}")
+    assert (row["tx"], row["status"]) == ("7", "OK")
+
+
+@pytest.mark.parametrize(
+    ("factors", "said"), [((1.0, 1.0), None), ((1e3, 1.0), None), ((1e3, 1e3), "2 of 2"), ((1e3, 0.0), "1 of 1")]
+)
+def test_moments_in_another_unit_are_told_of(factors, said, tmp_path, capsys):
+    """A wrench whose axis misses the fingertip: with moments a thousand times too large, all do."""
+    wrenches = [[*WRENCHES[0, :3], *(factor * WRENCHES[0, 3:])] if factor else [0.0] * 6 for factor in factors]
+    source = file_with(tmp_path, "\n".join([HEADER, *(",".join(map(str, row)) for row in wrenches)]))
+    config = ContactConfig(source=source, ellipsoid=TIP, out=tmp_path / "out")
+    assert run_contact(config) == 0
+    warnings = answer_contact(config).warnings
+    if said is None:
+        assert warnings == ()
+        assert capsys.readouterr().err == ""
+        return
+    (warning,) = warnings
+    assert warning.startswith(f"{said} rows with force: no contact explains the wrench")
+    assert "mx_mNm for mNm" in warning
+    assert capsys.readouterr().err == f"Note: {warning}\n"
 
 
 def test_unreadable_input_and_dangerous_output_are_named(tmp_path):
@@ -306,8 +344,8 @@ def test_unreadable_input_and_dangerous_output_are_named(tmp_path):
 
 RUN = (
     "import sys\n"
-    "from palpate.experiments.contact_config import ContactConfig\n"
-    "from palpate.experiments.contact_tool import run_contact\n"
+    "from palpate.experiments.contact.config import ContactConfig\n"
+    "from palpate.experiments.contact.tool import run_contact\n"
     "sys.exit(run_contact(ContactConfig(sphere=0.01)))\n"
 )
 

@@ -13,7 +13,7 @@ import pytest
 import serial
 
 from palpate.cli import MISTAKE, main
-from palpate.experiments.emulate_config import (
+from palpate.experiments.emulate.config import (
     EmulateDynamixelConfig,
     EmulateNetftConfig,
     EmulateUrConfig,

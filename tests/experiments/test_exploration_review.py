@@ -15,9 +15,9 @@ from palpate.controllers.paths import PathPlane, Waypoints
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.errors import InvalidValueError
-from palpate.experiments.regulate import Attempt, write_regulation
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_plan import plan
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.plan import plan
+from palpate.experiments.regulate.run import Attempt, write_regulation
 from palpate.experiments.run_account import landed_stiffness
 from palpate.mapping import TouchCloud, fit_cylinder
 from palpate.mapping.compare import TouchedMap, compare

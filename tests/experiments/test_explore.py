@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import explore
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.run import explore
 from palpate.runtime import Ending
 
 ROWS = ExploreConfig(spacing=0.008)

@@ -17,9 +17,9 @@ from hostile_scenes import SCENES, Truth, Wall, carried_out, most_force
 from unseen_meshes import CASES
 
 from palpate.controllers import LandingModel
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_report import exploration_report, outcome
-from palpate.experiments.explored_contacts import felt_in_scan
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_contacts import felt_in_scan
+from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.run_account import LIKE, landed_stiffness, other_stiffness, zero_offset, zero_shift
 from palpate.experiments.wall_bound import WallBound
 from palpate.runtime import Finger, Phase
@@ -34,7 +34,7 @@ BALL = ExploreConfig(object="sphere", size=(0.03,), width=0.006, depth=0.002)
 def without_growth():
     """How a map grew is not looked at here, and takes half of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.experiments.explore.Attempt._growth", lambda *given: None)
+        patch.setattr("palpate.experiments.explore.run.Attempt._growth", lambda *given: None)
         yield
 
 

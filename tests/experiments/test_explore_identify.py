@@ -8,18 +8,18 @@ import pytest
 from palpate.cli import main
 from palpate.controllers import Admittance, DirectForce
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import carry_out
-from palpate.experiments.explore_identified import (
+from palpate.experiments.explore.identified import (
     IDENTIFIED_TEXT,
     IdentifiedForce,
     identified_text,
     read_identified,
 )
-from palpate.experiments.explore_plan import plan, plan_from_texts
-from palpate.experiments.explore_pressing import prepared, pressing_of
-from palpate.experiments.explore_report import settings
-from palpate.experiments.replay import replay_log
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.explore.plan import plan, plan_from_texts
+from palpate.experiments.explore.pressing import prepared, pressing_of
+from palpate.experiments.explore.report import settings
+from palpate.experiments.explore.run import carry_out
+from palpate.experiments.replay.run import replay_log
+from palpate.experiments.robot.values import config_for
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 

@@ -9,12 +9,12 @@ import trimesh
 
 from palpate.controllers import SineForce
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import explore, write_exploration
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan
-from palpate.experiments.explore_report import exploration_report, settings
-from palpate.experiments.explore_tables import layer_rows
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.report import exploration_report, settings
+from palpate.experiments.explore.run import explore, write_exploration
+from palpate.experiments.explore.tables import layer_rows
+from palpate.experiments.robot.values import config_for
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.layer_picture import LOOKS
 from palpate.runtime import Ending

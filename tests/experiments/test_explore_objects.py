@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import read_config
-from palpate.experiments.explore import carry_out
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan, plan_from_texts
-from palpate.experiments.explore_report import exploration_report
-from palpate.experiments.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
+from palpate.experiments.explore.plan import plan, plan_from_texts
+from palpate.experiments.explore.report import exploration_report
+from palpate.experiments.explore.run import carry_out
 from palpate.experiments.heights_file import heights_text, load_heights, read_heights_text
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.robot.values import config_for
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
@@ -130,7 +130,7 @@ def test_a_file_in_millimetres_is_refused_and_with_a_scale_it_is_the_same_object
     BALL.export(tmp_path / "m.obj")
     with pytest.raises(InvalidValueError, match=r"mm\.obj: 80 m across.*--scale 0\.001"):
         scene_object(ExploreConfig(object="mesh", file=tmp_path / "mm.obj"))
-    with pytest.raises(InvalidValueError, match=r"8e-05 m across.*another unit"):
+    with pytest.raises(InvalidValueError, match=r"8e-05 m across.*metres already.*leave --scale out"):
         scene_object(ExploreConfig(object="mesh", file=tmp_path / "m.obj", scale=0.001))
     scaled, same = (
         scene_object(ExploreConfig(object="mesh", file=tmp_path / f"{name}.obj", scale=scale))

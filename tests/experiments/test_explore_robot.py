@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
-from palpate.experiments.explore import carry_out, explore
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_objects import FROM_FILE, OBJECT_SIZES
-from palpate.experiments.explore_options import default_options
-from palpate.experiments.explore_plan import plan, plan_from_texts
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
+from palpate.experiments.explore.options import default_options
+from palpate.experiments.explore.plan import plan, plan_from_texts
+from palpate.experiments.explore.run import carry_out, explore
 from palpate.experiments.known_truth import known_scene
-from palpate.experiments.robot_in_scene import check
-from palpate.experiments.robot_values import config_for, values_of
+from palpate.experiments.robot.in_scene import check
+from palpate.experiments.robot.values import config_for, values_of
 from palpate.runtime import Command, Ending
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime.robot_backend import StageEntry

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from mapping.raster import cloud_of, sphere_cap
 from palpate.controllers import Raster
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_contour import foreseen_contour
-from palpate.experiments.explore_fit import region_on
-from palpate.experiments.explored_map import points_per_row, tap_distance
-from palpate.experiments.explored_object import scene_object
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.contour import foreseen_contour
+from palpate.experiments.explore.explored_map import points_per_row, tap_distance
+from palpate.experiments.explore.explored_object import scene_object
+from palpate.experiments.explore.fit import region_on
 from palpate.experiments.reachable_surface import ReachableSurface
 from palpate.experiments.scans import SpiralScan, scan_on
 from palpate.experiments.scans.beyond import in_pieces

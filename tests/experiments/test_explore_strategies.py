@@ -10,13 +10,13 @@ from palpate.cli import MISTAKE, main
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import config_text, read_config
-from palpate.experiments.explore import Attempt, carry_out
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan, plan_from_texts
-from palpate.experiments.explore_report import outcome
-from palpate.experiments.explore_strategies import STRATEGY_OPTIONS
-from palpate.experiments.explored_marks import marks_text, not_felt, write_marks_csv
-from palpate.experiments.replay import replay_log
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
+from palpate.experiments.explore.plan import plan, plan_from_texts
+from palpate.experiments.explore.report import outcome
+from palpate.experiments.explore.run import Attempt, carry_out
+from palpate.experiments.explore.strategies import STRATEGY_OPTIONS
+from palpate.experiments.replay.run import replay_log
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 from typed_mistakes import answer_to
@@ -220,6 +220,7 @@ def test_what_belongs_to_another_strategy_is_refused_with_what_does_not(strategy
     ("typed", "said"),
     [
         ("--strategy spiral --width 0.02", "width = 0.02: is for --strategy raster or taps or active"),
+        ("--object sphere --radius 0.03", "--beyond; the object's size is --size"),
         ("--strategy spiral --radius 20", "radius = 20 m: must be at most 2 m; for 20 mm give 0.02"),
         ("--strategy spiral --radius 0.001", "spacing = 0.002 m: must not exceed the radius"),
         ("--strategy spiral --radius 0.06", "a spiral of radius 0.06 m leaves the part of the sphere"),

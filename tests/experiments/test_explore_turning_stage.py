@@ -3,10 +3,10 @@
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import carry_out
-from palpate.experiments.explore_plan import plan, plan_from_texts
-from palpate.experiments.robot_in_scene import check
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.explore.plan import plan, plan_from_texts
+from palpate.experiments.explore.run import carry_out
+from palpate.experiments.robot.in_scene import check
+from palpate.experiments.robot.values import config_for
 from palpate.runtime import Ending
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import TurningStageEntry

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.experiments.explore import carry_out
-from palpate.experiments.explore_plan import plan, plan_from_texts
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.explore.plan import plan, plan_from_texts
+from palpate.experiments.explore.run import carry_out
+from palpate.experiments.robot.values import config_for
 from palpate.runtime import Ending
 
 

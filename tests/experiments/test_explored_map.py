@@ -8,15 +8,15 @@ import pytest
 import trimesh
 
 from mapping.raster import cloud_of, sphere_cap
-from palpate.experiments.explore import explore, felt_in_scan
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan
-from palpate.experiments.explore_tables import shape_rows
-from palpate.experiments.explored_map import MOST_VERTICES, row_distance
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_map import MOST_VERTICES, row_distance
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.run import explore, felt_in_scan
+from palpate.experiments.explore.tables import shape_rows
 from palpate.experiments.map_budget import map_budget
 from palpate.experiments.named_shape import named_shape
 from palpate.experiments.reachable_surface import ReachableSurface
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.robot.values import config_for
 from palpate.experiments.scans import scan_on
 from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import TOUCH_FORCE
-from palpate.experiments.friction_command import run_friction
-from palpate.experiments.friction_config import FrictionConfig
-from palpate.experiments.friction_figures import key_figures
-from palpate.experiments.friction_file import (
+from palpate.experiments.explore.config import TOUCH_FORCE
+from palpate.experiments.friction.command import run_friction
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.figures import key_figures
+from palpate.experiments.friction.file import (
     Finding,
     FrictionFile,
     How,
@@ -24,18 +24,18 @@ from palpate.experiments.friction_file import (
     load_friction_file,
     read_friction_file,
 )
-from palpate.experiments.friction_library import library_of, library_path
-from palpate.experiments.friction_plan import plan, plan_from_texts
-from palpate.experiments.friction_pooled import growth_of, pooled
-from palpate.experiments.friction_report import friction_report
-from palpate.experiments.friction_run import evaluate_log, find_friction
-from palpate.experiments.friction_strokes import FreeAir
-from palpate.experiments.friction_text import friction_text, read_friction_config
-from palpate.experiments.friction_words import rubs_by
-from palpate.experiments.grasp import carry_out
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_plan import plan as plan_grasp
-from palpate.experiments.replay import replay_log
+from palpate.experiments.friction.library import library_of, library_path
+from palpate.experiments.friction.plan import plan, plan_from_texts
+from palpate.experiments.friction.pooled import growth_of, pooled
+from palpate.experiments.friction.report import friction_report
+from palpate.experiments.friction.run import evaluate_log, find_friction
+from palpate.experiments.friction.strokes import FreeAir
+from palpate.experiments.friction.text import friction_text, read_friction_config
+from palpate.experiments.friction.words import rubs_by
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.grasp.run import carry_out
+from palpate.experiments.replay.run import replay_log
 from palpate.friction import LimitSurface
 from palpate.friction.materials.library import load_materials, simulated_materials
 from palpate.friction.materials.recognition import Answer
@@ -53,7 +53,7 @@ def folder(tmp_path_factory):
     """Of a quick run by the command itself."""
     out = tmp_path_factory.mktemp("friction")
     config = FrictionConfig(**QUICK, friction=0.7, spin_length=0.002, out=out, library=Path("simulated"))
-    assert run_friction(config) == 0
+    assert run_friction(config).exit_code == 0
     return out
 
 

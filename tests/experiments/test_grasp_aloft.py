@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp import SLIPPED, GraspAttempt, carry_out
-from palpate.experiments.grasp_clearance import clearance
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_figures import compared, key_figures
-from palpate.experiments.grasp_plan import plan
-from palpate.experiments.grasp_strength import LARGEST_GRIP
-from palpate.experiments.grasp_truth import STAGES
-from palpate.experiments.grasp_words import account, outcome
+from palpate.experiments.grasp.clearance import clearance
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.figures import compared, key_figures
+from palpate.experiments.grasp.plan import plan
+from palpate.experiments.grasp.run import SLIPPED, GraspAttempt, carry_out
+from palpate.experiments.grasp.strength import LARGEST_GRIP
+from palpate.experiments.grasp.truth import STAGES
+from palpate.experiments.grasp.words import account, outcome
 from palpate.runtime import Ending, result_until
 
 HELD = {"load": "none", "rise": 0.1, "lift_height": 0.02}

@@ -12,17 +12,17 @@ from palpate.cli import main
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.need import least_grip_of_two
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction_file import Finding, FrictionFile, How, friction_file_text
-from palpate.experiments.grasp import GraspAttempt, carry_out, write_grasp
-from palpate.experiments.grasp_belief import COVERED, planned_with
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_heaviest import heaviest_load
-from palpate.experiments.grasp_least import CLOSE, _least_of_many, least_forces, least_grip
-from palpate.experiments.grasp_plan import PERIOD, plan, plan_from_texts
-from palpate.experiments.grasp_scene import scene_of, sensor_of
-from palpate.experiments.grasp_text import grasp_text, read_grasp
-from palpate.experiments.grasp_truth import STAGES
-from palpate.experiments.grasp_words import outcome
+from palpate.experiments.friction.file import Finding, FrictionFile, How, friction_file_text
+from palpate.experiments.grasp.belief import COVERED, planned_with
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.heaviest import heaviest_load
+from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
+from palpate.experiments.grasp.plan import PERIOD, plan, plan_from_texts
+from palpate.experiments.grasp.run import GraspAttempt, carry_out, write_grasp
+from palpate.experiments.grasp.scene import scene_of, sensor_of
+from palpate.experiments.grasp.text import grasp_text, read_grasp
+from palpate.experiments.grasp.truth import STAGES
+from palpate.experiments.grasp.words import outcome
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer
 from palpate.runtime import Ending, Phase, Supervisor, Touch, run

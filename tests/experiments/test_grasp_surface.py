@@ -10,19 +10,20 @@ from hypothesis import strategies as st
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction_file import Finding, FrictionFile, How, LoadFinding, friction_file_text
-from palpate.experiments.grasp import GraspAttempt, carry_out
-from palpate.experiments.grasp_belief import planned_with, slips_of
-from palpate.experiments.grasp_config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
-from palpate.experiments.grasp_figures import compared, key_figures
-from palpate.experiments.grasp_foretold import foretold
-from palpate.experiments.grasp_least import CLOSE, _least_of_many, least_forces, least_grip
-from palpate.experiments.grasp_nudged import NotedNudge
-from palpate.experiments.grasp_plan import LIMITS, nudge_time, plan, plan_from_texts
-from palpate.experiments.grasp_scene import hand_of, scene_of
-from palpate.experiments.grasp_strength import LARGEST_GRIP, grip_for, largest_load, weight_of
-from palpate.experiments.grasp_surface import USUAL, likely, rubbed_by_plant
-from palpate.experiments.grasp_words import outcome
+from palpate.experiments.friction.file import Finding, FrictionFile, How, LoadFinding, friction_file_text
+from palpate.experiments.grasp.belief import planned_with, slips_of
+from palpate.experiments.grasp.config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
+from palpate.experiments.grasp.figures import compared, key_figures
+from palpate.experiments.grasp.foretold import foretold
+from palpate.experiments.grasp.hand import LIMITS
+from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
+from palpate.experiments.grasp.nudged import NotedNudge
+from palpate.experiments.grasp.plan import nudge_time, plan, plan_from_texts
+from palpate.experiments.grasp.run import GraspAttempt, carry_out
+from palpate.experiments.grasp.scene import hand_of, scene_of
+from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load, weight_of
+from palpate.experiments.grasp.surface import USUAL, likely, rubbed_by_plant
+from palpate.experiments.grasp.words import outcome
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime import Ending, Supervisor, run

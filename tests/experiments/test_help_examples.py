@@ -6,14 +6,14 @@ from typing import Any
 import pytest
 import tyro
 
-from palpate.experiments.friction_config import FrictionConfig
-from palpate.experiments.friction_file import Finding, FrictionFile, How, friction_file_text
-from palpate.experiments.friction_library import library_of
-from palpate.experiments.friction_options import default_options as friction_default
-from palpate.experiments.friction_plan import plan as plan_friction
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_options import default_options as grasp_default
-from palpate.experiments.grasp_plan import plan as plan_grasp
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.file import Finding, FrictionFile, How, friction_file_text
+from palpate.experiments.friction.library import library_of
+from palpate.experiments.friction.options import default_options as friction_default
+from palpate.experiments.friction.plan import plan as plan_friction
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.options import default_options as grasp_default
+from palpate.experiments.grasp.plan import plan as plan_grasp
 
 
 def examples(command: str, config: type) -> list[str]:

@@ -12,9 +12,10 @@ import pytest
 import tyro
 
 from palpate.errors import InvalidValueError
-from palpate.experiments import log_command
-from palpate.experiments.log_command import run_log_export, run_log_info
-from palpate.experiments.log_config import LogExportConfig, LogInfoConfig
+from palpate.experiments.log import command as log_command
+from palpate.experiments.log.command import run_log_export, run_log_info
+from palpate.experiments.log.config import LogExportConfig, LogInfoConfig
+from palpate.experiments.progress import lively
 from palpate.runtime.data import Phase
 from palpate.runtime.log import LogWriter, Recorder, read_log
 from palpate.sensing.contact import ContactStatus
@@ -36,7 +37,7 @@ def wide(monkeypatch):
 
 
 def info(path, capsys):
-    assert run_log_info(LogInfoConfig(path)) == 0
+    assert run_log_info(LogInfoConfig(path)).exit_code == 0
     return capsys.readouterr().out
 
 
@@ -92,7 +93,7 @@ def test_info_of_a_short_log_is_no_reason_to_fail(count, tmp_path, capsys):
 
 
 def exported(log_path, to, folder):
-    assert run_log_export(LogExportConfig(log_path, to, folder)) == 0
+    assert run_log_export(LogExportConfig(log_path, to, folder)).exit_code == 0
     return folder
 
 
@@ -142,7 +143,7 @@ def test_parquet_keeps_every_bit(log_path, tmp_path):
 
 def test_tables_go_beside_the_log_if_nothing_else_is_said(tmp_path, capsys):
     write(tmp_path / "run.mcap", a_run(3))
-    assert run_log_export(LogExportConfig(tmp_path)) == 0  # through latest.mcap
+    assert run_log_export(LogExportConfig(tmp_path)).exit_code == 0  # through latest.mcap
     assert {x.name for x in (tmp_path / "run").iterdir()} == {"period.csv", "event.csv", "parameter.csv"}
     assert "period.csv: 3 rows" in capsys.readouterr().out
 
@@ -168,13 +169,14 @@ def test_a_folder_that_cannot_be_made_is_refused(log_path, tmp_path):
 def test_what_takes_long_shows_how_far_it_is(log_path, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(log_command, "PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(log_command, "lively", lambda console: True)  # a terminal
     exported(log_path, "csv", tmp_path / "slow")
     assert "writing period.csv" in capsys.readouterr().err
     monkeypatch.setattr(log_command, "PATIENCE", 60.0)
     exported(log_path, "csv", tmp_path / "quick")
     assert "writing" not in capsys.readouterr().err
     monkeypatch.setattr(log_command, "PATIENCE", -1.0)
-    monkeypatch.delenv("FORCE_COLOR")
+    monkeypatch.setattr(log_command, "lively", lively)  # FORCE_COLOR makes no terminal of a pipe
     exported(log_path, "csv", tmp_path / "to a pipe")
     assert capsys.readouterr().err == ""
 

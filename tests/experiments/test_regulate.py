@@ -12,23 +12,23 @@ from palpate.cli import main
 from palpate.controllers.regulate import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
-from palpate.experiments.regulate import carry_out, regulate
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_figures import margins
-from palpate.experiments.regulate_file import (
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.figures import margins
+from palpate.experiments.regulate.file import (
     Identified,
     identified_text,
     read_identified,
     read_regulation,
     regulation_text,
 )
-from palpate.experiments.regulate_motion import motion_text, read_motion
-from palpate.experiments.regulate_plan import RegulationPlan, plan, plan_from_texts
-from palpate.experiments.regulate_replay import FIXED, REGULATION
-from palpate.experiments.regulate_report import regulation_report
-from palpate.experiments.regulate_view import regulation_scene
-from palpate.experiments.regulate_words import limits, outcome
-from palpate.experiments.replay import replay_log
+from palpate.experiments.regulate.motion import motion_text, read_motion
+from palpate.experiments.regulate.plan import RegulationPlan, plan, plan_from_texts
+from palpate.experiments.regulate.replay import FIXED, REGULATION
+from palpate.experiments.regulate.report import regulation_report
+from palpate.experiments.regulate.run import carry_out, regulate
+from palpate.experiments.regulate.view import regulation_scene
+from palpate.experiments.regulate.words import limits, outcome
+from palpate.experiments.replay.run import replay_log
 from palpate.runtime import Command, Ending, Phase
 from palpate.runtime.log import LogWriter, read_log
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine

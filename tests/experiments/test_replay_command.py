@@ -16,15 +16,15 @@ import pytest
 
 from palpate.cli import INTERRUPTED, MISTAKE, main
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import Attempt
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_replay import REGULATION
-from palpate.experiments.replay import replay_log
-from palpate.experiments.replay_report import UNITS, version_differences
-from palpate.experiments.replay_settings import CHANGEABLE, EXPLORATION, FIXED
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.run import Attempt
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.replay import REGULATION
+from palpate.experiments.replay.report import UNITS, version_differences
+from palpate.experiments.replay.run import replay_log
+from palpate.experiments.replay.settings import CHANGEABLE, EXPLORATION, FIXED
+from palpate.experiments.robot.values import config_for
 from palpate.experiments.run_told import log_writer
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
@@ -78,7 +78,7 @@ def undrawn(monkeypatch):
         assert len(report.recorded.time) > 1000
         path.write_text(report.outcome)
 
-    monkeypatch.setattr("palpate.experiments.replay_command.write_replay_report", write)
+    monkeypatch.setattr("palpate.experiments.replay.command.write_replay_report", write)
 
 
 def check_identical(found, least=1000):

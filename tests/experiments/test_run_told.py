@@ -13,17 +13,17 @@ from palpate.controllers.paths import Enough
 from palpate.errors import InvalidValueError
 from palpate.experiments.change_account import account_of_changes, change_rows, change_sentences
 from palpate.experiments.change_names import EXPLORED, REGULATED
-from palpate.experiments.explore import carry_out, explore
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan as explore_plan
-from palpate.experiments.explore_report import exploration_report, outcome
-from palpate.experiments.explore_tables import as_known, layer_rows, map_rows
-from palpate.experiments.regulate import regulate
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_figures import margins
-from palpate.experiments.regulate_plan import plan as regulate_plan
-from palpate.experiments.regulate_report import regulation_report
-from palpate.experiments.regulate_words import outcome as regulated_outcome
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan as explore_plan
+from palpate.experiments.explore.report import exploration_report, outcome
+from palpate.experiments.explore.run import carry_out, explore
+from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.figures import margins
+from palpate.experiments.regulate.plan import plan as regulate_plan
+from palpate.experiments.regulate.report import regulation_report
+from palpate.experiments.regulate.run import regulate
+from palpate.experiments.regulate.words import outcome as regulated_outcome
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.force_picture import force_overview
 from palpate.reporting.map_picture import map_picture

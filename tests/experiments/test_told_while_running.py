@@ -10,11 +10,14 @@ import pytest
 from rich.console import Console
 
 from palpate.cli import INTERRUPTED, main
-from palpate.experiments import friction_command, grasp_command, progress, regulate_command
-from palpate.experiments.friction_config import FrictionConfig
-from palpate.experiments.friction_plan import plan
-from palpate.experiments.friction_run import Attempt
+from palpate.experiments import progress
+from palpate.experiments.friction import command as friction_command
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.plan import plan
+from palpate.experiments.friction.run import Attempt
+from palpate.experiments.grasp import command as grasp_command
 from palpate.experiments.progress import doing, run_progress, step_progress
+from palpate.experiments.regulate import command as regulate_command
 from palpate.experiments.run_told import STOPPED, kept_if_interrupted, run_shown
 from palpate.runtime import Ending
 
@@ -45,9 +48,9 @@ def test_every_phase_and_every_so_often_a_run_is_a_line_of_its_own(monkeypatch):
         tell("one")
         tell("two")
     told = lines(console)
-    assert told[:2] == ["planning", f"running, about {planned.expected_duration:.0f} s of simulated time"]
+    assert told[:2] == ["planning", f"running, about {planned.expected_duration:.0f} s on the robot's clock"]
     assert told[2].startswith("0 of about ")
-    assert told[-3].endswith(" s simulated, stop")
+    assert told[-3].endswith(" s on the robot's clock, stop")
     assert told[-2:] == ["one", "two"]
     assert not any("\x1b" in line or not line for line in told)
 
@@ -57,7 +60,7 @@ def test_a_run_of_a_few_seconds_is_one_line(monkeypatch):
     console = captured()
     with run_progress(console, 5.0) as observer:
         Attempt(plan(SHORT)).run((observer,))
-    assert lines(console) == ["running, about 5 s of simulated time"]
+    assert lines(console) == ["running, about 5 s on the robot's clock"]
 
 
 def test_whoever_stops_reading_ends_no_run(tmp_path):

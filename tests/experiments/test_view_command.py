@@ -11,13 +11,13 @@ import pytest
 from PIL import Image, ImageSequence
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import Attempt
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.run import Attempt
 from palpate.experiments.run_told import log_writer
-from palpate.experiments.view_command import FAILED, run_view
-from palpate.experiments.view_config import ViewConfig
-from palpate.experiments.view_plan import view_scene, watched_plan
+from palpate.experiments.view.command import FAILED, run_view
+from palpate.experiments.view.config import ViewConfig
+from palpate.experiments.view.plan import view_scene, watched_plan
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.sim.render import gl as render_gl
@@ -35,10 +35,10 @@ def folder(tmp_path_factory):
 
 PROGRAM = """
 import sys
-from palpate.experiments.view_command import run_view
-from palpate.experiments.view_config import ViewConfig
+from palpate.experiments.view.command import run_view
+from palpate.experiments.view.config import ViewConfig
 if __name__ == "__main__":
-    sys.exit(run_view(ViewConfig({})))
+    sys.exit(run_view(ViewConfig({})).exit_code)
 """
 
 
@@ -108,7 +108,7 @@ def test_a_picture_into_no_folder_is_refused_before_it_is_drawn(folder, tmp_path
 def test_pictures_of_a_log(folder, tmp_path, capsys):
     still, video = tmp_path / "a.png", tmp_path / "a.gif"
     config = ViewConfig(folder, speed=4.0, picture=still, video=video)
-    if run_view(config) == FAILED:
+    if run_view(config).exit_code == FAILED:
         pytest.skip(capsys.readouterr().err)
     with Image.open(still) as picture:
         assert picture.size == (640, 480)
@@ -121,7 +121,7 @@ def test_pictures_of_a_log(folder, tmp_path, capsys):
 
 def test_without_a_renderer_the_remedy_is_told(folder, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(render_gl.ctypes.util, "find_library", lambda name: None)
-    assert run_view(ViewConfig(folder, picture=tmp_path / "a.png")) == FAILED
+    assert run_view(ViewConfig(folder, picture=tmp_path / "a.png")).exit_code == FAILED
     said = capsys.readouterr().err
     assert "apt install libegl1" in said
     assert "robot was stopped" not in said

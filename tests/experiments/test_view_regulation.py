@@ -7,13 +7,13 @@ import pytest
 from PIL import Image
 
 from palpate.errors import InvalidValueError
-from palpate.experiments import view_command
-from palpate.experiments.regulate import carry_out
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_plan import RegulationPlan, plan
-from palpate.experiments.view_command import FAILED, run_view
-from palpate.experiments.view_config import ViewConfig
-from palpate.experiments.view_plan import recorded_plan, view_scene
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.plan import RegulationPlan, plan
+from palpate.experiments.regulate.run import carry_out
+from palpate.experiments.view import command as view_command
+from palpate.experiments.view.command import FAILED, run_view
+from palpate.experiments.view.config import ViewConfig
+from palpate.experiments.view.plan import recorded_plan, view_scene
 from palpate.runtime.log import LogWriter, read_log
 from shown_player import Shown
 
@@ -54,7 +54,7 @@ def test_a_moving_surface_is_where_the_contact_was(moving):
 @pytest.mark.parametrize("log", ["still", "moving"])
 def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
     monkeypatch.setattr(view_command, "Player", Shown)
-    assert run_view(ViewConfig(request.getfixturevalue(log))) == 0
+    assert run_view(ViewConfig(request.getfixturevalue(log))).exit_code == 0
     assert Shown.given is not None
     scene, frames, plans = Shown.given
     assert scene.title.startswith("Force on a")
@@ -68,7 +68,7 @@ def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
 @pytest.mark.parametrize("log", ["still", "moving"])
 def test_a_picture_of_it(log, request, tmp_path, capsys):
     still_picture = tmp_path / "a.png"
-    if run_view(ViewConfig(request.getfixturevalue(log), picture=still_picture)) == FAILED:
+    if run_view(ViewConfig(request.getfixturevalue(log), picture=still_picture)).exit_code == FAILED:
         pytest.skip(capsys.readouterr().err)
     with Image.open(still_picture) as picture:
         assert len(picture.getcolors(640 * 480)) > 50, "something is in it"

@@ -15,19 +15,19 @@ import pytest
 from PIL import Image
 
 from palpate.errors import InvalidValueError
-from palpate.experiments import view_command
-from palpate.experiments.friction_config import FrictionConfig
-from palpate.experiments.friction_plan import plan as plan_friction
-from palpate.experiments.friction_run import Attempt
-from palpate.experiments.grasp import GraspAttempt
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_plan import plan as plan_grasp
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.plan import plan as plan_friction
+from palpate.experiments.friction.run import Attempt
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.grasp.run import GraspAttempt
 from palpate.experiments.run_told import log_writer
-from palpate.experiments.view_command import FAILED, run_view
-from palpate.experiments.view_config import ViewConfig
-from palpate.experiments.view_held import held_poses
-from palpate.experiments.view_plan import recorded_plan, view_scene
-from palpate.experiments.view_scenes import free_poses_of
+from palpate.experiments.view import command as view_command
+from palpate.experiments.view.command import FAILED, run_view
+from palpate.experiments.view.config import ViewConfig
+from palpate.experiments.view.held import held_poses
+from palpate.experiments.view.plan import recorded_plan, view_scene
+from palpate.experiments.view.scenes import free_poses_of
 from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT
 from palpate.viewing import ANY_PORT, Player, frames_of_log
@@ -61,7 +61,7 @@ def spun(tmp_path_factory):
 
 def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, monkeypatch, capsys):
     monkeypatch.setattr(view_command, "Player", Shown)
-    assert run_view(ViewConfig(rubbed)) == 0
+    assert run_view(ViewConfig(rubbed)).exit_code == 0
     assert capsys.readouterr().out.startswith("View: ")
     assert Shown.given is not None
     scene, frames, plans = Shown.given
@@ -105,12 +105,12 @@ def test_what_the_simulation_no_longer_tells_is_said_and_stands_still(spun, monk
     assert (held.rows[held.known :] == held.rows[held.known - 1]).all()
     monkeypatch.setattr(view_command, "Player", Shown)
     monkeypatch.setattr(view_command, "recorded_plan", lambda log: other)
-    assert run_view(ViewConfig(folder)) == 0
+    assert run_view(ViewConfig(folder)).exit_code == 0
     assert "where the object was is known until" in " ".join(capsys.readouterr().out.split())
     nowhere = replace(planned, config=replace(planned.config, seed=planned.config.seed + 1))
     assert held_poses(log, nowhere).known == 0
     monkeypatch.setattr(view_command, "recorded_plan", lambda log: nowhere)
-    assert run_view(ViewConfig(folder)) == 0
+    assert run_view(ViewConfig(folder)).exit_code == 0
     assert "where the object was is not shown" in " ".join(capsys.readouterr().out.split())
 
 
@@ -152,7 +152,7 @@ def test_poses_of_another_run_are_refused(spun):
 def test_a_picture_of_it(name, request, tmp_path, capsys):
     folder, still = request.getfixturevalue(name), tmp_path / "a.png"
     folder = folder if name == "rubbed" else folder[0]
-    if run_view(ViewConfig(folder, picture=still)) == FAILED:
+    if run_view(ViewConfig(folder, picture=still)).exit_code == FAILED:
         pytest.skip(capsys.readouterr().err)
     red, green, blue = np.moveaxis(np.asarray(Image.open(still).convert("RGB")).astype(int), 2, 0)
     assert ((blue > red + 40) & (blue > 90)).sum() > 5000, "the object"

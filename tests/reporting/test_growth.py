@@ -9,9 +9,9 @@ import pytest
 from mapping.raster import RADIUS, sphere_cap
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import explore
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_report import exploration_report
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.report import exploration_report
+from palpate.experiments.explore.run import explore
 from palpate.experiments.map_growth import SHOWN, map_growth
 from palpate.mapping import SurfaceMap
 from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for

@@ -223,7 +223,7 @@ def test_a_name_is_a_shipped_robot_or_a_file(tmp_path, monkeypatch):
     for name, words in {
         "stgae": ["did you mean stage?", "stage, stage-nano17"],
         "ur5e.yaml": ["no such file and no such robot", "stage, stage-nano17"],
-        "robot": ["./robot"],
+        "robot": ["no such robot; if you mean the file, say ./robot (a robot file ends in .yaml)"],
         "folder/stage.yaml": ["no such file"],
         ".": ["is a folder"],
     }.items():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image, ImageSequence
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.view_scenes import scene_view
+from palpate.experiments.view.scenes import scene_view
 from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
 from palpate.runtime.data import Command

@@ -27,7 +27,7 @@ FLAGS = (
 class Page:
     def __init__(self, socket):
         self._socket, self._next = socket, 0
-        self.errors = []
+        self.errors, self.complaints, self.requests = [], [], []
 
     def call(self, method, **parameters):
         self._next += 1
@@ -58,6 +58,10 @@ class Page:
     def _hear(self, said):
         if said.get("method") == "Runtime.exceptionThrown":
             self.errors.append(said["params"]["exceptionDetails"])
+        if said.get("method") == "Log.entryAdded" and said["params"]["entry"]["level"] == "error":
+            self.complaints.append(said["params"]["entry"]["text"])
+        if said.get("method") == "Network.requestWillBeSent":
+            self.requests.append(said["params"]["request"]["url"])
 
 
 @contextlib.contextmanager

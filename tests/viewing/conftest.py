@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from palpate.experiments.explore import Attempt
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_plan import plan
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.run import Attempt
 from palpate.experiments.run_told import log_writer
 from palpate.runtime import Ending
 from palpate.runtime.log import Log, read_log

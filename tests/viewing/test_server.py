@@ -17,7 +17,7 @@ import zstandard
 from websockets.sync.client import connect
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.view_plan import view_scene
+from palpate.experiments.view.plan import view_scene
 from palpate.viewing import ANY_PORT, LiveView, Player, ViewScene, ViewUnavailableError, frames_of_log
 from palpate.viewing.server import ViewServer
 

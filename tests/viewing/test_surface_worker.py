@@ -11,8 +11,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.view_growth import surface_view
-from palpate.experiments.view_plan import view_scene
+from palpate.experiments.view.growth import surface_view
+from palpate.experiments.view.plan import view_scene
 from palpate.mapping import Knowledge
 from palpate.viewing import ANY_PORT, LiveView, Player, SurfaceView, ViewScene, frames_of_log
 from palpate.viewing import surface_worker as module

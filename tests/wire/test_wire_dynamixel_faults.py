@@ -16,6 +16,7 @@ import palpate.hw.dynamixel.port
 from emulated_bus import EmulatedBus, connected, hosted_servos, read_until, settings, still, time_to
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel import registers as reg
+from palpate.hw.dynamixel.bus import MissedError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.dynamixel.port import Packets, Port
 from palpate.hw.dynamixel.registers import XL330, HardwareError
@@ -102,6 +103,22 @@ def test_answers_in_pieces_are_put_together(emulated):
     fresh = sum(hand.read().time >= begun for begun in (time.monotonic() for _ in range(5)))
     assert fresh >= 4
     hand.close()
+
+
+def test_the_servo_that_failed_most_is_named_not_the_one_that_was_late_last(hand, monkeypatch):
+    missing = iter([2, 2, 2, 1])
+
+    def exchange(spans):
+        servo_id = next(missing)
+        if servo_id == 1:
+            time.sleep(2.0 * hand.settings.silence)
+        raise MissedError(servo_id, silent=True)
+
+    monkeypatch.setattr(hand._bus, "exchange", exchange)
+    for _ in range(3):
+        hand.read()
+    with pytest.raises(DeviceError, match="servo 2 does not answer"):
+        hand.read()
 
 
 def test_a_missed_exchange_gives_the_state_before_it_with_its_time(emulated, hand):

@@ -17,18 +17,18 @@ import numpy as np
 import psutil
 import pytest
 
-from palpate.experiments.emulated_backend import EmulatedBackend
-from palpate.experiments.emulated_hand import HandWires, for_a_busy_computer, grasp_on_the_wire
-from palpate.experiments.emulated_scene import simulated_twin
-from palpate.experiments.explore import Attempt
-from palpate.experiments.explore_plan import plan
-from palpate.experiments.explore_report import exploration_report
-from palpate.experiments.grasp import GraspAttempt
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_plan import plan as plan_grasp
-from palpate.experiments.replay import replay_log
-from palpate.experiments.robot_in_scene import build
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.emulated.backend import EmulatedBackend
+from palpate.experiments.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.experiments.emulated.scene import simulated_twin
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.report import exploration_report
+from palpate.experiments.explore.run import Attempt
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.grasp.run import GraspAttempt
+from palpate.experiments.replay.run import replay_log
+from palpate.experiments.robot.in_scene import build
+from palpate.experiments.robot.values import config_for
 from palpate.experiments.run_told import log_writer
 from palpate.hw.devices import DeviceError
 from palpate.runtime import Ending

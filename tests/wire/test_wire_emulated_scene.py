@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.emulated_backend import EmulatedBackend
-from palpate.experiments.emulated_scene import simulated_twin
-from palpate.experiments.emulated_truth import ROWS, WIDEST, TruthTrace, new_memory
-from palpate.experiments.explore_plan import plan
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.grasp_scene import scene_of
-from palpate.experiments.robot_in_scene import build
-from palpate.experiments.robot_values import config_for
-from palpate.experiments.scene_plant import ScenePlant
+from palpate.experiments.emulated.backend import EmulatedBackend
+from palpate.experiments.emulated.scene import simulated_twin
+from palpate.experiments.emulated.scene_plant import ScenePlant
+from palpate.experiments.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.scene import scene_of
+from palpate.experiments.robot.in_scene import build
+from palpate.experiments.robot.values import config_for
 from palpate.experiments.truth_numbers import (
     hand_of_numbers,
     numbers_of_hand,

@@ -11,18 +11,19 @@ import numpy as np
 import psutil
 import pytest
 
-from palpate.experiments.doctor_command import run_doctor
-from palpate.experiments.doctor_config import DoctorConfig
-from palpate.experiments.explore import carry_out, write_exploration
-from palpate.experiments.explore_plan import plan, plan_from_texts
-from palpate.experiments.explore_report import exploration_report
+from palpate.cli import main
+from palpate.experiments.doctor.command import run_doctor
+from palpate.experiments.doctor.config import DoctorConfig
+from palpate.experiments.explore.plan import plan, plan_from_texts
+from palpate.experiments.explore.report import exploration_report
+from palpate.experiments.explore.run import carry_out, write_exploration
 from palpate.experiments.known_truth import NOT_KNOWN
-from palpate.experiments.regulate import carry_out as regulate
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_plan import plan as plan_regulation
-from palpate.experiments.regulate_report import regulation_report
-from palpate.experiments.rig_built import assembled
-from palpate.experiments.robot_values import config_for
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.plan import plan as plan_regulation
+from palpate.experiments.regulate.report import regulation_report
+from palpate.experiments.regulate.run import carry_out as regulate
+from palpate.experiments.robot.rig_built import assembled
+from palpate.experiments.robot.values import config_for
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
@@ -203,7 +204,7 @@ def test_an_arm_in_protective_stop_is_named(tmp_path):
 def test_the_doctor_moves_nothing_and_tells_all_in_json(cell, capsys):
     emulator, path = cell
     before = emulator.control.state()["position"]
-    code = run_doctor(DoctorConfig(path, seconds=0.4, json=True))
+    code = main(["doctor", str(path), "--duration", "0.4", "--json"])
     assert emulator.control.state()["position"] == before
     told = json.loads(capsys.readouterr().out)
     assert told["fit"] == (code == 0)
@@ -223,7 +224,7 @@ def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, 
     emulator, path = cell
     address = emulator.addresses[box_of(emulator)]
     emulator.control.fault(box_of(emulator), "silent")
-    assert run_doctor(DoctorConfig(path, seconds=0.3)) == 1
+    assert run_doctor(DoctorConfig(path, seconds=0.3)).exit_code == 1
     said = " ".join(capsys.readouterr().out.split())
     assert "Fix: F/T sensor" in said
     assert "PolyScope" in said
@@ -280,7 +281,7 @@ def lost(rig):
 
 def test_the_doctor_looks_at_servos(hand_cell, capsys):
     _, path = hand_cell
-    run_doctor(DoctorConfig(path, seconds=0.3, json=True))
+    main(["doctor", str(path), "--seconds", "0.3", "--json"])
     told = json.loads(capsys.readouterr().out)
     servos = [one for one in told["findings"] if "servo" in one["device"]]
     assert {one["what"] for one in servos} == {"model", "firmware", "temperature", "supply", "hardware error"}

@@ -5,17 +5,17 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.doctor_command import run_doctor
-from palpate.experiments.doctor_config import DoctorConfig
-from palpate.experiments.explore_plan import plan
+from palpate.experiments.doctor.command import run_doctor
+from palpate.experiments.doctor.config import DoctorConfig
+from palpate.experiments.explore.plan import plan
 from palpate.experiments.known_truth import scene_of
-from palpate.experiments.regulate_config import RegulateConfig
-from palpate.experiments.regulate_plan import plan as plan_regulation
-from palpate.experiments.rig_built import assembled, parts_of
-from palpate.experiments.robot_config import RobotCheckConfig
-from palpate.experiments.robot_in_scene import check
-from palpate.experiments.robot_tool import run_check
-from palpate.experiments.robot_values import config_for, values_of
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.plan import plan as plan_regulation
+from palpate.experiments.robot.config import RobotCheckConfig
+from palpate.experiments.robot.in_scene import check
+from palpate.experiments.robot.rig_built import assembled, parts_of
+from palpate.experiments.robot.tool import run_check
+from palpate.experiments.robot.values import config_for, values_of
 from palpate.experiments.truth_recorder import TruthRecorder
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
@@ -189,7 +189,7 @@ def test_the_doctor_wants_devices():
 
 
 def test_units_of_a_rig_are_shown_with_their_values(capsys, tmp_path):
-    assert run_check(RobotCheckConfig(str(rig_path(tmp_path)))) == 0
+    assert run_check(RobotCheckConfig(str(rig_path(tmp_path)))).exit_code == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "backend.arm.stiffness 30000 N/m" in said
     assert "backend.arm.watchdog 1 s" in said

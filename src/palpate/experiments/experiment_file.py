@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.friction_config import FrictionConfig
-from palpate.experiments.grasp_config import GraspConfig
-from palpate.experiments.regulate_config import RegulateConfig
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.regulate.config import RegulateConfig
 from palpate.strict_decode import decode, decode_some, load, read_mapping
 from palpate.yaml_text import yaml_text
 

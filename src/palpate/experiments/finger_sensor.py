@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_file import FingerEntry
 from palpate.sim.sensor.from_entry import model_of, with_noise

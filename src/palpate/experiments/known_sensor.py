@@ -8,7 +8,7 @@ import msgspec
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.finger_sensor import KEY, without_bias
-from palpate.experiments.simulated_tare import tared
+from palpate.experiments.robot.simulated_tare import tared
 from palpate.runtime.robot_file import FingerEntry
 from palpate.runtime.robot_sensor import SimulatedSensorEntry
 from palpate.sensing.ft.arrays import AXES

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.experiments.explored_map import ribbon_mesh
+from palpate.experiments.explore.explored_map import ribbon_mesh
 from palpate.mapping import Knowledge, SurfaceMap, SurfaceMesh, TouchCloud, surface_mesh
 from palpate.mapping.mesh_figures import MeshFigures, voxel_for
 from palpate.reporting import GrowthCurve, GrowthReport, GrowthSnapshot

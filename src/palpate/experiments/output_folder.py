@@ -1,5 +1,6 @@
 """Where results go."""
 
+import os
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
@@ -17,3 +18,16 @@ def make_folder(folder: Path) -> None:
         (folder / ".writable").unlink()
     except OSError as error:
         raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another folder (--out)") from None
+
+
+def check_folder(folder: Path) -> None:
+    """Find out whether `make_folder` would make a folder, without making anything.
+
+    Raises:
+        InvalidValueError: It cannot be made or written.
+    """
+    present = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not present.is_dir():
+        raise InvalidValueError(f"out = {folder}: {present} is no folder; choose another folder (--out)")
+    if not os.access(present, os.W_OK | os.X_OK):
+        raise InvalidValueError(f"out = {folder}: {present} cannot be written; choose another folder (--out)")

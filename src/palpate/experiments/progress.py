@@ -16,10 +16,15 @@ LINE_INTERVAL = 10.0
 """Wall time between two lines of a run [s], where the output is captured: CI takes longer silence for a hang."""
 
 
+def lively(console: Console) -> bool:
+    """Return whether what is shown may come and go: on a terminal, not where FORCE_COLOR only colours a file."""
+    return console.is_terminal and console.file.isatty()
+
+
 @contextmanager
 def doing(console: Console, what: str) -> Iterator[None]:
     """Show what is being done: it comes and goes on a terminal, and is a line elsewhere."""
-    if console.is_terminal:
+    if lively(console):
         with console.status(what):
             yield
     else:
@@ -29,13 +34,13 @@ def doing(console: Console, what: str) -> Iterator[None]:
 
 def run_progress(console: Console, expected_duration: float) -> AbstractContextManager[Observer]:
     """Show how far a run of about `expected_duration` [s] is; gives the observer that feeds what is shown."""
-    return (_run_bar if console.is_terminal else _run_lines)(console, expected_duration)
+    return (_run_bar if lively(console) else _run_lines)(console, expected_duration)
 
 
 @contextmanager
 def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]:
     shown = time.perf_counter()
-    _line(console, f"running, about {expected_duration:.0f} s of simulated time")
+    _line(console, f"running, about {expected_duration:.0f} s on the robot's clock")
 
     def observe(sample: Sample, now: Observation, command: Command) -> None:
         nonlocal shown
@@ -44,7 +49,7 @@ def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]
             shown = wall
             foretold = now.time <= expected_duration
             goal = f" of about {expected_duration:.0f} s" if foretold else " s, longer than expected,"
-            _line(console, f"{now.time:.0f}{goal} simulated, {command.phase.value}")
+            _line(console, f"{now.time:.0f}{goal} on the robot's clock, {command.phase.value}")
 
     yield observe
 
@@ -60,7 +65,7 @@ def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.completed:.0f} of about {task.total:.0f} s simulated"),
+        TextColumn("{task.completed:.0f} of about {task.total:.0f} s on the robot's clock"),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
@@ -81,7 +86,7 @@ def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
 @contextmanager
 def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
     """Show which of some steps is being worked on; yields what is told the name of each when it begins."""
-    if not console.is_terminal:
+    if not lively(console):
         yield lambda step: _line(console, step)
         return
     columns = (

@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_contour import ForeseenContour
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.contour import ForeseenContour
 from palpate.experiments.scans import ContourScan, Scan
 from palpate.sim import SceneObject
 

@@ -8,15 +8,17 @@ from typing import Protocol
 
 from rich.console import Console
 
+from palpate.errors import OverrunError
 from palpate.experiments.progress import run_progress
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
+from palpate.hw.devices import DeviceError
 from palpate.runtime import Observer, RunResult, result_until
 from palpate.runtime.log import LogWriter, new_log_path
 
 INTERRUPTED = 130
 """128 + SIGINT, the shell's convention: the run was cut short."""
 
-STOPPED = "Stopping: log and report are being written (Ctrl-C again leaves them)"
+STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
 """Said at once after a Ctrl-C."""
 
 
@@ -94,9 +96,21 @@ def kept_if_interrupted(result: RunResult) -> Iterator[None]:
         ) from None
 
 
+def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Return all files of a run: its report and tables, and its log."""
+    recording = result.recording
+    log = None if recording is None else recording.path
+    return files if log is None else (*files, log)
+
+
 def tell_of(console: Console, result: RunResult, files: tuple[Path, ...]) -> None:
-    """Say where an exception that ended the run came from, what became of the log, and what was written."""
-    if result.error is not None:
+    """Say what ended the run, what became of the log, and what was written.
+
+    A device, or a deadline, says itself what is wrong; of any other exception it matters where it came from.
+    """
+    if isinstance(result.error, DeviceError | OverrunError):
+        console.print(str(result.error), markup=False, highlight=False, soft_wrap=True)
+    elif result.error is not None:
         import traceback
 
         trace = "".join(traceback.format_exception(result.error))

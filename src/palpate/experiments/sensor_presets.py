@@ -2,7 +2,7 @@
 
 import datetime
 
-from palpate.experiments.calibrate_config import (
+from palpate.experiments.calibrate.config import (
     PresetName,
 )
 from palpate.sensing.ft import (

@@ -1,14 +1,35 @@
 """What people typed, before anybody has judged it as a whole; imports nothing heavy."""
 
+import dataclasses
+import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, make_dataclass
+from enum import Enum
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import tyro
+from tyro._docstrings import get_field_docstring
+
+from palpate.experiments.colours import parser_colours
 
 Options = TypeVar("Options", bound=Any)
 """A frozen dataclass."""
+
+
+class Flag(Enum):
+    """An option that many commands have and none keeps among its values; what --help says of it."""
+
+    JSON = "Print one JSON document, numbers in SI units, and say everything else on standard error."
+    DRY_RUN = (
+        "Plan and check everything and say what would be done: move nothing, connect to nothing, write nothing."
+    )
+
+    @property
+    def field(self) -> str:
+        """Its name as that of a field."""
+        return self.name.lower()
 
 
 def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **told: Any) -> Options:
@@ -20,10 +41,77 @@ def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **to
         arguments: What follows it.
         told: More for `tyro.cli`, as description and default.
     """
+    return read_flagged(kind, command, arguments, (), **told)[0]
+
+
+def read_flagged(
+    kind: type[Options], command: str, arguments: Sequence[str], flags: Sequence[Flag], **told: Any
+) -> tuple[Options, frozenset[Flag]]:
+    """Return what is typed for a command as `read_typed`, and which of these flags were.
+
+    A command that has an option of a flag's name keeps its own.
+    """
+    own = {each.name for each in fields(kind)}
+    flags = [flag for flag in flags if flag.field not in own]
+    typed = [
+        (
+            flag.field,
+            # no --no-json: nobody has said --json before
+            Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help=flag.value)],
+            dataclasses.field(default=False),
+        )
+        for flag in flags
+    ]
     # where values cannot be together, tyro names the class that refuses them: people know the command, not ours
-    named: Any = type(command, (kind,), {"__slots__": ()})
-    made: Options = settled(kind, tyro.cli(named, prog=command, args=arguments, **told))
-    return made
+    named: Any = make_dataclass(command, typed, bases=(kind,), frozen=True)
+    named.__annotations__ |= _explained(kind)
+    if "default" in told:
+        told["default"] = _copied(told["default"], named)
+    with parser_colours(arguments):
+        try:
+            found = tyro.cli(named, prog=command, args=arguments, **told)
+        except SystemExit as left:
+            if left.code:
+                _advise(kind, arguments)
+            raise
+    made: Options = settled(kind, found)
+    return made, frozenset(flag for flag in flags if getattr(found, flag.field))
+
+
+def _explained(kind: type) -> dict[str, Any]:
+    """The types of the fields of a class, each with what stands below it as its help.
+
+    tyro would keep the line breaks of the source, and wrap each of its lines alone.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    explained: dict[str, Any] = {}
+    for each in fields(kind):
+        # asked only where a help is shown: reading source is slow
+        told: Any = partial(_paragraphs, kind, each.name)
+        explained[each.name] = Annotated[hints[each.name], tyro.conf.arg(help=told)]
+    return explained
+
+
+def _paragraphs(kind: type, name: str) -> str:
+    """What stands below a field, each paragraph in one line."""
+    text = get_field_docstring(kind, name, ()) or ""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+
+
+def _advise(kind: type, arguments: Sequence[str]) -> None:
+    """Say below the parser's refusal what may have been meant."""
+    from palpate.experiments.typed_mistake import advice_on_mistake  # reads source: only after a mistake
+
+    if advice := advice_on_mistake(kind, arguments):
+        sys.stderr.write(f"{advice}\n")
+
+
+def _copied(values: Any, named: type) -> Any:
+    """The same values in another class, with its defaults for what they lack; not checked."""
+    copy: Any = object.__new__(named)
+    for each in fields(named):
+        object.__setattr__(copy, each.name, getattr(values, each.name, each.default))
+    return copy
 
 
 def option(name: str, arguments: Sequence[str]) -> str | None:

@@ -20,8 +20,8 @@ MOMENT_UNITS = {"Nm": 1.0, "N.m": 1.0, "N*m": 1.0, "mNm": 1e-3, "uNm": 1e-6, "Nc
 LONGEST_LINE = 1 << 16
 """Bytes. A wrench takes about a hundred; a file without line ends must not fill the memory."""
 
-_COLUMN = re.compile(r"(?P<component>[fm][xyz])(?:[\s_\[(/]+(?P<unit>.*?)[\s\])]*)?", re.IGNORECASE)
-"""A component alone, or followed by _, /, a space or a bracket and then its unit."""
+_COLUMN = re.compile(r"(?P<component>[fmt][xyz])(?:[\s_\[(/]+(?P<unit>.*?)[\s\])]*)?", re.IGNORECASE)
+"""A component alone, or followed by _, /, a space or a bracket and then its unit; t for torque is another m."""
 
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 """Characters that no text file holds within a line; a tab is one that does."""
@@ -161,15 +161,17 @@ class WrenchReader:
             raise self._wrong(f"numbers where the header should be; put {_EXAMPLE} before them")
         if len(columns) == 1 and (separator := next((c for c in ";\t" if c in text), None)):
             raise self._wrong(f"columns must be separated by commas, not {separator!r}")
+        matches = [_COLUMN.fullmatch(column) for column in columns]
+        # next to moments, tx may be a translation
+        own = "fm" if any(match and match["component"][0] in "mM" for match in matches) else "ft"
         found: dict[str, tuple[int, float]] = {}
         others: list[int] = []
-        for i, column in enumerate(columns):
-            match = _COLUMN.fullmatch(column)
-            if match is None:
+        for i, (column, match) in enumerate(zip(columns, matches, strict=True)):
+            if match is None or match["component"][0].lower() not in own:
                 # loggers like to end each line with a comma: a column without a name is dropped
                 others += [i] if column else []
                 continue
-            component = match["component"].lower()
+            component = match["component"].lower().replace("t", "m")
             if component in found:
                 raise self._wrong(f"{component} is there twice; keep one column for each component")
             found[component] = (i, self._factor(column, component, match["unit"]))
@@ -186,7 +188,7 @@ class WrenchReader:
     def _factor(self, column: str, component: str, unit: str | None) -> float:
         units = FORCE_UNITS if component[0] == "f" else MOMENT_UNITS
         if not unit:
-            if column.lower() == component:
+            if len(column) == len(component):
                 return 1.0
             raise self._wrong(f"column {_short(column)} names no unit; known are {', '.join(units)}")
         spelled = unit.replace("µ", "u").replace("μ", "u").replace("·", ".").replace(" ", "").replace("_", "")

@@ -4,7 +4,19 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from palpate.friction.materials.trials import UNKNOWN, Confusion
-from palpate.reporting.style import FONT_SIZE, HEIGHT_COLOURS, INK, QUIET, Picture, Width, new_figure
+from palpate.reporting.style import (
+    FONT_SIZE,
+    HEIGHT_COLOURS,
+    INK,
+    ON_DARK,
+    QUIET,
+    RIM,
+    SMALL_SIZE,
+    Picture,
+    Width,
+    label,
+    new_figure,
+)
 
 LONGEST_NAME = 18
 """Letters of a name beside the matrix; the rest is left out."""
@@ -22,7 +34,8 @@ def confusion_picture(confusion: Confusion) -> Picture:
         title="Materials told apart by touch",
         caption=(
             "Share of touched objects of each material (row) that were taken for another (column), in per cent; "
-            "right answers lie on the diagonal; for objects of no material of the library, in the last column."
+            "right answers lie on the diagonal; for objects of no material of the library, in the last column. "
+            "Nothing beside them is good."
         ),
         full=_draw(confusion, Width.FULL),
         narrow=_draw(confusion, Width.HALF),
@@ -43,19 +56,19 @@ def _draw(confusion: Confusion, width: Width) -> Figure:
     strangers = sum(truth not in confusion.answers for truth in confusion.truths)
     if 0 < strangers < rows:
         axes.axhline(rows - strangers, color=INK, linewidth=1.0)
-    size = FONT_SIZE - 0.5 if width is Width.FULL else FONT_SIZE - 2.5
+    size = SMALL_SIZE
     if max(rows, columns) <= MOST_FIGURES:
         for (i, j), share in np.ndenumerate(shares):
             if share > 0.0:
-                colour = "white" if share >= DARK else INK
+                colour = ON_DARK if share >= DARK else RIM
                 axes.text(
                     j + 0.5, i + 0.5, _per_cent(share), ha="center", va="center", fontsize=size, color=colour
                 )
-    axes.set_xticks(np.arange(columns) + 0.5, [_short(name) for name in confusion.answers])
-    axes.set_yticks(np.arange(rows) + 0.5, [_short(name) for name in confusion.truths])
+    axes.set_xticks(np.arange(columns) + 0.5, [label(name, LONGEST_NAME) for name in confusion.answers])
+    axes.set_yticks(np.arange(rows) + 0.5, [label(name, LONGEST_NAME) for name in confusion.truths])
     axes.tick_params(labelsize=size, colors=INK, length=0)
-    for label in axes.get_xticklabels():
-        label.set(rotation=40, ha="right", rotation_mode="anchor")
+    for each in axes.get_xticklabels():
+        each.set(rotation=40, ha="right", rotation_mode="anchor")
     axes.get_xticklabels()[-1].set_fontstyle("italic" if confusion.answers[-1] == UNKNOWN else "normal")
     axes.set_xlabel("taken for", fontsize=FONT_SIZE, color=INK)
     axes.set_ylabel("touched", fontsize=FONT_SIZE, color=INK)
@@ -72,8 +85,3 @@ def _per_cent(share: float) -> str:
     if share < 0.005:
         return "<1"
     return ">99" if 0.995 < share < 1.0 else f"{100.0 * share:.0f}"
-
-
-def _short(name: str) -> str:
-    shown = name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"
-    return shown.replace("$", r"\$")

@@ -128,6 +128,9 @@ class ExplorationReport:
         point_error: Signed distance of each point of `cloud` from the true surface, positive outside, shape
             (n,) [m], if known.
         error_note: A sentence on where those errors come from, or "".
+        asked: What was asked for, in words.
+        advice: What to do now, a sentence or two each.
+        repeat: What is repeated, and the command that does so.
 
     Raises:
         InvalidValueError: `point_error` has another length than `cloud`, or is not finite.
@@ -146,6 +149,9 @@ class ExplorationReport:
     true_surface: TrueSurface | None = None
     point_error: FloatArray | None = None
     error_note: str = ""
+    asked: str = ""
+    advice: tuple[str, ...] = ()
+    repeat: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         if self.point_error is None:

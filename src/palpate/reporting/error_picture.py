@@ -8,9 +8,11 @@ from palpate.reporting.style import (
     ERROR_COLOURS,
     FONT_SIZE,
     INK,
+    MAP_GROUND,
     MEASURED,
     MICRO,
     MILLI,
+    SMALL_SIZE,
     Picture,
     Width,
     dress,
@@ -19,9 +21,6 @@ from palpate.reporting.style import (
 
 SHOWN_PERCENT = 99.0
 """Colours span this share of the errors, so that a few outliers do not hide the rest."""
-
-GROUND = "#d9dce1"
-"""Behind the map: darker than the white of a point without error."""
 
 
 def error_map(cloud: TouchCloud, point_error: FloatArray, note: str = "") -> Picture:
@@ -41,15 +40,16 @@ def error_map(cloud: TouchCloud, point_error: FloatArray, note: str = "") -> Pic
     )
     bar = figure.colorbar(dots, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
     bar.set_label("error of the points [µm], + is outside the surface", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
-    axes.set_facecolor(GROUND)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    axes.set_facecolor(MAP_GROUND)
     axes.set_aspect("equal", adjustable="datalim")
     dress(axes, x="x [mm]", y="y [mm]", grid=False)
     return Picture(
         title="Where the errors are",
         caption=(
             f"Signed distance of the touched points from the true surface, seen from above; the colours span "
-            f"{SHOWN_PERCENT:.0f} % of the points, the largest error is {np.abs(error).max():.3g} µm. {note}"
+            f"{SHOWN_PERCENT:.0f} % of the points, the largest error is {np.abs(error).max():.3g} µm. "
+            f"White is good; a pattern tells of something that is off all along. {note}"
         ).rstrip(),
         full=figure,
         dense=True,
@@ -69,7 +69,7 @@ def error_histogram(point_error: FloatArray) -> Picture:
         title="How large the errors are",
         caption=(
             f"Signed distances of {len(error)} points from the true surface: root mean square {rms:.3g} µm, "
-            f"mean {mean:.3g} µm, largest {np.abs(error).max():.3g} µm."
+            f"mean {mean:.3g} µm, largest {np.abs(error).max():.3g} µm. Narrow and about zero is good."
         ),
         full=figure,
     )

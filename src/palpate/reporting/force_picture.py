@@ -9,16 +9,7 @@ from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope
 from palpate.reporting.lines import draw_true_and_measured
 from palpate.reporting.phases import scan_window, shade, within
-from palpate.reporting.style import (
-    MILLI,
-    QUIET,
-    WANTED,
-    Picture,
-    Width,
-    dress,
-    legend_above,
-    new_figure,
-)
+from palpate.reporting.style import DASHED, MILLI, QUIET, WANTED, Picture, Width, dress, legend_above, new_figure
 
 
 def force_overview(series: TimeSeries) -> Picture | None:
@@ -30,7 +21,9 @@ def force_overview(series: TimeSeries) -> Picture | None:
         title="Normal force over the run",
         caption=(
             "Normal force found by touch, in the simulation (where known) and asked for, above the speed "
-            "of the fingertip; the ground shows what the controller was doing."
+            "of the fingertip; the ground shows what the controller was doing. The nearer the true force "
+            "to the set "
+            "one the better."
         ),
         full=_overview(series, Width.FULL),
         narrow=_overview(series, Width.HALF),
@@ -43,7 +36,8 @@ def force_zoom(series: TimeSeries) -> Picture | None:
         return None
     return Picture(
         title="Normal force while scanning",
-        caption="The same forces while scanning, on a scale that shows every deviation from the set value.",
+        caption="The same forces while scanning, on a scale that shows every deviation from the set value: "
+        "the smaller the better.",
         full=_zoom(series, Width.FULL),
         narrow=_zoom(series, Width.HALF),
     )
@@ -89,4 +83,4 @@ def _draw_forces(axes: Axes, series: TimeSeries, shown: npt.NDArray[np.bool_]) -
     true = None if series.true_force is None else series.true_force[shown]
     draw_true_and_measured(axes, time, true, series.measured_force[shown])
     wanted = envelope(time, series.set_force[shown])
-    axes.plot(*wanted, color=WANTED, linewidth=1.2, linestyle=(0, (5, 3)), label="set")
+    axes.plot(*wanted, color=WANTED, linewidth=1.2, linestyle=DASHED, label="set")

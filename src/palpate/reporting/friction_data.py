@@ -134,6 +134,9 @@ class FrictionReport:
         bent: Whether the surface's normal turns along a stroke.
         surface: The limit surface with what was measured of it; None if nothing spun.
         recognition: Which surface of a library it may be; None without a library.
+        asked: What was asked for, in words.
+        advice: What to do now, a sentence or two each.
+        repeat: What is repeated, and the command that does so.
     """
 
     title: str
@@ -152,3 +155,6 @@ class FrictionReport:
     bent: bool = False
     surface: SurfacePoints | None = None
     recognition: RecognitionReport | None = None
+    asked: str = ""
+    advice: tuple[str, ...] = ()
+    repeat: tuple[tuple[str, str], ...] = ()

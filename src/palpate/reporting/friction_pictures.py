@@ -13,8 +13,10 @@ from palpate.reporting.envelope import envelope
 from palpate.reporting.friction_data import Measured, StrokeCurve, SurfacePoints
 from palpate.reporting.interval_words import interval_words
 from palpate.reporting.style import (
-    HEIGHT_COLOURS,
+    DASHED,
     INK,
+    INSIDE,
+    LOAD_COLOURS,
     MEASURED,
     MILLI,
     QUIET,
@@ -60,7 +62,7 @@ def stroke_picture(
     figure = new_figure(Width.HALF, 3.6)
     axes = figure.subplots()
     loads = sorted({stroke.load for stroke in strokes})
-    colours = dict(zip(loads, HEIGHT_COLOURS(np.linspace(0.0, 0.85, len(loads))), strict=True))
+    colours = {load: LOAD_COLOURS[i % len(LOAD_COLOURS)] for i, load in enumerate(loads)}
     for stroke in strokes:
         told = f"{stroke.load:g} N" if not stroke.back else None
         axes.plot(
@@ -87,7 +89,7 @@ def stroke_picture(
         )
     true = friction[0].true if friction else None
     if true is not None:
-        axes.axhline(true, color=TRUE, linewidth=1.2, linestyle=(0, (5, 3)), label="true")
+        axes.axhline(true, color=TRUE, linewidth=1.2, linestyle=DASHED, label="true")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.margins(x=0.0)
     dress(axes, x="travel [mm]", y="tangential / normal force")
@@ -125,19 +127,17 @@ def surface_picture(found: SurfacePoints) -> Picture:
     axes = figure.subplots()
     p = found.surface.norm_exponent
     x, y = _curve(p)
-    axes.fill(np.append(x, 0.0), np.append(y, 0.0), color="#f1f5f9", zorder=1)
+    axes.fill(np.append(x, 0.0), np.append(y, 0.0), color=INSIDE, zorder=1)
     told = f"p = {p:.3g}, " + ("measured" if found.exponent_measured else "assumed")
     if not found.exponent_measured:
         _draw_between(axes, *found.exponents)
     axes.plot(x, y, color=INK, linewidth=1.3, zorder=2, label=told)
     if found.true is not None:
         q = found.true.norm_exponent
-        axes.plot(
-            *_curve(q), color=TRUE, linewidth=1.3, linestyle=(0, (5, 3)), zorder=2, label=f"true, p = {q:.3g}"
-        )
+        axes.plot(*_curve(q), color=TRUE, linewidth=1.3, linestyle=DASHED, zorder=2, label=f"true, p = {q:.3g}")
     loads = sorted(set(np.round(found.loads, 1).tolist()))
-    colours = HEIGHT_COLOURS(np.linspace(0.0, 0.85, len(loads)))
-    for load, colour in zip(loads, colours, strict=True):
+    for i, load in enumerate(loads):
+        colour = LOAD_COLOURS[i % len(LOAD_COLOURS)]
         at = np.round(found.loads, 1) == load
         axes.errorbar(
             found.points[at, 0],
@@ -160,7 +160,7 @@ def surface_picture(found: SurfacePoints) -> Picture:
         title="Limit surface",
         caption=(
             "Loads in full slip over what the contact bears of tangential force and of torque alone, with 95 % "
-            "intervals, where these are wider than the dot. Loads inside the line are borne."
+            "intervals, where these are wider than the dot. Loads inside the line are borne; dots on it are good."
             + ("" if found.exponent_measured else ASSUMED)
         ),
         full=figure,
@@ -175,13 +175,16 @@ def length_picture(lengths: Sequence[Measured], growth: tuple[float, float] | No
     axes = figure.subplots()
     loads = np.array([each.at for each in lengths])
     span = np.geomspace(0.8 * loads.min(), 1.25 * loads.max(), 60)
-    said = "e at each load with its 95 % interval."
+    said = "e at each load with its 95 % interval; short ones that hold the true value are good."
     if growth is not None:
         c, gamma = growth
         axes.plot(span, MILLI * c * span**gamma, color=MEASURED, linewidth=1.2, label="c $f_n^\\gamma$")
         power = f"{gamma:.2f}"
         law = "at all loads" if float(power) == 0.0 else f"(f_n / 1 N)^{power}"
-        said = f"e at each load with its 95 % interval, and e = {MILLI * c:.3g} mm {law}."
+        said = (
+            "Short intervals that the line goes through are good. Here are e at each load with its 95 % interval, "
+            f"and e = {MILLI * c:.3g} mm {law}."
+        )
     _with_intervals(axes, lengths, MILLI)
     top = MILLI * max(each.upper if math.isfinite(each.upper) else each.value for each in lengths)
     axes.set_xscale("log")
@@ -217,7 +220,7 @@ def speed_picture(
     legend_above(figure, [axes], columns=4)
     return Picture(
         title="Friction over speed",
-        caption=_over_speed(speeds) + (CREEPING if creeping else ""),
+        caption=f"{_over_speed(speeds)} Short intervals on the true value are good.{CREEPING if creeping else ''}",
         full=figure,
     )
 

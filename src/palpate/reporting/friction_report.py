@@ -3,13 +3,12 @@
 import os
 from collections.abc import Sequence
 from dataclasses import replace
-from html import escape
 
 from rich.table import Table
 
-from palpate.atomic_file import replacing
 from palpate.reporting.friction_data import FrictionReport, Measured, RecognitionReport
 from palpate.reporting.interval_words import interval_words, value_words
+from palpate.reporting.story import Story
 from palpate.reporting.terminal import key_figures
 
 MOST_MATCHES = 20
@@ -17,11 +16,9 @@ MOST_MATCHES = 20
 
 OVER_TIME = (
     "Normal force found by touch, and asked for while it rubbed, above the speed of the fingertip; the ground "
-    "shows what the controller was doing."
+    "shows what the controller was doing. Good is a force that stays at what was asked for."
 )
 """Caption of the forces over time: unlike other reports', they are shown without the simulation's."""
-
-COLUMNS = ("name", "value", "unit", "note")
 
 
 def write_friction_report(report: FrictionReport, path: str | os.PathLike[str]) -> None:
@@ -30,9 +27,9 @@ def write_friction_report(report: FrictionReport, path: str | os.PathLike[str]) 
     Raises:
         OSError: The file cannot be written.
     """
-    text = friction_html(report)
-    with replacing(path) as file:
-        file.write(text.encode("utf-8"))
+    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+
+    write_page(friction_html(report), path)
 
 
 def friction_html(report: FrictionReport) -> str:
@@ -40,7 +37,7 @@ def friction_html(report: FrictionReport) -> str:
     # matplotlib takes a third of a second to import: only those who write a report wait for it.
     from palpate.reporting.force_picture import force_overview
     from palpate.reporting.friction_pictures import length_picture, speed_picture, stroke_picture, surface_picture
-    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.page import COLUMNS, picture_cards, report_page, section, table
     from palpate.reporting.timing_picture import timing_picture
     from palpate.reporting.timing_table import timing_rows
 
@@ -53,20 +50,25 @@ def friction_html(report: FrictionReport) -> str:
     forces = force_overview(report.series) if report.series.phase else None
     over_time = [None if forces is None else replace(forces, caption=OVER_TIME)]
     timing = table(timing_rows(report.timing), COLUMNS)
-    return page(
-        report.title,
+    return report_page(
+        Story(
+            report.title,
+            report.asked,
+            report.outcome,
+            report.summary,
+            report.advice,
+            report.repeat,
+            report.settings,
+            "Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of 100 runs: "
+            "they count calibration and drift of the sensor too.",
+        ),
         [
-            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
-            table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
             section("Which surface it may be", _recognition(report.recognition)),
             section("What was felt", [picture_cards(told)]),
             section("At each load", [table(_load_rows(report), COLUMNS)]),
             section("At each speed", [table(_speed_rows(report), COLUMNS)]),
             section("Over time", [picture_cards(over_time)]),
             section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
-            section("Settings", [table(report.settings, ("name", "value"))]),
-            "<footer>Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of "
-            "100 runs: they count calibration and drift of the sensor too. Written by palpate.</footer>",
         ],
     )
 
@@ -78,7 +80,7 @@ def friction_table(report: FrictionReport) -> Table:
 
 def _recognition(found: RecognitionReport | None) -> list[str]:
     from palpate.reporting.confusion_picture import confusion_picture
-    from palpate.reporting.page import picture_cards, table
+    from palpate.reporting.page import COLUMNS, picture_cards, table, text
 
     if found is None:
         return []
@@ -96,14 +98,8 @@ def _recognition(found: RecognitionReport | None) -> list[str]:
     likely = f"probability, {'if it is' if found.fits else 'were it'} one of these"
     heads = ("material", likely, "", "how likely the rubs are of it; how seldom it would be as far off itself")
     matrix = [] if found.confusion is None else [confusion_picture(found.confusion)]
-    setting = f"<p>{escape(found.setting)}</p>" if found.setting else ""
-    return [f"<p>{escape(found.words)}</p>", _headed(table(rows, columns), heads), setting, picture_cards(matrix)]
-
-
-def _headed(html: str, heads: Sequence[str]) -> str:
-    """Return a table with a line of heads."""
-    line = "".join(f'<td class="note">{escape(head)}</td>' for head in heads)
-    return html.replace("<table>\n", f"<table>\n<tr>{line}</tr>\n", 1)
+    setting = f"<p>{text(found.setting)}</p>" if found.setting else ""
+    return [f"<p>{text(found.words)}</p>", table(rows, columns, heads), setting, picture_cards(matrix)]
 
 
 def _below(likelihood: float) -> str:

@@ -86,11 +86,15 @@ class GraspReport:
         compared: Name, figure, figure of the control that ignores spin, unit; empty if there is none.
         account: What was seen, a paragraph each.
         settings: Name and value with unit of each setting.
-        surface: What the contacts really bear.
+        surface: What the contacts really bear; where nobody knows, what they are believed to.
         series: What happened.
         beside: What happened with a control that ignores spin; None if that was not asked for.
         timing: How long the periods took.
         heaviest: The least forces at one moment; None if it was not held.
+        truth_known: Whether it is known what really happened: not on a real robot.
+        asked: What was asked for, in words.
+        advice: What to do now, a sentence or two each.
+        repeat: What is repeated, and the command that does so.
     """
 
     title: str
@@ -104,3 +108,7 @@ class GraspReport:
     beside: GraspSeries | None
     timing: RunTiming
     heaviest: HeaviestLoad | None = None
+    truth_known: bool = True
+    asked: str = ""
+    advice: tuple[str, ...] = ()
+    repeat: tuple[tuple[str, str], ...] = ()

@@ -11,11 +11,18 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp.contacts import GraspContacts
 from palpate.reporting.style import (
+    CONE,
+    CONE_EDGE,
+    DASH_DOT,
     FONT_SIZE,
     INK,
+    LIMIT,
     MEASURED,
     MILLI,
+    PANE,
     QUIET,
+    SMALL_SIZE,
+    SPIN,
     TRUE,
     WANTED,
     Picture,
@@ -24,8 +31,6 @@ from palpate.reporting.style import (
     new_figure,
 )
 
-CONE, CONE_EDGE = "#f2c879", "#c98a1b"
-SPIN = "#cc79a7"
 ELEVATION, AZIMUTH = 24.0, -55.0
 
 LONGEST_ARROW = 0.7
@@ -76,7 +81,7 @@ def grasp_force_picture(
         caption=(
             f"Left: what contacts exert on the object inside their friction cones (drawn without spin), and "
             f"the load{told}. Right: how much of its limit each contact uses, together and by tangential force or "
-            f"spin alone{kept}."
+            f"spin alone{kept}; below the limit with room is good."
         ),
         full=_draw(grasp, forces, load, disturbance, reserve, Width.FULL),
         narrow=_draw(grasp, forces, load, disturbance, reserve, Width.HALF),
@@ -156,7 +161,7 @@ def _draw_space(
         handles=entries,
         loc="outside upper center",
         ncols=6 if axes.figure.get_size_inches()[0] > 6.0 else 3,
-        fontsize=FONT_SIZE - 0.5,
+        fontsize=SMALL_SIZE,
         frameon=False,
         labelcolor=INK,
         handlelength=1.4,
@@ -199,8 +204,8 @@ def _frame_space(axes: Axes3D, ends: FloatArray) -> None:
     for axis, name, centre in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", 0.5 * (low + high), strict=True):
         axis.set_view_interval(centre - half, centre + half, ignore=True)
         axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
-        axis.set_pane_color((0.97, 0.975, 0.98, 1.0))
-        axis.set_tick_params(labelsize=FONT_SIZE - 1.5, colors=QUIET)
+        axis.set_pane_color(PANE)
+        axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
     axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.08)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
 
@@ -211,7 +216,7 @@ def _draw_shares(axes: Axes, grasp: GraspContacts, forces: FloatArray, reserve: 
     axes.barh(at, shares[:, 0], 0.34, color=MEASURED, label="together")
     axes.barh(at + 0.27, shares[:, 1], 0.16, color=CONE_EDGE, label="tangential force")
     axes.barh(at + 0.45, shares[:, 2], 0.16, color=SPIN, label="spin")
-    axes.axvline(1.0, color=TRUE, linewidth=1.2)
+    axes.axvline(1.0, color=LIMIT, linewidth=1.4, linestyle=DASH_DOT, label="limit")
     if reserve is not None:
         most = grasp.friction * forces[:, 0]
         left = 1.0 - reserve / np.where(most > 0.0, most, np.inf)
@@ -219,5 +224,5 @@ def _draw_shares(axes: Axes, grasp: GraspContacts, forces: FloatArray, reserve: 
     axes.set_yticks(at + 0.15, [f"{i + 1}: {f:.2f} N" for i, f in enumerate(forces[:, 0])])
     axes.set_ylim(len(grasp) - 0.3, -0.5)
     axes.set_xlim(0.0, max(1.05, 1.05 * float(shares.max(initial=0.0))))
-    dress(axes, x="share of the limit", y="contact and its normal force")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=FONT_SIZE - 0.5, frameon=False)
+    dress(axes, x="share of the limit", y="contact, and its normal force [N]")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=SMALL_SIZE, frameon=False)

@@ -11,10 +11,15 @@ from palpate.reporting.envelope import envelope
 from palpate.reporting.grasp_data import GraspSeries
 from palpate.reporting.limit_surface_picture import limit_surface_picture
 from palpate.reporting.style import (
+    DASH_DOT,
+    DASHED,
     INK,
+    LIMIT,
     MEASURED,
     MILLI,
     OTHER_PHASE,
+    SPIN,
+    STAGE_COLOURS,
     TRUE,
     WANTED,
     Picture,
@@ -24,22 +29,13 @@ from palpate.reporting.style import (
     new_figure,
 )
 
-STAGE_COLOURS = {
-    "close": "#dbe9f6",
-    "nudge": "#fdebd0",
-    "lift": "#e9e2f3",
-    "hold": "#f4f4f4",
-    "set down": "#d8f0ef",
-    "let go": "#e2f2e5",
-}
-
 HIGHEST = 1.15
 """Grip is drawn up to this share of the largest while it was held: what fingers are hit with is left out."""
 
 NO_SLIP, NO_SPIN = 0.01, 0.1
 """The scales span at least this [mm], [degrees]: below, it is what contacts give way by."""
 
-SLIDES, SPINS = MEASURED, TRUE
+SLIDES, SPINS = TRUE, SPIN
 
 
 def grip_picture(series: GraspSeries, note: str = "") -> Picture:
@@ -52,13 +48,29 @@ def grip_picture(series: GraspSeries, note: str = "") -> Picture:
     return Picture(
         title=f"Grip against the least{note}",
         caption=(
-            "Normal force of each finger (mean), as it was wanted and as it was, and the least that the true load "
+            "Normal force of each finger (mean), as it was set and as it was, and the least that the true load "
             "needs with the true friction, shared as best it can be; known while the object is held in the air. "
             "At the end the table pushes the object up between the fingers, and the grip that is wanted against "
-            "that jumps: it is not done. From there on the hand keeps the grip that it had, until it lets go."
+            "that jumps: it is not done. From there on the hand keeps the grip that it had, until it "
+            "lets go. Good is "
+            "a grip a little above the least."
         ),
-        full=_grip(series, Width.FULL),
-        narrow=_grip(series, Width.HALF),
+        full=_grip(series, Width.FULL, "true", TRUE),
+        narrow=_grip(series, Width.HALF, "true", TRUE),
+    )
+
+
+def felt_grip_picture(series: GraspSeries) -> Picture:
+    """Return the picture of grip, wanted and felt, of a robot on which nobody knows what would do."""
+    return Picture(
+        title="Grip",
+        caption=(
+            "Normal force of each finger (mean), as it was wanted and as it was felt: the nearer to each "
+            "other the "
+            "better."
+        ),
+        full=_grip(series, Width.FULL, "measured", MEASURED),
+        narrow=_grip(series, Width.HALF, "measured", MEASURED),
     )
 
 
@@ -74,8 +86,8 @@ def slip_picture(series: GraspSeries, note: str = "") -> Picture:
         title=f"Slip and spin{note}",
         caption=(
             "How far the object moved over the fingertips, and turned about the contact normals, in the air, "
-            "since the lift began: the larger of the fingers, by the simulation's truth. Above: when slip was "
-            f"told ({told})."
+            "since the lift began: the larger of the fingers, by the simulation's truth. Next to nothing is good. "
+            f"Above: when slip was told ({told})."
         ),
         full=_slip(series, Width.FULL),
         narrow=_slip(series, Width.HALF),
@@ -100,17 +112,17 @@ def load_pictures(surface: LimitSurface, series: GraspSeries, note: str = "") ->
     return pictures
 
 
-def _grip(series: GraspSeries, width: Width) -> Figure:
+def _grip(series: GraspSeries, width: Width, name: str, colour: str) -> Figure:
     figure = new_figure(width, 3.4)
     axes = figure.subplots()
     _shade(axes, series)
-    axes.plot(
-        *envelope(series.time, series.wanted), color=WANTED, linewidth=1.0, linestyle=(0, (5, 3)), label="wanted"
-    )
-    axes.plot(*envelope(series.time, series.felt), color=MEASURED, linewidth=1.1, label="true")
-    axes.plot(*envelope(series.time, series.least), color=TRUE, linewidth=1.8, label="least")
+    axes.plot(*envelope(series.time, series.wanted), color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
+    axes.plot(*envelope(series.time, series.felt), color=colour, linewidth=1.1, label=name)
     held = np.isfinite(series.least)
     if held.any():
+        axes.plot(
+            *envelope(series.time, series.least), color=LIMIT, linewidth=1.6, linestyle=DASH_DOT, label="least"
+        )
         axes.set_ylim(0.0, HIGHEST * float(np.nanmax(np.maximum(series.felt[held], series.least[held]))))
     axes.margins(x=0.0)
     dress(axes, x="time [s]", y="grip [N]")

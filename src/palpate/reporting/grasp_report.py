@@ -1,16 +1,13 @@
 """The report on one grasp, as one HTML file."""
 
 import os
-from html import escape
 
 from rich.table import Table
 from rich.text import Text
 
-from palpate.atomic_file import replacing
 from palpate.reporting.grasp_data import GraspReport
+from palpate.reporting.story import Story
 from palpate.reporting.terminal import key_figures
-
-COLUMNS = ("name", "value", "unit", "note")
 
 IGNORING = ", ignoring spin"
 
@@ -21,23 +18,26 @@ def write_grasp_report(report: GraspReport, path: str | os.PathLike[str]) -> Non
     Raises:
         OSError: The file cannot be written.
     """
-    text = grasp_html(report)
-    with replacing(path) as file:
-        file.write(text.encode("utf-8"))
+    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+
+    write_page(grasp_html(report), path)
 
 
 def grasp_html(report: GraspReport) -> str:
     """Return `report` as the text of an HTML document."""
     # matplotlib takes a third of a second to import: only those who write a report wait for it.
     from palpate.reporting.grasp_force_picture import grasp_force_picture
-    from palpate.reporting.grasp_picture import grip_picture, load_pictures, slip_picture
-    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.grasp_picture import felt_grip_picture, grip_picture, load_pictures, slip_picture
+    from palpate.reporting.page import COLUMNS, picture_cards, report_page, section, table, text
     from palpate.reporting.timing_picture import timing_picture
     from palpate.reporting.timing_table import timing_rows
 
     series, beside = report.series, report.beside
-    over_time = [grip_picture(series), slip_picture(series)] if len(series.time) > 1 else []
-    loads = load_pictures(report.surface, series)
+    over_time = []
+    if len(series.time) > 1:
+        known = report.truth_known
+        over_time = [grip_picture(series), slip_picture(series)] if known else [felt_grip_picture(series)]
+    loads = load_pictures(report.surface, series, "" if report.truth_known else ", as believed")
     least = []
     if report.heaviest is not None:
         at = report.heaviest
@@ -47,24 +47,30 @@ def grasp_html(report: GraspReport) -> str:
         ]
     ignoring = []
     if beside is not None and len(beside.time) > 1:
-        figures = table(report.compared, ("name", "value", "value", "unit"))
+        heads, *rows = report.compared or (("", "", "", ""),)
+        figures = table(rows, ("name", "value", "value", "unit"), heads)
         drawn = [grip_picture(beside, IGNORING), slip_picture(beside, IGNORING)]
         drawn += load_pictures(report.surface, beside, IGNORING)
         ignoring = [figures, picture_cards(drawn)]
     timing = table(timing_rows(report.timing), COLUMNS)
-    return page(
-        report.title,
+    return report_page(
+        Story(
+            report.title,
+            report.asked,
+            report.outcome,
+            report.summary,
+            report.advice,
+            report.repeat,
+            report.settings,
+            "Loads that the object exerts on the fingers.",
+        ),
         [
-            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
-            table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
-            section("What was seen", [f"<p>{escape(text)}</p>" for text in report.account]),
+            section("What was seen", [f"<p>{text(each)}</p>" for each in report.account]),
             section("Over time", [picture_cards(over_time)]),
             section("Loads and what contacts bear", [picture_cards(loads)]),
             section("The least forces where the load is heaviest", least),
             section("A control that ignores spin", ignoring),
             section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
-            section("Settings", [table(report.settings, ("name", "value"))]),
-            "<footer>Loads that the object exerts on the fingers. Written by palpate.</footer>",
         ],
     )
 

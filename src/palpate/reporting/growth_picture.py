@@ -9,14 +9,12 @@ from matplotlib.ticker import MaxNLocator
 from palpate.errors import FloatArray
 from palpate.reporting.growth_data import GrowthCurve, GrowthReport
 from palpate.reporting.style import (
-    FONT_SIZE,
     INK,
     MEASURED,
     MICRO,
     MILLI,
     QUIET,
-    TRUE,
-    WANTED,
+    SMALL_SIZE,
     Picture,
     Width,
     dress,
@@ -57,7 +55,8 @@ def growth_picture(told: GrowthReport) -> Picture:
             f"In the end {AREA * curve.area[last]:.3g} cm² are observed, half of them to ±"
             f"{MICRO * curve.middle[last]:.3g} µm, 95 % to ±{MICRO * curve.tail[last]:.3g} µm or better (one "
             "standard deviation). All moments are judged with what the whole run told about noise and surface. "
-            "Dotted lines: the moments of the maps below."
+            "Dotted lines: the moments of the maps below. Good is an area that grows all the while as "
+            "deviations fall."
         ),
         full=full,
         narrow=narrow,
@@ -80,8 +79,10 @@ def _scales(curve: GrowthCurve) -> tuple[_Scale, ...]:
 
 def _draw(told: GrowthReport, scale: _Scale, above: Axes, below: Axes, *, is_first: bool) -> None:
     curve = told.curve
-    above.plot(scale.value, AREA * curve.area, color=WANTED, linewidth=1.6, label="observed area")
-    below.plot(scale.value, MICRO * curve.tail, color=TRUE, linewidth=1.4, label="sd, 95 % of the area")
+    above.plot(scale.value, AREA * curve.area, color=MEASURED, linewidth=1.6, label="observed area")
+    below.plot(
+        scale.value, MICRO * curve.tail, color=MEASURED, linewidth=1.2, linestyle=":", label="sd, 95 % of the area"
+    )
     below.plot(scale.value, MICRO * curve.middle, color=MEASURED, linewidth=1.6, label="sd, median")
     for axes, value in ((above, AREA * curve.area), (below, MICRO * curve.tail)):
         most = float(np.nanmax(value, initial=0.0))
@@ -103,7 +104,7 @@ def _name_snapshots(told: GrowthReport, scale: _Scale, axes: Axes) -> None:
             xycoords=("data", "axes fraction"),
             xytext=(0.0, 1.0),
             textcoords="offset points",
-            fontsize=FONT_SIZE - 2.0,
+            fontsize=SMALL_SIZE,
             color=INK,
             ha="center",
             va="bottom",

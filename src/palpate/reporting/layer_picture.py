@@ -88,7 +88,9 @@ def layer_picture(mesh: SurfaceMesh, layer: VertexLayer) -> Picture | None:
         title=look.title,
         caption=(
             f"{look.meaning}: median {float(np.median(value[known])):.3g}{deviation}{unit}. "
-            f"The colours span {2.0 * SHOWN_PERCENT - 100.0:.0f} % of the values or more.{grey}"
+            f"The colours span {2.0 * SHOWN_PERCENT - 100.0:.0f} % of the values or more; one material, "
+            f"or one shape, is one "
+            f"colour.{grey}"
         ),
         full=figure,
         dense=True,

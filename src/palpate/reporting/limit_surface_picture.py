@@ -11,9 +11,11 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction import LimitSurface
 from palpate.reporting.style import (
     FONT_SIZE,
-    HEIGHT_COLOURS,
     INK,
+    INSIDE,
     QUIET,
+    SMALL_SIZE,
+    TIME_COLOURS,
     TRUE,
     Picture,
     Width,
@@ -58,7 +60,8 @@ def limit_surface_picture(
         title="Load inside the limit surface",
         caption=(
             "Tangential force and spin torque over what the contact bears of each alone, coloured by time; on the "
-            "line it slips. Instants that do not push are left out, loads far outside are drawn at the rim."
+            "line it slips. Well inside is good. Instants that do not push are left out, loads far "
+            "outside are drawn at the rim."
         ),
         full=_draw(surface.norm_exponent, time, ratios, slipped),
     )
@@ -88,7 +91,7 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     way, at = shown[kept], time[kept]
     pieces = np.stack([way[:-1], way[1:]], axis=1)
     whole = np.isfinite(pieces).all(axis=(1, 2))
-    line = LineCollection(list(pieces[whole]), cmap=HEIGHT_COLOURS, linewidths=1.4, capstyle="round", zorder=3)
+    line = LineCollection(list(pieces[whole]), cmap=TIME_COLOURS, linewidths=1.4, capstyle="round", zorder=3)
     line.set_array(0.5 * (at[:-1] + at[1:])[whole])
     axes.add_collection(line)
     slipped = slipped & np.isfinite(size)
@@ -98,7 +101,7 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     if whole.any():
         bar = figure.colorbar(line, ax=axes, location="bottom", shrink=0.7, aspect=28, pad=0.02)
         bar.set_label("time [s]", fontsize=FONT_SIZE, color=INK)
-        bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+        bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
     axes.plot([], [], color=INK, label="limit surface")
     if slipped.any():
         axes.add_line(Line2D([], [], color=TRUE, marker=".", linestyle="none", label="slips"))
@@ -119,7 +122,7 @@ def _draw_surface(axes: Axes, p: float, signed: bool) -> None:
     angle = np.linspace(-np.pi, np.pi, 721) if signed else np.linspace(-0.5 * np.pi, 0.5 * np.pi, 361)
     x, y = np.cos(angle), np.sin(angle)
     x, y = np.sign(x) * np.abs(x) ** (2.0 / p), np.sign(y) * np.abs(y) ** (2.0 / p)
-    axes.fill(x, y, color="#f1f5f9", zorder=1)
+    axes.fill(x, y, color=INSIDE, zorder=1)
     axes.plot(x, y, color=INK, linewidth=1.2, zorder=2)
     axes.axhline(0.0, color=QUIET, linewidth=0.6, zorder=2)
     axes.axvline(0.0, color=QUIET, linewidth=0.6, zorder=2)

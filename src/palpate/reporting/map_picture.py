@@ -8,15 +8,16 @@ from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
 from palpate.mapping import Knowledge, SurfaceMesh
-from palpate.reporting.error_picture import GROUND
 from palpate.reporting.map_data import MapReport
 from palpate.reporting.style import (
     ERROR_COLOURS,
     FONT_SIZE,
     HEIGHT_COLOURS,
     INK,
+    MAP_GROUND,
     MICRO,
     MILLI,
+    SMALL_SIZE,
     TRUE,
     Picture,
     Width,
@@ -53,7 +54,9 @@ def map_picture(told: MapReport) -> Picture | None:
         caption=(
             f"Seen from above. Standard deviations are of random errors; together with what may be off "
             f"everywhere, {MICRO * told.mesh.bias:.3g} µm, they make a 95 % band of "
-            f"±{float(np.median(band)):.3g} µm (median).{inside} Nothing is claimed on grey ground."
+            f"±{float(np.median(band)):.3g} µm (median).{inside} Nothing is claimed on grey ground. Good "
+            f"is a map that "
+            "is even, without holes, and off by no more than its band."
         ),
         full=full,
         narrow=narrow,
@@ -104,9 +107,9 @@ def from_above(
     )
     bar = figure.colorbar(drawn, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
     bar.set_label(label, fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
     bar.locator = MaxNLocator(6)
     bar.update_ticks()
-    axes.set_facecolor(GROUND)
+    axes.set_facecolor(MAP_GROUND)
     axes.set_aspect("equal", adjustable="datalim")
     dress(axes, x="x [mm]", y="y [mm]", grid=False)

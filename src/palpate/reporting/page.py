@@ -1,56 +1,109 @@
-"""The frame of a report: one HTML file without anything from outside."""
+"""The frame of a report: one HTML file without anything from outside, its parts always in the same order."""
 
-from collections.abc import Iterable
+import math
+import os
+from collections.abc import Iterable, Sequence
 from html import escape
 
+from palpate.atomic_file import replacing
 from palpate.reporting.encode import DOTS_PER_INCH, picture_uri
+from palpate.reporting.story import Story
 from palpate.reporting.style import Picture, Width
+from palpate.runtime.palette import css_variables
 
 PHONE_WIDTH = 680
 """Up to this width of the window [px], pictures drawn for a phone are shown; also in `STYLE`."""
 
+COLUMNS = ("name", "value", "unit", "note")
+"""Of a table of figures."""
+
+NO_UNIT = "no unit"
+"""Said of a number that has none: a count, a ratio."""
+
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+"""Content security policy: whatever might get into a report, the browser runs and fetches none of it."""
+
 STYLE = """
-:root {
-  color-scheme: light dark;
-  --ground: #f5f6f8; --card: #fff; --ink: #22272e; --quiet: #5f6875; --line: #dfe3e8;
-}
-@media (prefers-color-scheme: dark) {
-  :root { --ground: #14171b; --card: #1d2126; --ink: #e6e9ed; --quiet: #9aa4b1; --line: #333a43; }
-}
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--ground); color: var(--ink); font: 16px/1.5 system-ui, sans-serif; }
 main { max-width: 1060px; margin: 0 auto; padding: 20px 16px 48px; }
 h1 { font-size: 1.6rem; line-height: 1.25; margin: 0.4em 0; overflow-wrap: anywhere; }
-h2 { font-size: 1.15rem; margin: 2em 0 0.6em; }
+h2 { font-size: 1.15rem; margin: 2em 0 0.6em; overflow-wrap: anywhere; }
 section > * + .card, section > * + .pictures { margin-top: 16px; }
-h3 { font-size: 1rem; margin: 0 0 0.4em; }
-.outcome { font-size: 1.05rem; margin: 0 0 1.2em; overflow-wrap: anywhere; }
+h3 { font-size: 1rem; margin: 0 0 0.4em; overflow-wrap: anywhere; }
+p, li { overflow-wrap: anywhere; }
+.asked { color: var(--quiet); margin: 0 0 0.3em; }
+.outcome { font-size: 1.05rem; margin: 0 0 1.2em; }
 .card { background: var(--card); border: 1px solid var(--line); border-radius: 10px; }
-.card { padding: 14px 16px; margin: 0; }
+.card { padding: 14px 16px; margin: 0; overflow-x: auto; }
 .pictures { display: grid; gap: 16px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26em), 1fr)); }
 .wide { grid-column: 1 / -1; }
-img { display: block; width: 100%; height: auto; margin: 0 auto; background: #fff; border-radius: 6px; }
-figcaption { color: var(--quiet); font-size: 0.9rem; margin-top: 0.6em; }
+img { display: block; width: 100%; height: auto; margin: 0 auto; }
+figcaption { color: var(--quiet); font-size: 0.9rem; margin-top: 0.6em; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-td { padding: 5px 12px 5px 0; border-top: 1px solid var(--line); }
-td { vertical-align: top; overflow-wrap: anywhere; }
-tr:first-child td { border-top: 0; }
-td.name { width: 30%; }
+td, th { padding: 5px 12px 5px 0; border-top: 1px solid var(--line); text-align: left; font-weight: inherit; }
+td, th { vertical-align: top; overflow-wrap: anywhere; }
+tr:first-child > * { border-top: 0; }
+th { color: var(--quiet); font-size: 0.9rem; }
+.name { width: 30%; }
 td.value { font-weight: 600; text-align: right; overflow-wrap: normal; }
+th.value { text-align: right; }
 td.unit { white-space: nowrap; }
-td.note { color: var(--quiet); font-size: 0.9rem; }
+td.note, .quiet { color: var(--quiet); font-size: 0.9rem; }
+.settings td.value { font-weight: inherit; text-align: left; overflow-wrap: anywhere; }
+.side-by-side { table-layout: auto; }
+.side-by-side :is(td, th) { overflow-wrap: normal; }
+.side-by-side .value { min-width: 4em; }
+.side-by-side .name { min-width: 8em; }
+.side-by-side .note { min-width: 14em; }
+code { font: 0.9em ui-monospace, monospace; overflow-wrap: anywhere; }
 @media (max-width: 680px) {
   main { padding: 12px 10px 32px; }
-  .card { padding: 10px; }
-  tr { display: flex; flex-wrap: wrap; border-top: 1px solid var(--line); padding: 5px 0; }
-  tr:first-child { border-top: 0; }
-  td { border: 0; padding: 0 6px 0 0; }
-  td.name { flex: 1 1 50%; }
-  td.note { flex: 1 1 100%; }
-  td.value { margin-left: auto; text-align: left; }
+  .card { padding: 10px 9px; }
+  table:not(.side-by-side) tr { display: flex; flex-wrap: wrap; padding: 5px 0; }
+  table:not(.side-by-side) tr + tr { border-top: 1px solid var(--line); }
+  table:not(.side-by-side) :is(td, th) { border: 0; padding: 0 6px 0 0; }
+  table:not(.side-by-side) td.name { flex: 1 1 50%; }
+  table:not(.side-by-side) td.note { flex: 1 1 100%; }
+  table:not(.side-by-side) td.value { margin-left: auto; text-align: left; }
+  table.settings td.value { flex: 1 1 100%; margin-left: 0; }
+  table.settings td.name { flex: 1 1 100%; color: var(--quiet); font-size: 0.9rem; }
 }
-footer { color: var(--quiet); font-size: 0.85rem; margin-top: 2.5em; }
+footer { color: var(--quiet); font-size: 0.85rem; margin-top: 2.5em; overflow-wrap: anywhere; }
 """
+
+
+def write_page(text: str, path: str | os.PathLike[str]) -> None:
+    """Write a report's text; a former file is replaced once the new one is whole.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    with replacing(path) as file:
+        file.write(text.encode("utf-8"))
+
+
+def report_page(story: Story, parts: Iterable[str]) -> str:
+    """Return a whole report: what was asked, how it ended, figures, `parts`, what to do, how to repeat it.
+
+    Args:
+        story: What every report says.
+        parts: Sections of HTML: pictures, and figures that go with them.
+    """
+    repeat = [f"<p>{text(before)} <code>{text(command)}</code></p>" for before, command in story.repeat]
+    return page(
+        story.title,
+        [
+            f"<h1>{text(story.title)}</h1>",
+            f'<p class="asked">Asked: {text(story.asked)}</p>' if story.asked else "",
+            f'<p class="outcome">{text(story.outcome)}</p>',
+            table([(k.name, k.text, k.unit, k.note) for k in story.figures], COLUMNS),
+            *parts,
+            section("What to do", [f"<p>{text(each)}</p>" for each in story.advice]),
+            section("How to repeat it", [*repeat, table(story.settings, ("name", "value"))]),
+            f"<footer>{text(story.footer)} Written by palpate.</footer>",
+        ],
+    )
 
 
 def page(title: str, body: Iterable[str]) -> str:
@@ -58,33 +111,77 @@ def page(title: str, body: Iterable[str]) -> str:
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+            f'<meta HTTP-EQUIV="Content-Security-Policy" content="{POLICY}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>",
-            *body,
+            f"<title>{text(title)}</title>\n<style>{css_variables()}{STYLE}</style>\n</head>\n<body>\n<main>",
+            *(part for part in body if part),
             "</main>\n</body>\n</html>\n",
         ]
     )
 
 
+def text(typed: str) -> str:
+    """Return text as HTML: markup is shown, not taken for such, and so are characters that nobody sees."""
+    return escape("".join(_shown(letter) for letter in typed))
+
+
 def section(heading: str, parts: Iterable[str]) -> str:
     """Return a section of HTML `parts` under a heading of text, or nothing if all of them are empty."""
     content = "\n".join(part for part in parts if part)
-    return f"<section>\n<h2>{escape(heading)}</h2>\n{content}\n</section>" if content else ""
+    return f"<section>\n<h2>{text(heading)}</h2>\n{content}\n</section>" if content else ""
 
 
-def table(rows: Iterable[tuple[str, ...]], columns: tuple[str, ...]) -> str:
-    """Return a table of text; `columns` names the CSS class of each column."""
-    lines = [
-        "<tr>" + "".join(f'<td class="{c}">{escape(t)}</td>' for c, t in zip(columns, row, strict=True)) + "</tr>"
-        for row in rows
-    ]
-    return '<div class="card"><table>\n' + "\n".join(lines) + "\n</table></div>" if lines else ""
+def table(rows: Iterable[tuple[str, ...]], columns: Sequence[str], heads: Sequence[str] = ()) -> str:
+    """Return a table of text.
+
+    Args:
+        rows: Of texts.
+        columns: The CSS class of each column.
+        heads: Over the columns; none if left out.
+    """
+    lines = [_row("td", row, columns) for row in rows]
+    if not lines:
+        return ""
+    if heads:
+        lines.insert(0, _row("th", heads, columns))
+    kind = ""
+    if tuple(columns) == ("name", "value"):
+        kind = ' class="settings"'
+    elif columns.count("value") > 1:
+        kind = ' class="side-by-side"'
+    return f'<div class="card"><table{kind}>\n' + "\n".join(lines) + "\n</table></div>"
 
 
 def picture_cards(pictures: Iterable[Picture | None]) -> str:
     """Return the pictures that there are, side by side where there is room."""
     cards = [_card(picture) for picture in pictures if picture is not None]
     return '<div class="pictures">\n' + "\n".join(cards) + "\n</div>" if cards else ""
+
+
+def _row(tag: str, row: Sequence[str], columns: Sequence[str]) -> str:
+    bare = tag == "td" and any(_is_number(t) for c, t in zip(columns, row, strict=True) if c == "value")
+    cells = (
+        f'<td class="unit quiet">{NO_UNIT}</td>'
+        if bare and c == "unit" and not t
+        else f'<{tag} class="{c}">{text(t)}</{tag}>'
+        for c, t in zip(columns, row, strict=True)
+    )
+    return "<tr>" + "".join(cells) + "</tr>"
+
+
+def _is_number(shown: str) -> bool:
+    try:
+        return math.isfinite(float(shown.replace(" ", "")))
+    except ValueError:
+        return False
+
+
+def _shown(letter: str) -> str:
+    """A letter, or what stands for it: HTML has no NUL, and some letters turn the direction of all that follow."""
+    code = ord(letter)
+    if (code < 32 and letter not in "\t\n") or 0x7F <= code < 0xA0 or 0xD800 <= code < 0xE000:
+        return "\N{REPLACEMENT CHARACTER}"
+    return "\N{REPLACEMENT CHARACTER}" if 0x202A <= code <= 0x202E or 0x2066 <= code <= 0x2069 else letter
 
 
 def _card(picture: Picture) -> str:
@@ -96,12 +193,14 @@ def _card(picture: Picture) -> str:
         source = f'<source media="(max-width: {PHONE_WIDTH}px)" srcset="{uri}" width="{w}" height="{h}">'
         kind = "card wide"
     # A little larger than life at most: text stays of one size across the page.
-    widest = "" if width > DOTS_PER_INCH * Width.HALF.value else f' style="max-width: {round(1.15 * width)}px"'
+    widest = (
+        "" if width > round(DOTS_PER_INCH * Width.HALF.value) else f' style="max-width: {round(1.15 * width)}px"'
+    )
     image = (
         f'<img src="{picture_uri(picture, picture.full)}" width="{width}" height="{height}"{widest} '
-        f'alt="{escape(picture.title)}">'
+        f'alt="{text(picture.title)}">'
     )
     return (
-        f'<figure class="{kind}">\n<h3>{escape(picture.title)}</h3>\n<picture>{source}{image}</picture>\n'
-        f"<figcaption>{escape(picture.caption)}</figcaption>\n</figure>"
+        f'<figure class="{kind}">\n<h3>{text(picture.title)}</h3>\n<picture>{source}{image}</picture>\n'
+        f"<figcaption>{text(picture.caption)}</figcaption>\n</figure>"
     )

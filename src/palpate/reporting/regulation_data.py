@@ -78,6 +78,9 @@ class RegulationReport:
         tones: The answers to sines, if there were any.
         bandwidth: Where the (first) answer falls below -3 dB [Hz]; None if it does not, or there were no sines.
         limits: What bounds how fast the force follows, a sentence or two each.
+        asked: What was asked for, in words.
+        advice: What to do now, a sentence or two each.
+        repeat: What is repeated, and the command that does so.
     """
 
     title: str
@@ -91,3 +94,6 @@ class RegulationReport:
     tones: tuple[BodeCurve, ...] = ()
     bandwidth: float | None = None
     limits: tuple[str, ...] = ()
+    asked: str = ""
+    advice: tuple[str, ...] = ()
+    repeat: tuple[tuple[str, str], ...] = ()

@@ -1,15 +1,12 @@
 """The report on one regulation of force, as one HTML file."""
 
 import os
-from html import escape
 
 from rich.table import Table
 
-from palpate.atomic_file import replacing
 from palpate.reporting.regulation_data import RegulationReport
+from palpate.reporting.story import Story
 from palpate.reporting.terminal import key_figures
-
-COLUMNS = ("name", "value", "unit", "note")
 
 
 def write_regulation_report(report: RegulationReport, path: str | os.PathLike[str]) -> None:
@@ -18,16 +15,16 @@ def write_regulation_report(report: RegulationReport, path: str | os.PathLike[st
     Raises:
         OSError: The file cannot be written.
     """
-    text = regulation_html(report)
-    with replacing(path) as file:
-        file.write(text.encode("utf-8"))
+    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+
+    write_page(regulation_html(report), path)
 
 
 def regulation_html(report: RegulationReport) -> str:
     """Return `report` as the text of an HTML document."""
     # matplotlib takes a third of a second to import: only those who write a report wait for it.
     from palpate.reporting.force_picture import force_overview
-    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.page import COLUMNS, picture_cards, report_page, section, table, text
     from palpate.reporting.response_picture import bode_picture, error_picture, step_picture
     from palpate.reporting.timing_picture import timing_picture
     from palpate.reporting.timing_table import timing_rows
@@ -39,23 +36,28 @@ def regulation_html(report: RegulationReport) -> str:
     if report.tones:
         answers.append(bode_picture(report.tones, report.bandwidth))
     tones = [
-        (curve.name, f"{frequency:g} Hz", f"{gain:.3f}", f"{phase:.0f} degrees")
+        (f"{curve.name} force at {frequency:g} Hz", f"{gain:.3f}", "times", f"phase {phase:.0f} degrees")
         for curve in report.tones[:1]
         for frequency, gain, phase in zip(curve.frequency, curve.gain, curve.phase_deg, strict=True)
     ]
     timing = table(timing_rows(report.timing), COLUMNS)
-    return page(
-        report.title,
+    return report_page(
+        Story(
+            report.title,
+            report.asked,
+            report.outcome,
+            report.summary,
+            report.advice,
+            report.repeat,
+            report.settings,
+            "Forces that the surface exerts on the finger.",
+        ),
         [
-            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
-            table([(k.name, k.text, k.unit, k.note) for k in report.summary], COLUMNS),
             section("Over time", [picture_cards(over_time)]),
-            section("Answer", [picture_cards(answers), table(tones, ("name", "value", "value", "note"))]),
-            section("What limits it", [f"<p>{escape(text)}</p>" for text in report.limits]),
+            section("Answer", [picture_cards(answers), table(tones, COLUMNS)]),
+            section("What limits it", [f"<p>{text(each)}</p>" for each in report.limits]),
             section("Margins", [table([(k.name, k.text, k.unit, k.note) for k in report.margins], COLUMNS)]),
             section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
-            section("Settings", [table(report.settings, ("name", "value"))]),
-            "<footer>Forces that the surface exerts on the finger. Written by palpate.</footer>",
         ],
     )
 

@@ -54,6 +54,9 @@ class ReplayReport:
         settings: Name and value with unit of what was replayed, and of what was changed.
         recorded: What was recorded.
         replayed: What came out, at the same times.
+        asked: What was asked for, in words.
+        advice: What to do now, a sentence or two each.
+        repeat: What is repeated, and the command that does so.
 
     Raises:
         InvalidValueError: The two sides have different times.
@@ -65,6 +68,9 @@ class ReplayReport:
     settings: tuple[tuple[str, str], ...]
     recorded: ReplaySeries
     replayed: ReplaySeries
+    asked: str = ""
+    advice: tuple[str, ...] = ()
+    repeat: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         if not np.array_equal(self.recorded.time, self.replayed.time, equal_nan=True):

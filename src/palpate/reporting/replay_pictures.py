@@ -8,9 +8,9 @@ from palpate.errors import FloatArray
 from palpate.reporting.envelope import envelope
 from palpate.reporting.phases import shade
 from palpate.reporting.replay_data import ReplayReport
-from palpate.reporting.style import MEASURED, MILLI, TRUE, Picture, Width, dress, legend_above, new_figure
+from palpate.reporting.style import COMMANDED, MEASURED, MILLI, Picture, Width, dress, legend_above, new_figure
 
-RECORDED, REPLAYED = TRUE, MEASURED
+RECORDED, REPLAYED = COMMANDED, MEASURED
 
 SMALLEST_DRAWN = 1e-15
 """[mm/s]. Smaller differences, the last bits of velocities far below 1 mm/s, are drawn as this one."""
@@ -22,8 +22,9 @@ def velocity_picture(report: ReplayReport) -> Picture:
         title="Commanded velocity",
         caption=(
             "What was commanded when the run was recorded, and what comes out of the same samples now, for each "
-            "axis of the base frame; one line hides in the other where they agree. The ground shows what the "
-            "recorded controller was doing."
+            "axis of the base frame; the lines lie on each other where they agree, as they should if "
+            "nothing was changed. The "
+            "ground shows what the recorded controller was doing."
         ),
         full=_velocity(report, Width.FULL),
         narrow=_velocity(report, Width.HALF),
@@ -39,7 +40,9 @@ def difference_picture(report: ReplayReport) -> Picture | None:
         title="How far the commands are apart",
         caption=(
             "Length of the difference between replayed and recorded velocity in every period, on a logarithmic "
-            f"scale; periods without any are left open. The largest is {np.nanmax(apart):.3g} mm/s."
+            f"scale; periods without any are left open. The largest is {np.nanmax(apart):.3g} mm/s. "
+            f"Nothing at all is "
+            "good where nothing was changed."
         ),
         full=_difference(report, apart, Width.FULL),
         narrow=_difference(report, apart, Width.HALF),

@@ -1,10 +1,9 @@
 """The report on one replay, as one HTML file."""
 
 import os
-from html import escape
 
-from palpate.atomic_file import replacing
 from palpate.reporting.replay_data import ReplayReport
+from palpate.reporting.story import Story
 
 FOOTER = (
     "Velocities in the robot's base frame. The samples are as recorded: this is what would have been commanded at "
@@ -18,15 +17,15 @@ def write_replay_report(report: ReplayReport, path: str | os.PathLike[str]) -> N
     Raises:
         OSError: The file cannot be written.
     """
-    text = replay_html(report)
-    with replacing(path) as file:
-        file.write(text.encode("utf-8"))
+    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+
+    write_page(replay_html(report), path)
 
 
 def replay_html(report: ReplayReport) -> str:
     """Return `report` as the text of an HTML document."""
     # matplotlib takes a third of a second to import: only those who write a report wait for it.
-    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.page import picture_cards, report_page, section
     from palpate.reporting.replay_pictures import difference_picture, sensed_picture, velocity_picture
 
     over_time = same = sensed = ""
@@ -35,15 +34,16 @@ def replay_html(report: ReplayReport) -> str:
         over_time = picture_cards([velocity_picture(report), difference])
         same = "" if difference else "<p>No commanded velocity differs.</p>"
         sensed = picture_cards([sensed_picture(report)]) or "<p>Nothing was touched.</p>"
-    figures = [(k.name, k.text, k.unit, k.note) for k in report.summary]
-    return page(
-        report.title,
-        [
-            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
-            table(figures, ("name", "value", "unit", "note")),
-            section("Commands", [over_time, same]),
-            section("Sensing", [sensed]),
-            section("Settings", [table(report.settings, ("name", "value"))]),
-            f"<footer>{FOOTER} Written by palpate.</footer>",
-        ],
+    return report_page(
+        Story(
+            report.title,
+            report.asked,
+            report.outcome,
+            report.summary,
+            report.advice,
+            report.repeat,
+            report.settings,
+            FOOTER,
+        ),
+        [section("Commands", [over_time, same]), section("Sensing", [sensed])],
     )

@@ -1,12 +1,11 @@
 """The report on one exploration, as one HTML file."""
 
 import os
-from html import escape
 
-from palpate.atomic_file import replacing
 from palpate.reporting.data import ExplorationReport
 from palpate.reporting.growth_data import GrowthReport
 from palpate.reporting.map_data import MapReport, ShapeReport
+from palpate.reporting.story import Story
 
 
 def write_report(report: ExplorationReport, path: str | os.PathLike[str]) -> None:
@@ -18,9 +17,9 @@ def write_report(report: ExplorationReport, path: str | os.PathLike[str]) -> Non
     Raises:
         OSError: The file cannot be written.
     """
-    text = report_html(report)
-    with replacing(path) as file:
-        file.write(text.encode("utf-8"))
+    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+
+    write_page(report_html(report), path)
 
 
 def report_html(report: ExplorationReport) -> str:
@@ -28,7 +27,7 @@ def report_html(report: ExplorationReport) -> str:
     # matplotlib takes a third of a second to import: only those who write a report wait for it.
     from palpate.reporting.error_picture import error_histogram, error_map
     from palpate.reporting.force_picture import force_overview, force_zoom
-    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.page import COLUMNS, picture_cards, report_page, section, table
     from palpate.reporting.spin_picture import spin_picture
     from palpate.reporting.surface_picture import touched_surface, true_surface
     from palpate.reporting.timing_picture import timing_picture
@@ -44,14 +43,20 @@ def report_html(report: ExplorationReport) -> str:
         if report.point_error is not None:
             errors = [error_map(cloud, report.point_error, report.error_note), error_histogram(report.point_error)]
     over_time = [force_overview(series), force_zoom(series), spin_picture(series, cloud)] if series.phase else []
-    figures = [(k.name, k.text, k.unit, k.note) for k in report.summary]
     nothing = "" if len(cloud) else "<p>The finger felt nothing, so there is no surface to show.</p>"
-    timing = table(timing_rows(report.timing), ("name", "value", "unit", "note"))
-    return page(
-        report.title,
+    timing = table(timing_rows(report.timing), COLUMNS)
+    return report_page(
+        Story(
+            report.title,
+            report.asked,
+            report.outcome,
+            report.summary,
+            report.advice,
+            report.repeat,
+            report.settings,
+            "Lengths and forces in the robot's base frame.",
+        ),
         [
-            f'<h1>{escape(report.title)}</h1>\n<p class="outcome">{escape(report.outcome)}</p>',
-            table(figures, ("name", "value", "unit", "note")),
             section("The surface", [nothing, picture_cards(shape)]),
             section("The map", _map_parts(report.map)),
             section("How the map grew", _growth_parts(report.growth)),
@@ -59,8 +64,6 @@ def report_html(report: ExplorationReport) -> str:
             section("Errors of single points", [picture_cards(errors)]),
             section("Over time", [picture_cards(over_time)]),
             section("Computing", [timing, picture_cards([timing_picture(report.timing)])]),
-            section("Settings", [table(report.settings, ("name", "value"))]),
-            "<footer>Lengths and forces in the robot's base frame. Written by palpate.</footer>",
         ],
     )
 
@@ -69,11 +72,11 @@ def _map_parts(told: MapReport | None) -> list[str]:
     """What a map is like, as HTML."""
     from palpate.reporting.layer_picture import layer_picture
     from palpate.reporting.map_picture import map_picture
-    from palpate.reporting.page import picture_cards, table
+    from palpate.reporting.page import COLUMNS, picture_cards, table
 
     if told is None:
         return []
-    figures = table(told.rows, ("name", "value", "unit", "note"))
+    figures = table(told.rows, COLUMNS)
     if not len(told.mesh.triangles):
         return [figures, "<p>Contacts are too far apart: nothing of the surface counts as observed.</p>"]
     layers = [layer_picture(told.mesh, layer) for layer in told.layers]
@@ -94,9 +97,13 @@ def _growth_parts(told: GrowthReport | None) -> list[str]:
 
 def _shape_parts(told: ShapeReport | None) -> list[str]:
     """Which shape it is, as HTML."""
-    from palpate.reporting.page import table
+    from palpate.reporting.page import COLUMNS, table, text
 
     if told is None:
         return []
-    columns = ("name", "value", "unit", "note")
-    return [f"<p>{escape(told.sentence)}</p>", table(told.rows, columns), table(told.candidates, columns)]
+    misses = ("shape", "misses by", "", "verdict")
+    return [
+        f"<p>{text(told.sentence)}</p>",
+        table(told.rows, COLUMNS),
+        table(told.candidates, COLUMNS, misses),
+    ]

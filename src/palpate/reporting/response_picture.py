@@ -12,8 +12,11 @@ from palpate.reporting.envelope import envelope
 from palpate.reporting.phases import stretches
 from palpate.reporting.regulation_data import BodeCurve, StepCurves
 from palpate.reporting.style import (
+    DASH_DOT,
+    DASHED,
     GRID,
     INK,
+    LIMIT,
     MEASURED,
     MILLI,
     QUIET,
@@ -43,7 +46,9 @@ def error_picture(series: TimeSeries) -> Picture | None:
         return None
     return Picture(
         title="Force error while holding",
-        caption="Sensed and true force less the set one, while the profile was held.",
+        caption=(
+            "Measured and true force less the set one, while the profile was held; the nearer to zero the better."
+        ),
         full=_error(series, shown, Width.FULL),
         narrow=_error(series, shown, Width.HALF),
     )
@@ -55,7 +60,7 @@ def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]]
     # broken lines where it is not held
     wanted = np.where(shown, series.set_force, np.nan)
     for force, colour, name, thick in (
-        (series.measured_force, MEASURED, "sensed", 0.8),
+        (series.measured_force, MEASURED, "measured", 0.8),
         (series.true_force, TRUE, "true", 1.6),
     ):
         if force is not None:
@@ -66,7 +71,7 @@ def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]]
                 alpha=0.8,
                 label=name,
             )
-    axes.axhline(0.0, color=WANTED, linewidth=1.0, linestyle=(0, (5, 3)))
+    axes.axhline(0.0, color=WANTED, linewidth=1.0, linestyle=DASHED)
     times = series.time[shown]
     axes.set_xlim(float(times[0]), float(times[-1]) + 1e-9)
     dress(axes, x="time [s]", y="force error [mN]")
@@ -86,10 +91,10 @@ def step_picture(steps: StepCurves) -> Picture:
     for row in steps.each:
         axes.plot(time, row, color=QUIET, linewidth=0.5, alpha=0.5)
     if steps.sensed is not None:
-        axes.plot(time, steps.sensed, color=MEASURED, linewidth=0.9, label="sensed")
+        axes.plot(time, steps.sensed, color=MEASURED, linewidth=0.9, label="measured")
     if steps.true is not None:
         axes.plot(time, steps.true, color=TRUE, linewidth=1.8, label="true")
-    axes.axhline(1.0, color=WANTED, linewidth=1.0, linestyle=(0, (5, 3)), label="set")
+    axes.axhline(1.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
     if all(map(math.isfinite, steps.rise)):
         for at in steps.rise:
             axes.axvline(MILLI * at, color=INK, linewidth=0.7, linestyle=":")
@@ -100,7 +105,9 @@ def step_picture(steps: StepCurves) -> Picture:
         title="Answer to steps",
         caption=(
             f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1; dotted: "
-            "10 and 90 %, between which the rise is counted; thin: every single one."
+            "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within "
+            "the band at "
+            "once, is good."
         ),
         full=figure,
     )
@@ -116,7 +123,7 @@ def bode_picture(tones: tuple[BodeCurve, ...], bandwidth: float | None) -> Pictu
         line = {"color": colour, "marker": mark, "markersize": 4.5, "linewidth": 1.4 - 0.5 * (i % 2)}
         gain.semilogx(curve.frequency, 20.0 * np.log10(np.maximum(curve.gain, 1e-6)), label=curve.name, **line)
         phase.semilogx(curve.frequency, curve.phase_deg, **line)
-    gain.axhline(HALF_POWER_DB, color=WANTED, linewidth=1.0, linestyle=(0, (5, 3)), label="-3 dB")
+    gain.axhline(HALF_POWER_DB, color=LIMIT, linewidth=1.0, linestyle=DASH_DOT, label="-3 dB")
     if bandwidth is not None:
         for axes in (gain, phase):
             axes.axvline(bandwidth, color=INK, linewidth=0.7, linestyle=":")
@@ -138,7 +145,8 @@ def bode_picture(tones: tuple[BodeCurve, ...], bandwidth: float | None) -> Pictu
     said = "it does not fall below -3 dB" if bandwidth is None else f"-3 dB at {bandwidth:.3g} Hz"
     return Picture(
         title="Answer to sines",
-        caption=f"Amplitude and phase of the force against those of the set force, sine after sine: {said}.",
+        caption=f"Amplitude and phase of the force against those of the set force, sine after sine: {said}. "
+        "Level gain and a phase near zero up to high frequencies are good.",
         full=figure,
     )
 

@@ -10,34 +10,37 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
-from palpate.reporting.error_picture import GROUND
 from palpate.reporting.growth_data import GrowthReport, GrowthSnapshot
 from palpate.reporting.growth_picture import AREA, share_text
 from palpate.reporting.style import (
+    COMMANDED,
+    DASHED,
     FONT_SIZE,
     HEIGHT_COLOURS,
     INK,
+    MAP_GROUND,
+    MARK_COLOURS,
     MICRO,
     MILLI,
+    OTHER_PHASE,
     PATH,
-    TRUE,
+    RIM,
+    SMALL_SIZE,
     Picture,
     Width,
     dress,
     legend_above,
     new_figure,
+    rim,
 )
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<")
 """One per event, in the order in which they came: as many as there are events."""
 
-MARK_COLOURS = ("#ffffff", "#e69f00", "#cc79a7", "#56b4e9", "#f0e442")
-"""Pale ones of the palette of Okabe and Ito, inside a dark rim: they stand out on every colour of the map."""
-
 LARGEST_MARK, SMALLEST_MARK = 8.5, 5.0
 """Of the first event and of the last [points]: later ones do not cover it where they share a place."""
 
-PALE = ListedColormap(["#f4f5f7"])
+PALE = ListedColormap([OTHER_PHASE])
 """Of what is drawn on and not claimed."""
 
 DONE_POINTS = 3000
@@ -65,7 +68,8 @@ def snapshots_picture(told: GrowthReport) -> Picture:
     marks = f" Marks: {counts}." if counts else ""
     return Picture(
         title="The map while it grew",
-        caption=f"{_known(told)} Dashed: what the leg of that moment had still before it.{marks}",
+        caption=f"{_known(told)} Dashed: what the leg of that moment had still before it. Dark, without "
+        f"holes, is good.{marks}",
         full=full,
         narrow=narrow,
         dense=True,
@@ -117,7 +121,7 @@ def _add_bar(figure: Figure, axes: Sequence[Axes], norm: Normalize) -> None:
         ScalarMappable(norm, HEIGHT_COLOURS), ax=list(axes), extend="max", shrink=0.7, aspect=40, location="bottom"
     )
     bar.set_label("standard deviation [µm]", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
     bar.locator = MaxNLocator(6)
     bar.update_ticks()
 
@@ -141,25 +145,25 @@ def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequ
         )
     done = MILLI * each.done[:: max(len(each.done) // DONE_POINTS, 1)]
     if len(done):
-        axes.plot(done[:, 0], done[:, 1], color=PATH, linewidth=0.7, alpha=0.75, label="way of the tip")
+        axes.plot(done[:, 0], done[:, 1], color=PATH, linewidth=0.7, label="way of the tip", path_effects=rim(0.7))
         axes.plot(*done[-1, :2], "o", color=PATH, markersize=4.0, label="tip")
     if len(each.to_go) > 1:
         to_go = MILLI * each.to_go
-        axes.plot(to_go[:, 0], to_go[:, 1], color=TRUE, linewidth=1.1, linestyle=(0, (3, 2)), label="still to go")
+        axes.plot(to_go[:, 0], to_go[:, 1], color=COMMANDED, linewidth=1.3, linestyle=DASHED, label="still to go")
     for event, places in _events(each).items():
         number = events.index(event)
         axes.plot(
             *(MILLI * places[:, :2].T),
             MARKERS[number % len(MARKERS)],
             markerfacecolor=MARK_COLOURS[number % len(MARK_COLOURS)],
-            markeredgecolor=INK,
+            markeredgecolor=RIM,
             markersize=max(LARGEST_MARK - 0.5 * number, SMALLEST_MARK),
             markeredgewidth=0.8,
             linewidth=0.0,
             label=event,
             zorder=5.0,
         )
-    axes.set_facecolor(GROUND)
+    axes.set_facecolor(MAP_GROUND)
     axes.set_aspect("equal", adjustable="box")
     dress(axes, x="x [mm]", y="y [mm]", grid=False)
     for axis in (axes.xaxis, axes.yaxis):

@@ -39,7 +39,8 @@ def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
         caption=(
             "Torque about the contact normal, and tangential over normal force, which while sliding is the "
             "coefficient of friction; contacts much lighter than usual are left out of the ratio. Torques far "
-            f"below {LEAST_SPIN:g} mN m are rounding."
+            f"below {LEAST_SPIN:g} mN m are rounding. Measured torque on the true one, and an even ratio, "
+            f"are good."
         ),
         full=_draw(series, cloud, Width.FULL),
         narrow=_draw(series, cloud, Width.HALF),

@@ -1,51 +1,86 @@
 """One look for all pictures: sizes, colours, axes.
 
-Lines use the palette of Okabe and Ito ("Color Universal Design", 2008), which stays distinct with
-colour-blind eyes and in grey. Heights use viridis, signed errors red to blue through white: both safe in the
-same way. Pictures have a white ground, also on a dark page.
+Colours come from `palpate.runtime.palette`, by what they stand for. Heights use viridis, signed errors red to
+blue through white: both stay distinct with colour-blind eyes. Pictures are drawn for a light ground; in a report
+their text and lines follow the reader's theme.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap
+from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
 
+from palpate.runtime import palette
 from palpate.runtime.data import Phase
 
-INK = "#22272e"
-QUIET = "#6b7280"
-GRID = "#e3e6ea"
-MEASURED = "#0072b2"
-TRUE = "#d55e00"
-WANTED = "#009e73"
-PATH = "#111111"
+INK, QUIET, GRID = palette.INK_COLOUR.light, palette.QUIET_COLOUR.light, palette.GRID_COLOUR.light
+MEASURED, TRUE, WANTED = palette.FELT.light, palette.TRUTH.light, palette.SET.light
+COMMANDED, LIMIT, SPIN = palette.COMMAND.light, palette.BOUND.light, palette.SPIN_COLOUR.light
+PATH, CARD, RIM = palette.TRACK.light, palette.CARD.light, palette.RIM_COLOUR.light
+MAP_GROUND, PANE, INSIDE = palette.MAP_COLOUR.light, palette.PANE_COLOUR.light, palette.INSIDE_COLOUR.light
+CONE, CONE_EDGE = palette.CONE_COLOUR.light, palette.CONE_RIM.light
+SIDE_BY_SIDE = tuple(each.light for each in palette.SIDE_BY_SIDE)
+"""Of runs, fingers or options beside each other."""
+LOAD_COLOURS = tuple(SIDE_BY_SIDE[i] for i in (0, 3, 4, 5))
+"""Of loads beside each other, where what is true and what was found of them all have colours of their own."""
+
+MARK_COLOURS = ("#fefefe", "#e69f00", "#cc79a7", "#56b4e8", "#f0e442")
+"""Pale ones of the palette of Okabe and Ito, for marks inside a dark rim: they stand out on every colour of a map,
+on either theme."""
+
+ON_DARK = MARK_COLOURS[0]
+"""Text on dark fields, whatever the theme; on pale ones it is `RIM`."""
+
+DASHED = (0, (5, 3))
+"""Of what was set or asked for, everywhere."""
+DASH_DOT = (0, (6, 2, 1, 2))
+"""Of limits."""
 
 HEIGHT_COLOURS: Colormap = mpl.colormaps["viridis"]
+TIME_COLOURS: Colormap = ListedColormap(mpl.colormaps["viridis"](np.linspace(0.3, 0.8, 256)))
+"""Of lines: without the darkest and the brightest, so that they are seen on either ground."""
 ERROR_COLOURS: Colormap = mpl.colormaps["RdBu_r"]
 
 PHASE_COLOURS: dict[str, str] = {
-    Phase.APPROACH: "#dbe9f6",
-    Phase.SETTLE: "#fdebd0",
-    Phase.SCAN: "#e2f2e5",
-    Phase.SEEK: "#f9d9d6",
-    Phase.LIFT: "#e9e2f3",
-    Phase.TRAVEL: "#d8f0ef",
-    Phase.HOLD: "#eeeeee",
-    Phase.STOP: "#dcdcdc",
-    Phase.DONE: "#d5d8dc",
-    Phase.LOST: "#f1948a",
+    Phase.APPROACH: palette.APPROACH.light,
+    Phase.SETTLE: palette.SETTLE.light,
+    Phase.SCAN: palette.SCAN.light,
+    Phase.SEEK: palette.SEEK.light,
+    Phase.LIFT: palette.LIFT.light,
+    Phase.TRAVEL: palette.TRAVEL.light,
+    Phase.HOLD: palette.HOLD.light,
+    Phase.STOP: palette.STOP.light,
+    Phase.DONE: palette.DONE.light,
+    Phase.LOST: palette.LOST.light,
 }
 """Pale grounds for the phases; names of other phases take `OTHER_PHASE`."""
 
-OTHER_PHASE = "#f4f4f4"
+OTHER_PHASE = palette.OTHER.light
+
+STAGE_COLOURS = {
+    "close": palette.APPROACH.light,
+    "nudge": palette.SETTLE.light,
+    "lift": palette.LIFT.light,
+    "hold": palette.OTHER.light,
+    "set down": palette.TRAVEL.light,
+    "let go": palette.SCAN.light,
+}
+"""Of a grasp, likewise."""
 
 FONT_SIZE = 9.0
+SMALL_SIZE = FONT_SIZE - 0.5
+"""Of numbers beside axes and in legends [points]; nothing is smaller, so that all can be read on a phone: there a
+picture of `Width.HALF` is shown at four fifths of its size, where this is 9 pixels."""
+
 MILLI = 1e3
 MICRO = 1e6
 
@@ -55,7 +90,7 @@ class Width(Enum):
 
     FULL = 10.2
     """Across the page of a screen."""
-    HALF = 4.9
+    HALF = 4.6
     """Half the page, or a phone."""
 
 
@@ -65,7 +100,7 @@ class Picture:
 
     Attributes:
         title: Short heading.
-        caption: One sentence that says what to see.
+        caption: What one sees and what is good, in sentences.
         full: Drawn for half the page, or across it if `narrow` is given.
         narrow: The same for a phone, if `full` is drawn across the page.
         dense: Whether it has many thousand elements and is better kept as pixels than as lines.
@@ -78,17 +113,33 @@ class Picture:
     dense: bool = False
 
 
+def label(typed: str, longest: int) -> str:
+    """Return text that people typed as a picture can hold it: short, no formula, and no letter without a glyph."""
+    font = get_font(findfont(FontProperties()))
+    shown = typed if len(typed) <= longest else typed[: longest - 1] + "…"
+    held = (
+        each if each.isprintable() and font.get_char_index(ord(each)) else "\N{REPLACEMENT CHARACTER}"
+        for each in shown
+    )
+    return "".join(held).replace("$", r"\$")
+
+
 def new_figure(width: Width, height: float) -> Figure:
     """Return an empty figure, `height` in inches; its parts are laid out without overlap when it is drawn."""
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    return Figure(figsize=(width.value, height), layout=layout, facecolor="white")
+    return Figure(figsize=(width.value, height), layout=layout, facecolor=CARD)
+
+
+def rim(width: float) -> Sequence[AbstractPathEffect]:
+    """Return what sets a line of `width` points off whatever it goes over."""
+    return (Stroke(linewidth=width + 1.2, foreground=CARD), Normal())
 
 
 def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
     """Label `axes` with quantities and units, and give it the common look."""
     axes.set_xlabel(x, fontsize=FONT_SIZE, color=INK)
     axes.set_ylabel(y, fontsize=FONT_SIZE, color=INK)
-    axes.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK, length=3)
+    axes.tick_params(labelsize=SMALL_SIZE, colors=INK, length=3)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     for side in ("left", "bottom"):
@@ -105,14 +156,16 @@ def legend_above(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
         for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
     if entries:
-        figure.legend(
+        legend = figure.legend(
             list(entries.values()),
             list(entries),
             loc="outside upper center",
             ncols=min(columns, len(entries)),
-            fontsize=FONT_SIZE - 0.5,
+            fontsize=SMALL_SIZE,
             frameon=False,
             labelcolor=INK,
             handlelength=1.6,
             columnspacing=1.4,
         )
+        for patch in legend.get_patches():  # pale grounds are hardly seen without
+            patch.set(edgecolor=QUIET, linewidth=0.6)

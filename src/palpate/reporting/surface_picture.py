@@ -20,11 +20,14 @@ from palpate.reporting.style import (
     HEIGHT_COLOURS,
     INK,
     MILLI,
+    PANE,
     PATH,
     QUIET,
+    SMALL_SIZE,
     Picture,
     Width,
     new_figure,
+    rim,
 )
 
 ELEVATION, AZIMUTH = 38.0, -58.0
@@ -87,14 +90,14 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
             norm=view.norm,
             s=2.0,
         )
-        caption = "Touched points, coloured by height."
+        caption = "Touched points, coloured by height; there are too few, or too far apart, for a surface."
     else:
         _draw_triangles(axes, view, mesh.vertices, mesh.triangles)
         path = _broken_line(_drawn_path(cloud))
-        axes.plot(*(MILLI * path.T), color=PATH, linewidth=0.55, alpha=0.75, zorder=10)
+        axes.plot(*(MILLI * path.T), color=PATH, linewidth=0.6, zorder=10, path_effects=rim(0.6))
         caption = (
             "The map with the path of the finger: where contacts lie on all sides; holes and what is beyond the "
-            "rim were not felt."
+            "rim were not felt. Good is a surface without holes that looks as the object does."
             if (mesh.knowledge == Knowledge.OBSERVED).any()
             else "The finger's path. The ribbon along it is drawn on, not claimed: beside it nothing was felt."
         )
@@ -112,7 +115,9 @@ def true_surface(cloud: TouchCloud, surface: TrueSurface) -> Picture:
     _draw_triangles(axes, view, surface.vertices, surface.triangles[inside])
     return Picture(
         title="True surface",
-        caption="The surface of the simulated object over the same region, in the same view and colours.",
+        caption="The surface of the simulated object over the same region, in the same view and colours: "
+        "the touched one "
+        "should look the same.",
         full=figure,
         dense=True,
     )
@@ -123,20 +128,20 @@ def _empty_view(view: View) -> tuple[Figure, Axes3D]:
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
     low, high = MILLI * view.low, MILLI * view.high
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(tuple(high - low), zoom=1.08)
+    axes.set_box_aspect(tuple(high - low), zoom=1.0)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
     shares = (high - low) / (high - low).max()
     for axis, name, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", shares.tolist(), strict=True):
         axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
-        axis.set_pane_color((0.97, 0.975, 0.98, 1.0))
-        axis.set_tick_params(labelsize=FONT_SIZE - 1.5, colors=QUIET)
+        axis.set_pane_color(PANE)
+        axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
         axis.set_major_locator(few_ticks(share))
         axis.get_major_formatter().set_useOffset(False)
     axes.zaxis.labelpad = -2.0  # else it is cut off at the rim
     colours = ScalarMappable(view.norm, HEIGHT_COLOURS)
     bar = figure.colorbar(colours, ax=axes, location="bottom", shrink=0.7, aspect=28, pad=0.02)
     bar.set_label("height z [mm]", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
     bar.ax.ticklabel_format(axis="x", useOffset=False)
     return figure, axes
 

@@ -4,11 +4,11 @@ import numpy as np
 from matplotlib.ticker import EngFormatter, NullFormatter
 
 from palpate.reporting.style import (
-    FONT_SIZE,
+    DASH_DOT,
     INK,
+    LIMIT,
     MEASURED,
-    TRUE,
-    WANTED,
+    SMALL_SIZE,
     Picture,
     Width,
     dress,
@@ -38,7 +38,7 @@ def timing_picture(timing: RunTiming) -> Picture | None:
         ("50 %", spread.p50, INK, ":"),
         ("99 %", spread.p99, INK, "--"),
         ("max", spread.largest, INK, "-"),
-        ("period", timing.period, TRUE if timing.slow_periods else WANTED, "-"),
+        ("period", timing.period, LIMIT, DASH_DOT),
     )
     for name, at, colour, line in marks:
         label = f"{name}: {seconds.format_data(float(f'{at:.3g}'))}"
@@ -46,13 +46,13 @@ def timing_picture(timing: RunTiming) -> Picture | None:
     axes.xaxis.set_major_formatter(seconds)
     axes.xaxis.set_minor_formatter(NullFormatter())
     dress(axes, x="compute time of a period [s]", y="number of periods")
-    axes.tick_params(which="minor", labelsize=FONT_SIZE - 2, length=2)
+    axes.tick_params(which="minor", labelsize=SMALL_SIZE, length=2)
     legend_above(figure, [axes], columns=2)
     return Picture(
         title="Time to compute a period",
         caption=(
             f"Compute times of {len(timing.compute)} periods, {timing.slow_periods} of them longer than the "
-            "period; both axes are logarithmic."
+            "period; both axes are logarithmic. On a real robot all have to be left of the period, with room."
         ),
         full=figure,
     )

@@ -20,6 +20,7 @@ import numpy as np
 
 from palpate.errors import InvalidValueError, OverrunError, not_negative, positive
 from palpate.runtime.pacing import Punctuality
+from palpate.runtime.urgency import MOST_URGENT
 
 USUAL_PRIORITY = 50
 """SCHED_FIFO priority to ask for, of 1..99 (sched(7)): that of the kernel's threaded interrupt handlers, so that
@@ -31,9 +32,6 @@ Longer stalls are the machine's, and a robot should not get tens of stale comman
 
 _SET_TIMER_SLACK, _GET_TIMER_SLACK = 29, 30
 """PR_SET_TIMERSLACK and PR_GET_TIMERSLACK of prctl(2), from linux/prctl.h."""
-
-_HIGHEST_NICE = -20
-"""The most urgent of ordinary threads (sched(7))."""
 
 
 class Overrun(StrEnum):
@@ -239,11 +237,11 @@ class _Urgency:
             return f"real-time priority {priority} (SCHED_FIFO)"
         self._later(lambda: os.setpriority(os.PRIO_PROCESS, thread, nice))
         try:
-            os.setpriority(os.PRIO_PROCESS, thread, _HIGHEST_NICE)
+            os.setpriority(os.PRIO_PROCESS, thread, MOST_URGENT)
             os.sched_setscheduler(thread, policy | reset, parameter)
         except OSError:
             return f"{refused}; going on without"
-        return f"{refused}; going on with nice {_HIGHEST_NICE} instead"
+        return f"{refused}; going on with nice {MOST_URGENT} instead"
 
 
 def _refusal(priority: int, error: OSError) -> str:

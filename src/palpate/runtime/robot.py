@@ -109,10 +109,13 @@ def robot_path(name: str) -> Path:
         return path
     near = difflib.get_close_matches(_without_suffix(path.name), shipped, n=1, cutoff=0.5)
     meant = f"did you mean {near[0]}? " if near else ""
-    other = f"; or a file: ./{name}" if path.name == name and path.is_file() else ""
-    raise InvalidValueError(
-        f"robot = {name!r}: no such file and no such robot; {meant}palpate comes with {', '.join(shipped)}{other}"
-    )
+    comes = f"{meant}palpate comes with {', '.join(shipped)}"
+    if path.is_file():
+        raise InvalidValueError(
+            f"robot = {name!r}: no such robot; if you mean the file, say ./{name} (a robot file ends in "
+            f"{SUFFIXES[0]}); {comes}"
+        )
+    raise InvalidValueError(f"robot = {name!r}: no such file and no such robot; {comes}")
 
 
 def _without_suffix(name: str) -> str:

@@ -1,10 +1,11 @@
 """Back ends in robot files: what `backend` may be.
 
 Plain data. What a kind of robot is made of, `palpate.sim` and `palpate.hw` know; experiments bring the two
-together (`palpate.experiments.robot_in_scene`). A new kind is one more entry here and one more builder there.
+together (`palpate.experiments.robot.in_scene`). A new kind is one more entry here and one more builder there.
 """
 
 import ipaddress
+from typing import Annotated
 
 import msgspec
 
@@ -140,5 +141,31 @@ class EmulatedUr5eEntry(
         loopback_address("address", self.address)
 
 
-BackendEntry = StageEntry | TurningStageEntry | SimulatedUr5eEntry | EmulatedUr5eEntry | RigEntry
+class EmulatedHandEntry(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind", tag="emulated_hand"
+):
+    """The simulated hand behind an emulated bus of servos, F/T boxes, and an emulated UR controller that lifts it.
+
+    Attributes:
+        address: Where the controller listens: one of the loopback net, for ports are fixed.
+        sensors: Of the F/T boxes, one per finger, likewise.
+        time_scale: Seconds of the hand per second of wall time: less where the computer is too busy for 1.
+    """
+
+    address: str = "127.0.0.2"
+    sensors: Annotated[tuple[str, ...], msgspec.Meta(min_length=2, max_length=3)] = ("127.0.0.3", "127.0.0.4")
+    time_scale: float = 0.25
+
+    def __post_init__(self) -> None:
+        within("time_scale", self.time_scale, *RANGES["time_scale"])
+        loopback_address("address", self.address)
+        for i, address in enumerate(self.sensors):
+            loopback_address(f"sensors[{i}]", address)
+        if len(set(self.sensors)) < len(self.sensors):
+            raise InvalidValueError(f"sensors = {', '.join(self.sensors)}: each box needs an address of its own")
+
+
+BackendEntry = (
+    StageEntry | TurningStageEntry | SimulatedUr5eEntry | EmulatedUr5eEntry | EmulatedHandEntry | RigEntry
+)
 """Every kind of back end, told apart by `kind`."""

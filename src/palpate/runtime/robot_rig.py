@@ -1,6 +1,6 @@
 """Real devices in robot files: what `backend` of kind `rig` and `fingers[].sensor_device` may be.
 
-Plain data, as all of a robot file; `palpate.experiments.rig_built` makes devices of it.
+Plain data, as all of a robot file; `palpate.experiments.robot.rig_built` makes devices of it.
 """
 
 from enum import StrEnum
@@ -33,6 +33,7 @@ RANGES = {
     "id": (0, 252, ""),
     "zero_rad": (-1000.0, 1000.0, "rad"),
     "silent_after_s": (1e-3, 5.0, "s"),
+    "answer_time_s": (1e-3, 1.0, "s"),
     "record_period_s": (0.001, 0.254, "s"),
     "sinc_length": (51, 512, ""),
     "port": (1, 65535, ""),
@@ -81,7 +82,8 @@ class UrEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="ur"):
         payload: What the flange carries; None: as set on the pendant.
         foot: Where its own base frame is in the base frame that experiments speak of. None: a run begins where it
             is to begin, the tip close above the middle of the object, and that tells the position.
-        acceleration: With which the tip follows velocities [m/s^2].
+        acceleration: With which the tip follows velocities [m/s^2], and its turning [rad/s^2]: the controller has
+            one number for both.
         joint_speed: Limit of goals for joints [rad/s].
         watchdog: Time without commands after which it stops [s].
         speed_slider: To set the pendant's slider to, (0, 1]; None: as it is.
@@ -164,6 +166,7 @@ class DynamixelEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag=
         watchdog: Servos stop when the bus was silent for so long [s].
         poll: From exchange to exchange [s].
         silent_after: It counts as lost when exchanges have failed for so long [s]; below the watchdog.
+        answer_time: How long an answer may take to begin [s].
     """
 
     port: str
@@ -176,6 +179,7 @@ class DynamixelEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag=
     watchdog: float = msgspec.field(name="watchdog_s", default=0.1)
     poll: float = msgspec.field(name="poll_s", default=0.004)
     silent_after: float = msgspec.field(name="silent_after_s", default=0.03)
+    answer_time: float = msgspec.field(name="answer_time_s", default=0.006)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -58,6 +58,24 @@ class Contact:
     condition: float
     status: ContactStatus
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: each quantity with its unit."""
+        rows = (
+            ("status", self.status.name, ""),
+            ("centroid", _entries(1e3 * self.centroid), "mm"),
+            ("normal", _entries(self.normal), ""),
+            ("normal force", f"{self.normal_force:.4g}", "N"),
+            ("tangential force", _entries(self.tangential_force), "N"),
+            ("spin torque", f"{1e3 * self.spin_torque + 0.0:.4g}", "mN m"),
+            ("condition", f"{self.condition:.3g}", ""),
+        )
+        cells = "".join(f"<tr><th>{name}</th><td>{value}</td><td>{unit}</td></tr>" for name, value, unit in rows)
+        return f"<table>{cells}</table>"
+
+
+def _entries(vector: FloatArray) -> str:
+    return ", ".join(f"{entry + 0.0:.4g}" for entry in vector.tolist())
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:

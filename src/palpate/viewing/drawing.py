@@ -13,9 +13,11 @@ from viser import transforms
 from palpate.errors import FloatArray
 from palpate.kinematics.framing import Framing, framing
 from palpate.kinematics.posture import Posture
+from palpate.runtime import palette
 from palpate.runtime.shown_plan import ShownPlan
 from palpate.spatial import Matrix, add, add_scaled, norm, rotate
 from palpate.viewing.frames import Frames
+from palpate.viewing.look import legend, linear_rgb, style_sheet
 from palpate.viewing.plan_drawing import PlanDrawing
 from palpate.viewing.plots import ForcePlots
 from palpate.viewing.surface_drawing import SurfaceDrawing
@@ -32,8 +34,8 @@ WEAKEST = 0.01
 SLOW_INTERVAL = 0.2
 """Between two updates of map, plots and numbers [s]: what is large, or read by people."""
 
-ARROW_COLOUR = (169, 29, 0)
-"""What shows as the (213, 94, 0) of the palette of Okabe and Ito: viser takes an arrow's for linear light."""
+ARROW_COLOUR = linear_rgb(palette.FELT)
+"""Of a force that is felt, as in reports."""
 
 _HEIGHT_COLOURS = mpl.colormaps["viridis"]
 
@@ -106,6 +108,7 @@ class Drawing:
         self._feed, self._plan = feed, PlanDrawing(server)
         self._surface = None if feed is None else SurfaceDrawing(server)
         self._contacts = server.scene.add_frame("/map", show_axes=False, visible=feed is None)
+        server.gui.add_html(style_sheet() + legend(ARROW_LENGTH, has_map=self._map is not None))
         self._plots = ForcePlots(server, len(scene.fingers))
 
     def add(self, frames: Frames) -> None:

@@ -7,28 +7,22 @@ import numpy as np
 import viser
 
 from palpate.errors import FloatArray
+from palpate.runtime import palette
 from palpate.runtime.plan_track import PlanTrack
 from palpate.runtime.shown_plan import ShownMark, ShownPlan
 from palpate.spatial import Vector
+from palpate.viewing.look import rgb
 from palpate.viewing.view_scene import Colour
 
-REST_COLOUR: Colour = (213, 94, 0)
-DONE_COLOUR: Colour = (170, 176, 184)
+REST_COLOUR: Colour = rgb(palette.COMMAND)
+DONE_COLOUR: Colour = rgb(palette.QUIET_COLOUR)
 """Vermilion of the palette of Okabe and Ito, and a grey beside it: what is done is dim."""
 
 REST_WIDTH, DONE_WIDTH = 3.0, 1.5
 """Of the lines [pixels]."""
 
-MARK_COLOURS: tuple[Colour, ...] = (
-    (0, 114, 178),
-    (204, 121, 167),
-    (0, 158, 115),
-    (213, 94, 0),
-    (230, 159, 0),
-    (86, 180, 233),
-    (34, 39, 46),
-)
-"""Of the same palette; the first event that comes takes the first one. Words tell events apart, colours help."""
+MARK_COLOURS: tuple[Colour, ...] = tuple(rgb(each) for each in palette.SIDE_BY_SIDE)
+"""The first event that comes takes the first one. Words tell events apart, colours help."""
 
 MARK_RADIUS = 4e-4
 """Of a mark's ball [m]: a few on a fingertip's width."""

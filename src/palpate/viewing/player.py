@@ -59,7 +59,8 @@ class Player(Closing):
         start, layout = scene.placement.start, frames.layout
         for name, of_run, of_scene in (
             ("fingers", layout.fingers, len(scene.fingers)),
-            ("joints", layout.joints, len(start.arm)),
+            # a stage in the place of an arm goes where its tip was
+            ("joints", layout.joints if start.arm else 0, len(start.arm)),
             ("hand joints", layout.hand_joints, len(start.hand)),
         ):
             if of_run != of_scene:

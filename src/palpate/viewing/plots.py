@@ -7,6 +7,8 @@ import viser
 import viser.uplot
 
 from palpate.errors import FloatArray
+from palpate.runtime import palette
+from palpate.runtime.palette import Colour
 from palpate.viewing.frames import Frames
 
 SPAN = 10.0
@@ -15,8 +17,11 @@ SPAN = 10.0
 POINTS = 400
 """Per line: about one per pixel of the panel."""
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9")
-"""Of the palette of Okabe and Ito, as in the report; fingers beyond these begin again."""
+ONE_FINGER = (palette.FELT, palette.CONE_RIM, palette.SPIN_COLOUR)
+"""Of its normal and its tangential force and its spin torque, as in reports."""
+
+FINGERS = palette.SIDE_BY_SIDE
+"""Of several; those beyond begin again."""
 
 INCREMENTS = tuple(digit * 10.0**power for power in range(-1, 5) for digit in (1.0, 2.0, 5.0))
 """Between two numbers beside a plot: browsers show three digits after the point, and finer ones as 0, 0, -0."""
@@ -40,9 +45,10 @@ class ForcePlots:
         if fingers > 1:
             forces = [f"finger {i}, normal [N]" for i in range(fingers)]
             torques = [f"finger {i}, spin [mN m]" for i in range(fingers)]
-        self._force = _plot(server, "Contact force [N]", forces, 0, 1.6)
+        colours = ONE_FINGER if fingers == 1 else FINGERS
+        self._force = _plot(server, "Contact force [N]", forces, colours, 1.6)
         # one finger's torque has a colour of its own; with several, colours are the fingers'
-        self._torque = _plot(server, "Spin torque [mN m]", torques, 2 if fingers == 1 else 0, 2.2)
+        self._torque = _plot(server, "Spin torque [mN m]", torques, colours[2:] if fingers == 1 else colours, 2.2)
         self._forces = len(forces)
         self.clear()
 
@@ -76,10 +82,10 @@ class ForcePlots:
 
 
 def _plot(
-    server: viser.ViserServer, title: str, labels: Sequence[str], first_colour: int, aspect: float
+    server: viser.ViserServer, title: str, labels: Sequence[str], colours: Sequence[Colour], aspect: float
 ) -> viser.GuiUplotHandle:
     lines = [
-        viser.uplot.Series(label=label, stroke=COLOURS[(first_colour + i) % len(COLOURS)], width=1.5)
+        viser.uplot.Series(label=label, stroke=colours[i % len(colours)].light, width=1.5)
         for i, label in enumerate(labels)
     ]
     return server.gui.add_uplot(

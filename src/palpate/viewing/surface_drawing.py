@@ -12,13 +12,15 @@ import viser
 from matplotlib.colors import Colormap
 
 from palpate.errors import FloatArray
+from palpate.runtime import palette
+from palpate.viewing.look import rgb
 from palpate.viewing.surface_view import GrownSurface
 
-EDGE_COLOUR = (34, 39, 46)
+EDGE_COLOUR = rgb(palette.QUIET_COLOUR)
 EDGE_WIDTH = 2.0
 """Of the line around what is known [pixels]."""
 
-RIM_COLOUR = (176, 182, 190)
+RIM_COLOUR = rgb(palette.MAP_COLOUR)
 RIM_OPACITY = 0.35
 """Of what lies beyond it."""
 

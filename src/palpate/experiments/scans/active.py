@@ -1,5 +1,6 @@
 """Coarse rows, then closer ones where the map would err."""
 
+import math
 from dataclasses import dataclass, replace
 
 from palpate.controllers.paths import Active, ActiveSettings, Goal, Measure, PathPlane, Point, Strategy
@@ -44,16 +45,26 @@ class ActiveScan(OverRectangle):
         return Active(region.width, region.depth, goal, center=region.center, plane=plane)
 
     def duration(self, effort: Effort) -> float:
-        """As `Scan`: rows as close as a smooth surface asks for, half as many again for its details."""
+        """As `Scan`: rows as close as a smooth surface asks for, half as many again for its details.
+
+        If the time is over before, those that have begun until then: a row is finished.
+        """
         rows = 1.5 * (self.region.depth / self.prior + 1.0)
-        misses = (self.missed or 0) * effort.missing
-        return effort.ends + rows * self._each(effort) + misses
+        begun = max(min(rows, self._within(self.goal.time, effort)), 1.0)
+        misses = (self.missed or 0) * effort.missing * begun / rows
+        return effort.ends + begun * self._each(effort) + misses
 
     def longest(self, effort: Effort) -> float:
-        """As `Scan`: all rows as close as they may be."""
+        """As `Scan`: all rows as close as they may be, or those of its time and one more, each lifted to."""
         finest = 2.0 * ActiveSettings.suited(self.goal.measure).finest
+        rows = min(self.region.depth / finest, self._within(self.goal.time, effort)) + 1.0
         each = self._each(effort) + effort.hop(self.region.width, effort.descent)
-        return effort.ends + 3.0 * (self.region.depth / finest + 1.0) * each
+        return effort.ends + 3.0 * rows * each
+
+    def _within(self, time: float, effort: Effort) -> float:
+        """Return how many rows begin within a time [s], which is counted without landings; infinity allowed."""
+        rows = time / self._each(effort)
+        return rows if math.isinf(rows) else math.ceil(rows)
 
     def _each(self, effort: Effort) -> float:
         """A row and the way to it, which is slid where nothing is in the way."""

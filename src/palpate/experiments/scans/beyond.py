@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from palpate.controllers import Raster
 from palpate.controllers.paths import Point, Waypoints
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore_config import ExploreConfig
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.scans.effort import Effort
 from palpate.experiments.tip_surface import TipSurface
 from palpate.sim import SceneObject

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from palpate.controllers.paths import Contour, EdgeSteering, LevelSteering, PathPlane, Point, Strategy, Turn
 from palpate.errors import FloatArray
-from palpate.experiments.explore_contour import LEAN, ForeseenContour
+from palpate.experiments.explore.contour import LEAN, ForeseenContour
 from palpate.experiments.scans.effort import CLIMBS, Effort
 from palpate.spatial import add
 

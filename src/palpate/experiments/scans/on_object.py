@@ -4,9 +4,9 @@ import math
 
 from palpate.controllers import Raster
 from palpate.controllers.paths import ActiveSettings, Goal, Measure, Spiral, Turn, tap_grid
-from palpate.experiments.explore_config import ExploreConfig
-from palpate.experiments.explore_contour import drop, foreseen_contour
-from palpate.experiments.explore_fit import region_on
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.contour import drop, foreseen_contour
+from palpate.experiments.explore.fit import region_on
 from palpate.experiments.scans.active import ActiveScan
 from palpate.experiments.scans.beyond import foreseen_path, foreseen_rows, missed_places
 from palpate.experiments.scans.contour import ContourScan

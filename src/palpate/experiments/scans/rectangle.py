@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from palpate.controllers.paths import Point
 from palpate.errors import FloatArray
-from palpate.experiments.explore_fit import Region
+from palpate.experiments.explore.fit import Region
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from palpate.controllers.paths import Follow, PathPlane, Point, Spiral, Strategy, Waypoints
 from palpate.errors import FloatArray
-from palpate.experiments.explore_fit import Region
+from palpate.experiments.explore.fit import Region
 from palpate.experiments.scans.beyond import BeyondPath, longest_hops, wasted
 from palpate.experiments.scans.effort import CLIMBS, Effort
 

@@ -1,0 +1,47 @@
+# %% [markdown]
+"""A notebook.
+
+Each `# %%` begins a cell, which VS Code, Spyder, PyCharm and Jupyter (with jupytext) run one by one; what
+stands on the last line of a cell is shown below it. Contacts show their quantities with units, an exploration
+its key figures, the surface that was felt and its errors.
+
+    jupytext --to notebook examples/notebook.py
+    python examples/notebook.py
+
+Run as a script it shows nothing, but says at the end how well the force was held.
+"""
+
+# ruff: noqa: B018, what stands alone is shown
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+
+from palpate import Ellipsoid, contact_from_wrench
+from palpate.experiments.explore.run import explore
+from palpate.experiments.robot.values import config_for
+
+tip = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))  # [m], in the sensor frame
+contact = contact_from_wrench(tip, [0.3, 0.1, -2.0, 0.004, 0.008, 0.003])  # [N, N m]
+contact
+
+# %% An exploration: 12 x 4 mm of a sphere, with 2 N and 50 mm/s
+config = config_for("stage-nano17", object="sphere", width=0.012, depth=0.004, speed=0.05)
+found = explore(config)
+found
+
+# %% The normal force over time [N], and its spectrum [N / sqrt(Hz)]
+record = found.record
+figure, (over_time, spectrum) = plt.subplots(2, layout="constrained")
+over_time.plot(record.time, record.normal_force, label="felt")
+over_time.plot(record.time, found.true_normal_force, label="true")
+over_time.set(xlabel="time [s]", ylabel="normal force [N]")
+over_time.legend()
+error = (record.normal_force - found.set_force)[found.scanning]
+density = np.abs(np.fft.rfft(error - error.mean())) * np.sqrt(2.0 * config.period / len(error))
+spectrum.loglog(np.fft.rfftfreq(len(error), config.period)[1:], density[1:])
+spectrum.set(xlabel="frequency [Hz]", ylabel="[N / sqrt(Hz)]")
+figure
+
+# %%
+print(f"{found.run}: the force was held within {found.force_rms:.3f} N RMS")

@@ -1,0 +1,55 @@
+"""A fingertip of one's own.
+
+Any closed convex shape that can be written as a formula is a fingertip: here an egg, pointed below.
+Derivatives come from CasADi, the compiled solver from numba. The script builds the same egg into a
+simulation, lets it down on a ball beside its top, and compares where touch says it is touched with where the
+simulation knows it is.
+
+    python examples/own_fingertip.py
+
+It prints a line for each place: where it is touched, in the sensor frame, as felt and as it is.
+"""
+
+import casadi
+import numpy as np
+import tyro
+
+from palpate import Contact
+from palpate.runtime import Command, Finger, Touch
+from palpate.sensing.compensation import Payload
+from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene
+from palpate.surfaces.symbolic import SymbolicSurface
+
+BALL = 0.02  # radius of what is touched, about the origin [m]
+
+
+def egg(radius: float = 0.008, length: float = 0.012) -> SymbolicSurface:
+    """Return an egg of a radius [m] across and a half length [m]: its formula is negative inside."""
+    point = casadi.SX.sym("point", 3)
+    x, y, z = point[0], point[1], point[2]
+    formula = (x**2 + y**2) / radius**2 * casadi.exp(-0.4 * z / length) + z**2 / length**2 - 1.0
+    return SymbolicSurface(point, formula, size=radius)
+
+
+def press(tip: Tip, beside: float, force: float) -> tuple[Contact, np.ndarray]:
+    """Let a tip down beside the ball until it feels a force [N]; return the contact, and where it is."""
+    touch = Touch(Finger(tip.surface, Payload(tip.mass, tip.center_of_mass)))
+    with MujocoBackend(build_scene(tip, SphereObject(BALL), ContactLaw(), (beside, 0.0, 0.04))) as backend:
+        now = touch.sense(backend.start())
+        while not (now.fingers[0].touching and now.fingers[0].contact.normal_force > force):
+            now = touch.sense(backend.step(Command((0.0, 0.0, -0.005))))  # down, with 5 mm/s
+        return now.fingers[0].contact, np.subtract(backend.truth().position, now.arm.position_base_tip)
+
+
+def main(force: float = 2.0, beside: tuple[float, ...] = (-0.01, 0.0, 0.01)) -> None:
+    """Press with a force [N] at places beside the ball's middle [m]."""
+    tip = Tip(egg())
+    for x in beside:  # [m]
+        contact, true = press(tip, x, force)
+        off = np.linalg.norm(contact.centroid - true)
+        felt, known = (np.round(1e3 * place, 2) for place in (contact.centroid, true))
+        print(f"{1e3 * x:5.1f} mm beside: felt at {felt}, is at {known} mm: {1e6 * off:.0f} um off")
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,49 @@
+"""A grasp with friction unknown.
+
+A hand takes a box whose friction it does not know: it could be a third lower or higher. It closes, lets the
+fingers slide and twist a little down the sides (a nudge), and learns from the forces what each contact bears.
+Then it lifts with the least grip that neither slips nor spins, while something pulls beside the fingers.
+Beside it, the same without a nudge: planned for the worst that is likely, it grips harder.
+
+    python examples/unknown_friction.py --friction 0.4
+
+It prints what each finger found, and the grip over the least that physics allows (1 would be on the edge).
+"""
+
+import math
+from dataclasses import replace
+
+import tyro
+
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.plan import plan
+from palpate.experiments.grasp.run import Grasp, carry_out
+
+
+def report(name: str, grasp: Grasp) -> None:
+    """Print how a grasp went."""
+    print(f"{name}: {grasp.run}; {'dropped' if grasp.dropped else 'held'}")
+    slip, spin = 1e6 * grasp.slip_aloft, math.degrees(grasp.spin_aloft)
+    print(f"  grip {grasp.grip_ratio:.2f} times the least; slipped {slip:.1f} um, spun {spin:.3f} degrees")
+    for found in grasp.nudged:
+        mu = "unknown" if found.friction is None else f"{found.friction:.3f}"
+        e = "unknown" if found.spin_length is None else f"{1e3 * found.spin_length:.2f} mm"
+        print(f"  finger {found.finger} found mu {mu}, e {e}")
+
+
+def main(friction: float = 0.4, spin_length: float = 0.004, pull: float = 3.0, seed: int = 0) -> None:
+    """Grasp an object of this true friction, with a nudge and without."""
+    true = GraspConfig(
+        friction=friction,  # tangential over normal force, true and unknown
+        spin_length=spin_length,  # largest spin torque over largest friction force [m], likewise
+        pull=pull,  # force that grows beside the fingers [N]
+        lift_height=0.02,  # [m]
+        known="nudged",
+        seed=seed,  # of sensor noise, and of what is believed at first
+    )
+    report("nudged", carry_out(plan(true)))
+    report("untouched", carry_out(plan(replace(true, known="untouched"))))
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,108 @@
+"""`palpate bench`: all studies with their progress; what is finished is written, also after a Ctrl-C."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib import import_module
+from typing import cast, get_args
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+from rich.text import Text
+
+from palpate.atomic_file import replacing
+from palpate.experiments.answer import Answer, ExitCode
+from palpate.experiments.bench.config import BenchConfig, StudyName
+from palpate.experiments.bench.report import bench_html, quantity, study_facts
+from palpate.experiments.bench.study import Measure, Study
+from palpate.experiments.json_document import plain
+from palpate.experiments.output_folder import make_folder
+from palpate.experiments.progress import lively
+
+STUDIES: Mapping[StudyName, str] = {
+    name: f"palpate.experiments.bench.{name}" for name in cast(tuple[StudyName, ...], get_args(StudyName))
+}
+"""Where each is: imported when its turn comes."""
+
+FILES = ("bench.html", "bench.json")
+
+
+def run_bench(config: BenchConfig, studies: Mapping[StudyName, str] = STUDIES) -> Answer:
+    """Measure, print a table for each study, and write report and figures.
+
+    Returns:
+        The figures; interrupted if not all studies are finished.
+
+    Raises:
+        InvalidValueError: The folder cannot be written.
+        OSError: A file cannot be written.
+    """
+    make_folder(config.out)
+    console = Console()
+    wanted = tuple(dict.fromkeys(config.studies or studies))
+    done: list[Study] = []
+    interrupted = False
+    try:
+        for name in wanted:
+            with _progress(console, len(done), len(wanted)) as tell:
+                measure: Measure = import_module(studies[name]).measure
+                done.append(measure(config.quick, config.seed, tell))
+            console.print(_table(done[-1]))
+    except KeyboardInterrupt:
+        interrupted = True
+        console.print("Stopping: what is finished is being written", highlight=False)
+    left_out = wanted[len(done) :]
+    facts = {study.name: study_facts(study) for study in done}
+    html, data = (config.out / name for name in FILES)
+    with replacing(html) as file:
+        file.write(bench_html(done, _typed(config), left_out).encode("utf-8"))
+    with replacing(data) as file:
+        told = {"palpate_bench": 1, "quick": config.quick, "seed": config.seed, "studies": facts}
+        file.write((json.dumps(plain(told), indent=1, allow_nan=False) + "\n").encode("ascii"))
+    console.print(f"Written: {html}, {data}", highlight=False, markup=False, soft_wrap=True)
+    return Answer(
+        ExitCode.INTERRUPTED if interrupted else ExitCode.DONE,
+        outcome=f"{len(done)} of {len(wanted)} studies finished",
+        facts={"studies": facts, "left_out": left_out},
+        files=(html, data),
+    )
+
+
+@contextmanager
+def _progress(console: Console, finished: int, total: int) -> Iterator[Callable[[str], None]]:
+    """Show how many studies are finished, and what is being done; yields what is told that."""
+    if not lively(console):
+        yield lambda step: console.print(step, highlight=False, markup=False, soft_wrap=True)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} studies"),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("", completed=finished, total=total)
+        yield lambda step: progress.update(task, description=step)
+
+
+def _table(study: Study) -> Table:
+    table = Table(title=Text(study.title), caption=Text(f"error {study.error}"))
+    for heading in ("method", study.cost, "error", "largest", ""):
+        table.add_column(heading, justify="left" if heading in ("method", "") else "right")
+    for row in study.rows:
+        cells = (
+            row.method,
+            quantity(row.cost, study.cost_unit),
+            quantity(row.typical, study.error_unit),
+            quantity(row.worst, study.error_unit),
+            row.note,
+        )
+        table.add_row(*(Text(cell) for cell in cells))
+    return table
+
+
+def _typed(config: BenchConfig) -> str:
+    words = ["palpate bench", *config.studies]
+    words += ["--quick"] if config.quick else []
+    words += [f"--seed {config.seed}"] if config.seed else []
+    return " ".join(words)

@@ -1,0 +1,104 @@
+"""The report of all studies: one HTML file, and the same as JSON."""
+
+import math
+import os
+import platform
+from collections.abc import Sequence
+
+from palpate.experiments.bench.picture import study_picture
+from palpate.experiments.bench.study import Row, Study
+from palpate.experiments.versions import versions_text
+from palpate.reporting.page import picture_cards, report_page, section, table, text
+from palpate.reporting.story import Story
+from palpate.strict_yaml import read_yaml
+
+PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+
+def bench_html(studies: Sequence[Study], asked: str, left_out: Sequence[str]) -> str:
+    """Return the report as the text of an HTML document.
+
+    Args:
+        studies: That are finished.
+        asked: The command that repeats it.
+        left_out: Names of studies that were asked for and not finished.
+    """
+    finished = f"{len(studies)} of {len(studies) + len(left_out)} studies finished"
+    missing = f"; interrupted before: {', '.join(left_out)}" if left_out else ""
+    story = Story(
+        title="Speed against error",
+        asked="What each method costs on this computer, and how far it is off",
+        outcome=f"{finished}{missing}. Methods took turns: trust the ratios more than the times.",
+        figures=(),
+        repeat=(("All of it again:", asked),),
+        settings=computer(),
+        footer="Errors are against known truths; times are the least of many turns.",
+    )
+    return report_page(story, [_part(study) for study in studies])
+
+
+def computer() -> tuple[tuple[str, str], ...]:
+    """Return on what it was measured."""
+    found = read_yaml(versions_text())
+    versions = tuple((str(k), str(v)) for k, v in found.items()) if isinstance(found, dict) else ()
+    return (("computer", f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"), *versions)
+
+
+def study_facts(study: Study) -> dict[str, object]:
+    """Return a study for JSON: units end its names."""
+    cost = f"cost_{study.cost_unit.replace('/', '_per_')}"
+    unit = f"_{study.error_unit.lower()}" if study.error_unit else ""
+    return {
+        "title": study.title,
+        "about": study.about,
+        "cost": study.cost,
+        "error": study.error,
+        "rows": [
+            {
+                "series": row.series,
+                "method": row.method,
+                cost: row.cost,
+                f"error_typical{unit}": row.typical,
+                f"error_largest{unit}": row.worst,
+                "note": row.note,
+            }
+            for row in study.rows
+        ],
+    }
+
+
+def _part(study: Study) -> str:
+    least = min((row.cost for row in study.rows if math.isfinite(row.cost)), default=math.nan)
+    heads = ("method", study.cost, f"error {study.error}", "")
+    rows = [_cells(study, row, least) for row in study.rows]
+    columns = ("name", "value", "value", "note")
+    parts = [f"<p>{text(study.about)}</p>", picture_cards([study_picture(study)]), table(rows, columns, heads)]
+    return section(study.title, parts)
+
+
+def _cells(study: Study, row: Row, least: float) -> tuple[str, ...]:
+    timed = study.cost_unit == "s" and row.cost > least
+    beside = [f"{row.cost / least:.3g} times the least {study.cost}"] if timed else []
+    beside += [f"largest error {quantity(row.worst, study.error_unit)}"] if math.isfinite(row.worst) else []
+    beside += [row.note] if row.note else []
+    return (
+        row.method,
+        _unbroken(quantity(row.cost, study.cost_unit)),
+        _unbroken(quantity(row.typical, study.error_unit)),
+        "; ".join(beside),
+    )
+
+
+def _unbroken(number: str) -> str:
+    """A number with its unit that stays in one line."""
+    return number.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{NON-BREAKING HYPHEN}")
+
+
+def quantity(value: float, unit: str) -> str:
+    """Return a number with its unit, in thousandths of it and so on if it is small; a dash where there is none."""
+    if not math.isfinite(value):
+        return "-"
+    if not unit:
+        return f"{value:.2g}"
+    factor, prefix = next(((f, p) for f, p in PREFIXES if abs(value) >= f), PREFIXES[-1] if value else PREFIXES[0])
+    return f"{value / factor:.3g} {prefix}{unit}"

@@ -1,0 +1,58 @@
+"""What a calibration found, as figures for programs: forces and moments apart, for their units differ."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
+
+
+def calibration_figures(fit: CalibrationFit) -> dict[str, object]:
+    """Return how good a calibration is."""
+    return {
+        "loads": fit.load_count,
+        "channels": fit.map.channels,
+        "condition": fit.condition,
+        "load_condition": fit.load_condition,
+        **_per_axis("residual_rms", fit.residual_rms),
+        **_per_axis("residual_largest", fit.residual_max),
+        **_per_axis("left_out_rms", fit.left_out_rms),
+        "r_squared": fit.r_squared,
+    }
+
+
+def payload_figures(found: IdentifiedPayload) -> dict[str, object]:
+    """Return a payload with its standard deviations."""
+    bias_sd = np.sqrt(np.diag(found.bias_covariance))
+    return {
+        "poses": found.pose_count,
+        "mass_kg": found.payload.mass,
+        "mass_sd_kg": found.mass_sd,
+        "center_of_mass_m": found.payload.center_of_mass,
+        "center_of_mass_sd_m": found.center_sd,
+        **_per_axis("bias", (*found.bias_force, *found.bias_moment)),
+        **_per_axis("bias_sd", bias_sd),
+        "condition": found.condition,
+        "residual_rms_force_n": found.force_rms,
+        "residual_rms_moment_n_m": found.moment_rms,
+        "chi2_force": found.force_chi2,
+        "chi2_moment": found.moment_chi2,
+    }
+
+
+def bias_figures(found: BiasEstimate, drift: Drift, after: SensorFile) -> dict[str, object]:
+    """Return a bias with its standard errors, and what else readings at rest say."""
+    return {
+        "readings": found.reading_count,
+        **_per_axis("bias", after.bias),
+        **_per_axis("standard_error", found.standard_error),
+        **_per_axis("noise_sd", found.sd),
+        **_per_axis("drift", drift.slope, "_per_s"),
+        **_per_axis("drift_half_width", drift.half_width, "_per_s"),
+    }
+
+
+def _per_axis(name: str, values: Sequence[float] | FloatArray, per: str = "") -> dict[str, object]:
+    """Three forces and three moments of `values` (6,)."""
+    return {f"{name}_force_n{per}": tuple(values[:3]), f"{name}_moment_n_m{per}": tuple(values[3:])}

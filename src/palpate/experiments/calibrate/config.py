@@ -1,0 +1,224 @@
+"""What `palpate calibrate` is to find out; imports nothing heavy, so that `palpate --help` is quick."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from palpate.errors import InvalidValueError, not_negative, positive, vector
+
+LARGEST_RAW = 1e12
+"""Of a raw channel, in size: counts have 32 bits."""
+
+LONGEST_TARE = 600.0
+"""[s]. Longer, a sensor drifts more than it averages."""
+
+PresetName = Literal["nano17", "wrist"]
+RotationOrder = Literal["base-from-sensor", "sensor-from-base"]
+
+SensorPath = Annotated[Path, tyro.conf.arg(metavar="SENSOR.YAML")]
+OutPath = Annotated[Path | None, tyro.conf.arg(metavar="NEW.YAML")]
+Channels = Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")]
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixConfig:
+    """Find the calibration matrix from known loads.
+
+    Input: CSV with a header line, then one load per line. Columns by name, in any order: the raw channels raw_0,
+    raw_1, ... (six or more; optionally with their unit, as in raw_0_V; or others, see --channels), and the known
+    load fx, fy, fz, mx, my, mz, optionally with units as in fx_N, mx_mNm (without: N and N m). The load is what
+    acts on the tip side of the sensor, about its origin. Eight loads or more, in all directions, of both signs.
+
+    Prints how good the calibration is and puts it into the sensor file; the old file is kept as SENSOR.YAML.bak.
+    The bias is zero again: tare afterwards. A calibration that does not predict loads that were left out is
+    refused (exit code 2), and the file stays as it was.
+
+    Example: palpate calibrate matrix --loads loads.csv --sensor sensor.yaml --raw-unit V --raw-range -10 10
+    """
+
+    loads: Annotated[Path, tyro.conf.arg(metavar="LOADS.CSV")]
+    """CSV file with raw channels and known loads."""
+    sensor: SensorPath
+    """Sensor file to update; `palpate calibrate new` makes a first one."""
+    out: OutPath = None
+    """Write here instead, and leave the sensor file as it is."""
+    channels: Channels = ()
+    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+    raw_unit: Annotated[str, tyro.conf.arg(metavar="UNIT")] = ""
+    """Unit of the raw channels ("V", "counts"). Left out: as in the header, or in the sensor file."""
+    raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = None
+    """Lowest and highest reading that is not saturated [raw unit]. Left out: as in the sensor file."""
+
+    def __post_init__(self) -> None:
+        _no_name_twice(self.channels)
+        if self.raw_range is not None:
+            low, high = self.raw_range
+            if not -LARGEST_RAW <= low < high <= LARGEST_RAW:
+                raise InvalidValueError(
+                    f"raw_range = {low:g} {high:g}: give the lower one first, at most {LARGEST_RAW:g} in size"
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class PayloadConfig:
+    """Find mass, centre of mass and bias from static poses.
+
+    Input: CSV with a header line, then one pose per line, at rest and without contact. Columns by name: the wrench
+    fx, fy, fz, mx, my, mz as the sensor shows it, no bias taken off, optionally with units as in fx_N, mx_mNm (or
+    raw channels raw_0, raw_1, ..., if the sensor file has a calibration), and the pose as one of
+    gx, gy, gz (which way gravity points, downwards, in the sensor frame, any length);
+    qw, qx, qy, qz (a quaternion) or
+    r00, r01, ..., r22 (a rotation matrix by rows), which map sensor to base coordinates, as robots give their
+    tool's orientation (see --rotation).
+
+    Four poses are the least, best are the six sides of a cube and more. Poses that leave something undetermined,
+    and wrenches that no payload explains, are refused (exit code 2), and the sensor file stays as it was;
+    otherwise it is updated, and the old one kept as SENSOR.YAML.bak.
+
+    Example: palpate calibrate payload --poses poses.csv --sensor sensor.yaml
+    """
+
+    poses: Annotated[Path, tyro.conf.arg(metavar="POSES.CSV")]
+    """CSV file with poses and wrenches."""
+    sensor: SensorPath
+    """Sensor file to update; `palpate calibrate new` makes a first one."""
+    out: OutPath = None
+    """Write here instead, and leave the sensor file as it is."""
+    rotation: RotationOrder = "base-from-sensor"
+    """What rotations and quaternions map: sensor to base coordinates, or the other way."""
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Which way is up in base coordinates: not z for a robot on a wall."""
+    gravity: float = 9.80665
+    """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles."""
+    averaged: int = 1
+    """How many readings each row is the average of: the noise is less by the square root of it."""
+    channels: Channels = ()
+    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+
+    def __post_init__(self) -> None:
+        _no_name_twice(self.channels)
+        positive("gravity", self.gravity, "m/s^2")
+        vector("up", self.up, 3, "")
+        if not 1e-3 < math.hypot(*self.up) < 1e3:
+            raise InvalidValueError(f"up = {self.up}: must be a direction, with a length from 1e-3 to 1e3")
+        if not 1 <= self.averaged <= 1_000_000:
+            raise InvalidValueError(f"averaged = {self.averaged}: must be a whole number from 1 to 1000000")
+
+
+@dataclass(frozen=True, slots=True)
+class TareConfig:
+    """Find the bias from readings at rest: from a CSV file, or live.
+
+    Input of --readings: CSV with a header line, then 100 or more equally spaced readings at rest, nothing touched.
+    Columns by name: fx, fy, fz, mx, my, mz as the sensor shows them, no bias taken off, optionally with units as
+    in fx_N, mx_mNm; or raw channels raw_0, raw_1, ..., if the sensor file has a calibration.
+
+    Live: --robot takes them from the first sensor of a robot that stands still, whose arm says how it is turned.
+    --live stage runs the simulated stage, which stands still above an object and carries the
+    payload that the sensor file names: a way to try it out, with a bias of your choice (--unknown-bias).
+
+    The weight of the payload in the sensor file is taken off. Readings that moved or drifted are refused (exit
+    code 2), and the sensor file stays as it was; otherwise it is updated, and the old one kept as SENSOR.YAML.bak.
+
+    Example: palpate calibrate tare --readings rest.csv --sensor sensor.yaml --gravity-direction 0 0 -1
+
+    Example: palpate calibrate tare --robot cell.yaml --sensor sensor.yaml --learn-noise
+
+    Example: palpate calibrate tare --live stage --sensor sensor.yaml --unknown-bias 0.1 -0.2 0.3 0.001 0 0.002
+    """
+
+    sensor: SensorPath
+    """Sensor file to update; `palpate calibrate new` makes a first one."""
+    readings: Annotated[Path | None, tyro.conf.arg(metavar="REST.CSV")] = None
+    """CSV file with readings at rest."""
+    live: Annotated[Literal["stage"] | None, tyro.conf.arg(metavar="stage")] = None
+    """Take readings now: stage is the simulated one."""
+    robot: Annotated[str | None, tyro.conf.arg(metavar="ROBOT")] = None
+    """Take readings now, of a robot file of kind `rig`, or an emulated robot. Nothing may be touched."""
+    out: OutPath = None
+    """Write here instead, and leave the sensor file as it is."""
+    gravity_direction: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="X Y Z")] = None
+    """With --readings: which way gravity points in the sensor frame; needed if the sensor carries a payload."""
+    gravity: float = 9.80665
+    """Local g [m/s^2], for the payload's weight."""
+    learn_noise: bool = False
+    """Take the noise of the sensor from these readings, too, instead of holding them against the sensor file's:
+    for the first tare of a new sensor. Whether they moved is then judged by their trend alone."""
+    channels: Channels = ()
+    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+    duration: float = 2.0
+    """With --live or --robot: how long to take readings [s]."""
+    force_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = None
+    """With --live stage: standard deviation of the force noise [N]. Left out: as in the sensor file."""
+    moment_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = None
+    """With --live stage: standard deviation of the moment noise [N m]. Left out: as in the sensor file."""
+    unknown_bias: Annotated[
+        tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="FX FY FZ MX MY MZ")
+    ] = None
+    """With --live stage: what the simulated sensor shows without load [N, N m], to be found."""
+    seed: int = 0
+    """With --live stage: seed of the noise."""
+
+    def __post_init__(self) -> None:
+        _no_name_twice(self.channels)
+        given = sum(source is not None for source in (self.readings, self.live, self.robot))
+        if given != 1:
+            found = ("none", "", "both", "all")[given]
+            raise InvalidValueError(
+                f"{found} given of --readings REST.CSV, --live stage and --robot ROBOT: give one"
+            )
+        if self.live is None:
+            for name in ("force_noise", "moment_noise", "unknown_bias"):
+                if getattr(self, name) is not None:
+                    raise InvalidValueError(f"{name} is for --live stage only: leave it out otherwise")
+        if self.readings is None and self.gravity_direction is not None:
+            raise InvalidValueError("gravity_direction is for --readings only: a live back end says it itself")
+        positive("gravity", self.gravity, "m/s^2")
+        if self.gravity_direction is not None:
+            vector("gravity_direction", self.gravity_direction, 3, "")
+            if not 1e-3 < math.hypot(*self.gravity_direction) < 1e3:
+                raise InvalidValueError(
+                    f"gravity_direction = {self.gravity_direction}: must be a direction, with a length from 1e-3 "
+                    "to 1e3"
+                )
+        positive("duration", self.duration, "s")
+        if self.duration > LONGEST_TARE:
+            raise InvalidValueError(f"duration = {self.duration:g} s: must be at most {LONGEST_TARE:g} s")
+        not_negative("force_noise", self.force_noise or 0.0, "N")
+        not_negative("moment_noise", self.moment_noise or 0.0, "N m")
+        if self.unknown_bias is not None:
+            vector("unknown_bias", self.unknown_bias, 6, "N, N m")
+        if self.seed < 0:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number, 0 or above")
+
+
+@dataclass(frozen=True, slots=True)
+class NewSensorConfig:
+    """Make a first sensor file, with comments and units, to start from.
+
+    nano17 is a fingertip sensor (ATI Nano17 SI-12-0.12), wrist one for a robot's wrist (ATI Axia80-M20 SI-500-20).
+    Ranges are the maker's; read the provenance in the file, and edit what your sensor differs in. A file that is
+    there is not replaced.
+
+    Example: palpate calibrate new sensor.yaml --preset nano17 --serial-number FT01234
+    """
+
+    file: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="SENSOR.YAML")]
+    """File to make."""
+    preset: PresetName
+    """Kind of sensor."""
+    serial_number: str = "unknown"
+    """Of your sensor."""
+
+
+CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | TareConfig
+"""What is to be found out."""
+
+
+def _no_name_twice(channels: tuple[str, ...]) -> None:
+    for i, name in enumerate(channels):
+        if name in channels[:i]:
+            raise InvalidValueError(f"channels: {name!r} is there twice; each channel has its own column")

@@ -1,0 +1,1 @@
+"""Compare maps with meshes, and runs with one another."""

@@ -1,0 +1,59 @@
+"""What `palpate compare` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from palpate.errors import InvalidValueError, positive
+
+Unit = Literal["m", "mm"]
+
+
+@dataclass(frozen=True, slots=True)
+class CompareConfig:
+    """Compare a map with a reference mesh: errors, coverage, Hausdorff distance, normals. Or compare runs.
+
+    Distances are to the reference's surface, exactly, not to its vertices; positive outside where it is
+    watertight.
+    The map is left where it is unless --align is given: errors of position count.
+
+    Writes compare.html and compare.json (SI units) into the folder.
+
+    Given runs instead, two or more of the same experiment (folders, or their .mcap logs): what was asked
+    differently, figures side by side, force and grip over time and errors of the surface over one another. Writes
+    comparison.html. Of the options, runs take --out alone.
+
+    Example: palpate compare runs/explore/contacts.ply part.stl --reference-unit mm --within 0.002
+
+    Example: palpate compare runs/slow runs/fast
+    """
+
+    map: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="MAP|RUN")]
+    """What was felt: a cloud (contacts.ply, contacts.csv, height_map.csv) or a mesh (PLY, OBJ, STL). Or a run."""
+    reference: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="REFERENCE|RUN")]
+    """The true surface: a mesh (STL, PLY, OBJ, ...: what trimesh reads). Or another run."""
+    others: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[RUN ...]")] = ()
+    """Further runs."""
+    map_unit: Unit = "m"
+    """Unit of the map's file."""
+    reference_unit: Unit = "m"
+    """Unit of the reference's file: CAD often means mm."""
+    within: float = 1e-3
+    """Up to this distance from the map the reference counts as covered [m]."""
+    region: Annotated[
+        tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="X Y Z X Y Z")
+    ] = None
+    """Lower and upper corner of the part that can be reached [m]: only there the reference counts for coverage."""
+    align: bool = False
+    """Move the map onto the reference first (rigid, from where it is); says by how much."""
+    samples: int = 20_000
+    """Points spread over the reference, and over a map that is a mesh."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    """Folder for the report, made if need be. Left out: that of the map, or of the first run."""
+
+    def __post_init__(self) -> None:
+        positive("within", self.within, "m")
+        if self.samples < 100:
+            raise InvalidValueError(f"samples = {self.samples}: must be 100 or above; 20000 take a second")

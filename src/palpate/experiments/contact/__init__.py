@@ -1,0 +1,1 @@
+"""Wrenches into contacts."""

@@ -1,0 +1,1 @@
+"""Examine a robot's devices and this computer."""

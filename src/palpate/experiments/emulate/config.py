@@ -1,0 +1,176 @@
+"""What `palpate emulate` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+
+import ipaddress
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from palpate.errors import InvalidValueError, positive
+
+FastFaults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
+
+SLOWEST, FASTEST = 0.01, 10.0
+"""Seconds of the device per second of wall time."""
+
+MOST_SERVOS = 16
+"""On one bus; hands have fewer."""
+
+
+@dataclass(frozen=True, slots=True)
+class EmulateUrConfig:
+    """Emulate a controller of Universal Robots: RTDE, script port and dashboard, for any client.
+
+    Its UR5e moves as it is told, and may touch an elastic plane. It has no dynamics: for those, `palpate explore
+    --robot emulated-ur5e`. Runs until Ctrl-C.
+
+    Example: palpate emulate ur, then in Python: rtde_receive.RTDEReceiveInterface("127.0.0.2").getActualTCPPose()
+
+    Example, one that is stopped from the beginning: palpate emulate ur --fault protective_stop 1
+    """
+
+    address: str = "127.0.0.2"
+    """Where it listens; its ports are fixed, so each controller needs an address of its own. All of 127.x.y.z is
+    this computer alone; whoever reaches another address can drive the emulated arm."""
+    version: str = "5.14.0.1"
+    """Of its software: 3 (CB3, 125 Hz), 5 (e-Series) or 10 (PolyScope X, no dashboard), and so on."""
+    plane: float | None = None
+    """Height of the elastic plane under the tool, in the arm's base frame [m]. Left out: there is none."""
+    stiffness: float = 2000.0
+    """Of the plane [N/m]."""
+    scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
+    """Seconds of the robot per second of wall time."""
+    fault: FastFaults = ()
+    """Faults from the beginning, with their values. More can be switched while it runs: palpate emulate fault."""
+
+    def __post_init__(self) -> None:
+        checked_address(self.address)
+        checked_scale(self.scale)
+        if self.plane is not None and not math.isfinite(self.plane):
+            raise InvalidValueError(f"plane = {self.plane}: must be a height [m]")
+        positive("stiffness", self.stiffness, "N/m")
+        version_numbers(self.version)
+
+
+@dataclass(frozen=True, slots=True)
+class EmulateDynamixelConfig:
+    """Emulate a bus of Dynamixel servos (protocol 2.0) on a terminal of this computer. Runs until Ctrl-C.
+
+    Example: palpate emulate dynamixel --servos 4 --link /tmp/dynamixel, then open /tmp/dynamixel at 1000000 baud
+    """
+
+    servos: int = 2
+    """How many, with ids from 1 on."""
+    model: Literal["XL330-M288", "XM430-W210"] = "XL330-M288"
+    """Of all of them."""
+    link: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None
+    """Where a link to the terminal shall stand, whose own name changes from time to time. Left out: none."""
+    wall: float | None = None
+    """Where an elastic wall stops the shafts [rad from the middle of their turn]. Left out: nowhere."""
+    baud_rate: int = 1_000_000
+    """At which the servos hear and speak [1/s]."""
+    scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
+    """Seconds of the servos' motion per second of wall time."""
+    seed: int = 0
+    """Of faults that are drawn."""
+    fault: FastFaults = ()
+    """Faults from the beginning, with their values."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.servos <= MOST_SERVOS:
+            raise InvalidValueError(f"servos = {self.servos}: must be from 1 to {MOST_SERVOS}")
+        if self.wall is not None and not math.isfinite(self.wall):
+            raise InvalidValueError(f"wall = {self.wall}: must be an angle [rad]")
+        checked_scale(self.scale)
+
+
+@dataclass(frozen=True, slots=True)
+class EmulateNetftConfig:
+    """Emulate an ATI Net F/T box, or an OnRobot HEX: records by UDP, the calibration by TCP. Runs until Ctrl-C.
+
+    It shows a steady load. Example: palpate emulate netft --load 0 0 -5 0 0 0 --rate 7000
+    """
+
+    address: str = "127.0.0.1"
+    """Where it listens: UDP port 49152, and for the calibration TCP port 49151. All of 127.x.y.z is this computer
+    alone; others can read it at any other address."""
+    make: Literal["ati", "onrobot"] = "ati"
+    """Whose box: they differ in units, commands and calibration."""
+    rate: float = 1000.0
+    """Records per second, up to 7000. An OnRobot's client says it."""
+    load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """What it shows: three forces [N] and three moments [N m]."""
+    fault: FastFaults = ()
+    """Faults from the beginning, with their values."""
+
+    def __post_init__(self) -> None:
+        checked_address(self.address)
+        positive("rate", self.rate, "1/s")
+        if not all(map(math.isfinite, self.load)):
+            raise InvalidValueError(f"load = {self.load}: must be six finite numbers [N, N m]")
+
+
+@dataclass(frozen=True, slots=True)
+class EmulateFaultConfig:
+    """Switch a fault of a device that is being emulated; a wrong name lists those that there are.
+
+    Example: palpate emulate fault 41234 ur drop_rst
+    """
+
+    port: Annotated[int, tyro.conf.Positional, tyro.conf.arg(metavar="PORT")]
+    """Of the emulator's control, as it said when it began."""
+    device: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DEVICE")]
+    """Its name, as it said, too."""
+    fault: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FAULT")]
+    """Which."""
+    value: Annotated[float, tyro.conf.Positional, tyro.conf.arg(metavar="VALUE")] = 1.0
+    """What of it; 0 ends most."""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.port < 65536:
+            raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, as the emulator said it")
+
+
+EmulateConfig = EmulateUrConfig | EmulateDynamixelConfig | EmulateNetftConfig
+
+
+def checked_address(address: str) -> str:
+    """Return an IPv4 address.
+
+    Raises:
+        InvalidValueError: It is none.
+    """
+    try:
+        return str(ipaddress.IPv4Address(address))
+    except ValueError:
+        raise InvalidValueError(f"address = {address!r}: must be an IPv4 address, such as 127.0.0.2") from None
+
+
+def checked_scale(scale: float) -> float:
+    """Return a time scale.
+
+    Raises:
+        InvalidValueError: It is out of what makes sense.
+    """
+    if not SLOWEST <= scale <= FASTEST:
+        raise InvalidValueError(f"time_scale = {scale:g}: must be from {SLOWEST:g} to {FASTEST:g}")
+    return scale
+
+
+def version_numbers(version: str) -> tuple[int, int, int, int]:
+    """Return the four numbers of a version, 0 for those left out.
+
+    Raises:
+        InvalidValueError: It is none of a controller.
+    """
+    parts = version.split(".")
+    if not all(part.isascii() and part.isdigit() for part in parts) or len(parts) > 4:
+        raise InvalidValueError(f"version = {version!r}: must be numbers with dots between, as 5.14.0.1")
+    major, minor, bugfix, build = (*map(int, parts), 0, 0, 0)[:4]
+    if major not in (3, 5, 10):
+        raise InvalidValueError(
+            f"version = {version!r}: must begin with 3 (CB3), 5 (e-Series) or 10 (PolyScope X)"
+        )
+    return major, minor, bugfix, build

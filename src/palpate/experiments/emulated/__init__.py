@@ -1,0 +1,1 @@
+"""Simulated scenes behind emulated devices, as robots."""

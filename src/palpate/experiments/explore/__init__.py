@@ -1,0 +1,1 @@
+"""Explore a surface by touch."""

@@ -1,0 +1,100 @@
+"""What an exploration may not ask of fingertip, robot and simulation: refused before anything moves.
+
+Forces and speeds beyond the robot's limits: see `palpate.experiments.run_checks`.
+"""
+
+from collections.abc import Sequence
+
+from palpate.controllers import ExploreParameters, live_parameters
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import LEAST_FORCE, ExploreConfig
+from palpate.sim import PairParameters
+
+SOFT = 1e3
+"""[N/m] Contacts softer than this were not meant: as soft as `palpate regulate --surface soft`."""
+
+
+def check_compression(tip: Sequence[float], force: float, stiffness: float) -> None:
+    """Refuse a fingertip that is compressed by more than its radius: by half of what the contact gives way.
+
+    Args:
+        tip: Its radius or semi-axes [m].
+        force: That it is pressed with [N].
+        stiffness: Of the contact [N/m].
+
+    Raises:
+        InvalidValueError: It is.
+    """
+    compression = 0.5 * force / stiffness
+    if min(tip) <= compression:
+        hint = f"; is the stiffness in another unit? For {stiffness:g} kN/m give --stiffness {1e3 * stiffness:g}"
+        raise InvalidValueError(
+            f"tip = {min(tip):g} m: must be larger than its compression at {force:g} N and {stiffness:g} N/m, "
+            f"{compression:.2g} m{hint if stiffness < SOFT else ''}"
+        )
+
+
+def check_least_force(config: ExploreConfig, least: float) -> None:
+    """Refuse forces that fall below what is felt for sure.
+
+    Args:
+        config: What was asked for.
+        least: Force [N] that is.
+
+    Raises:
+        InvalidValueError: They do.
+    """
+    if config.least_force < least * (1.0 - 1e-12):
+        swings = f" and force_swing = {config.force_swing:g} N: the force" if config.force_swing else ":"
+        raise InvalidValueError(
+            f"force = {config.force:g} N{swings} must be at least {least:g} N, {LEAST_FORCE:g} times what the "
+            "robot's sensor file takes for a touch (touch_force_N)"
+        )
+
+
+def check_changes(config: ExploreConfig, parameters: ExploreParameters) -> None:
+    """Refuse changes of live parameters that are out of their bounds.
+
+    Raises:
+        InvalidValueError: One is.
+    """
+    live = live_parameters(parameters)
+    for time, name, value in config.change:
+        try:
+            live.check(name, value)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"change after {time:g} s: {error}") from None
+
+
+def check_push(config: ExploreConfig, stiffness: float, leash: float) -> None:
+    """Refuse a force that the servos never reach: their reference runs no farther ahead than the leash.
+
+    Args:
+        config: What was asked for.
+        stiffness: Of the servos [N/m].
+        leash: Of their reference [m].
+
+    Raises:
+        InvalidValueError: It is such a force.
+    """
+    push = stiffness * leash
+    if config.greatest_force > push:
+        raise InvalidValueError(
+            f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' {stiffness:.3g} "
+            f"N/m over a leash of {leash:g} m (leash_m, bandwidth_rad_per_s in the robot file); press with less, "
+            "or let the leash be longer or the bandwidth higher"
+        )
+
+
+def check_sliding(config: ExploreConfig, pair: PairParameters) -> None:
+    """Refuse speeds at which the simulated friction is not Coulomb's, or the tip lifts off.
+
+    Raises:
+        InvalidValueError: It is such a speed.
+    """
+    creep = pair.creep_speed * config.greatest_force / config.touch_force  # grows with the force
+    if not creep < config.speed < pair.lift_speed / 2.0:
+        raise InvalidValueError(
+            f"speed = {config.speed:g} m/s: must lie between {creep:.2g} m/s, below which the simulated friction "
+            f"creeps, and {pair.lift_speed / 2.0:.2g} m/s, from which it may lift the tip"
+        )

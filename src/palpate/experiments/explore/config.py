@@ -1,0 +1,310 @@
+"""What an exploration is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+
+import math
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.change_names import EXPLORED, check_change_names
+from palpate.experiments.explore.objects import (
+    ObjectName,
+    article_of,
+    check_file,
+    check_length,
+    checked_size,
+    spaced,
+)
+from palpate.experiments.explore.strategies import (
+    ACCURACY,
+    SPACING,
+    CurveName,
+    MeasureName,
+    StrategyName,
+    TurnName,
+    check_options,
+    option_names,
+)
+from palpate.experiments.friction.bound import check_friction
+from palpate.experiments.settled_values import settle
+
+TOUCH_FORCE = 0.2
+"""A force above this counts as a touch [N], unless noise asks for more."""
+
+TOUCH_DEVIATIONS = 7.0
+"""A touch is at least this many standard deviations of the force noise of one axis: the length of the noise's
+three components passes that once in 1e10 samples."""
+
+LEAST_FORCE = 1.5
+"""The set force is at least this many times the force that counts as a touch."""
+
+MOST_FORCE = 15.0
+"""Above this [N] landing could reach the supervisor's limit of 20 N."""
+
+SHORTEST_SWING = 0.1
+"""Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""
+
+LONGEST_PERIOD = 8e-3
+"""Slowest control [s]: from 125 Hz on a stage explores as well as at 1 kHz; slower, it lands hard."""
+
+MOST_GRID_POINTS = 1_000_000
+"""Largest map that is asked for: a finer one takes minutes and shows nothing more."""
+
+LARGEST_SEED = 2**63 - 1
+"""Largest whole number that a configuration file keeps exactly."""
+
+SLOWEST = 1e-3
+"""Slowest [m/s] that a running exploration may be told to be: slower, it seems to stand still."""
+
+SIDE = 0.04
+"""Of the rectangle that is explored, if no other is asked for [m]."""
+
+FASTEST = 0.1
+"""Fastest exploration [m/s]: the stage's leash lets it follow up to 0.125 m/s."""
+
+
+def check_force_noise(noise: float) -> None:
+    """Refuse a noise of the force [N] in which no touch can be told, or that is in another unit.
+
+    Raises:
+        InvalidValueError: It is such a noise.
+    """
+    if LEAST_FORCE * TOUCH_DEVIATIONS * not_negative("force_noise", noise, "N") > MOST_FORCE:
+        raise InvalidValueError(
+            f"force_noise = {noise:g} N: too large to tell a touch within {MOST_FORCE:g} N; for {noise:g} mN give "
+            f"{noise / 1e3:g}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ExploreConfig:
+    """Explore the surface of a simulated object by touch, and draw it.
+
+    A fingertip on a six-axis force/torque sensor, carried by a simulated stage or arm (--robot), lands on the
+    object, presses with a steady force and goes where a strategy leads it (--strategy): rows, a spiral, once round
+    the object, single taps, or wherever the map is still unsure. Every millisecond the wrench tells where it
+    touches. The points become a map with its uncertainty, the shape that they have, PLY, STL and CSV files, and
+    one HTML report with pictures. What could not be felt is marked, and says why.
+
+    All values are in SI units: metres, newtons, seconds.
+
+    Example: palpate explore --object ellipsoid --force 2 --speed 0.05 --out runs/ellipsoid;
+    or palpate explore --strategy contour --object box --curve edge;
+    or palpate explore --strategy active --object bumps --accuracy 2e-5
+    """
+
+    object: ObjectName = "sphere"
+    """What to touch, from above. Its middle is at the origin; a height field's over it, with the heights as they
+    are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin."""
+    size: tuple[float, ...] = ()
+    """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
+    height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
+    bumps; a height field's width and depth, if its file does not say them. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
+    40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
+    file: Path | None = None
+    """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
+    z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy)."""
+    scale: float = 1.0
+    """Metres per unit of that file: 0.001 if it is in millimetres."""
+    tip: tuple[float, ...] = (0.008,)
+    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid."""
+    force: float = 2.0
+    """Normal force to hold [N]."""
+    force_swing: float = 0.0
+    """Let the force swing about that as a sine, so far up and down [N], while the tip slides: then the map tells
+    how stiff the object is where it went, as for --force-swing 0.5. Left out: the force is constant, and stiffness
+    stays unknown."""
+    force_period: float = 1.0
+    """How long a swing takes [s]. Stiffness is a mean over the way of a whole swing, 20 mm at 20 mm/s; in a faster
+    swing, what damps the contact passes for stiffness."""
+    identify: bool = False
+    """Press first, where the exploration begins, for half a minute, to find stiffness and delay of contact and
+    robot, and hold the force by what was found. Otherwise the gain is made for --stiffness and what the robot file
+    says."""
+    speed: float = 0.02
+    """Speed along the surface [m/s]."""
+    strategy: StrategyName = "raster"
+    """How to explore. raster: rows over a rectangle. spiral: from the middle of a disc outwards. contour: once
+    round the object. taps: single touches on a grid. active: coarse rows over a rectangle, then closer ones where
+    the map would err, until it is accurate enough. Of the options from here to --beyond each strategy takes those
+    that name it."""
+    width: float | None = None
+    """raster, taps, active: extent along x, along the rows [m]: of the path of the fingertip's centre. On a
+    rounded object the contacts span less. Width and depth left out: 40 mm, or as much of it as the object has
+    room for."""
+    depth: float | None = None
+    """raster, taps, active: extent along y, across the rows [m], likewise."""
+    center: tuple[float, ...] = ()
+    """Middle of the rectangle or disc, x and y [m]; for a contour where to land. Left out: over the origin; on a
+    torus over its tube, where y is 0; elsewhere if there is no room; for a level contour beside its curve."""
+    spacing: float | None = None
+    """raster, spiral, taps: distance between rows, turns or taps [m]. Left out: 2 mm; of taps 5 mm."""
+    radius: float | None = None
+    """spiral: of its disc [m]. Left out: 20 mm, or as much of it as the object has room for."""
+    curve: CurveName = "level"
+    """contour: what to go along. level: the curve on which the fingertip keeps its height. edge: from the middle
+    outwards to the first edge, and along it; on a rounded object, along where it leans by 45 degrees."""
+    below: float | None = None
+    """contour, level: how far below its height on the object's top the fingertip goes round [m]. Left out: half
+    the fingertip's radius, less on a flat relief."""
+    turn: TurnName = "left"
+    """contour: which way round, seen from above: left is counter-clockwise."""
+    accuracy: float | None = None
+    """active: wanted error of the map [m]. Left out: 0.02 mm; for --measure largest 0.1 mm."""
+    measure: MeasureName = "rms"
+    """active: which error --accuracy speaks of, the root mean square over the rectangle or the largest."""
+    area: float = 1.0
+    """active: part of the rectangle, from 0 to 1, over which --accuracy is wanted; the rest may stay unknown."""
+    time: float | None = None
+    """active: no new row begins after about so long [s]. Left out: as long as it takes."""
+    beyond: bool = False
+    """raster, spiral, taps, active: go where the object may end or be too steep, too, as on an object that nobody
+    knows. What cannot be felt there is marked instead of refused beforehand."""
+    friction: float = 0.3
+    """Friction coefficient between tip and object."""
+    spin_length: float = 0.004
+    """Largest spin torque per largest friction force [m]."""
+    stiffness: float = 20e3
+    """Contact stiffness [N/m]. The compliance correction uses it as known, and without --identify the controller's
+    gain."""
+    force_noise: float = 0.0
+    """Standard deviation of the sensor's force noise [N], each axis."""
+    moment_noise: float = 0.0
+    """Standard deviation of the sensor's moment noise [N m], each axis."""
+    seed: int = 0
+    """Seed of the noise: the same seed gives the same run."""
+    period: float = 1e-3
+    """Control period [s]."""
+    change: tuple[tuple[float, str, float], ...] = ()
+    """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
+    as in --change 5 force 3 6 speed 0.05. The start is that of the run, landing included. The change is ramped, so
+    that nothing jumps."""
+    robot: str = "stage"
+    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. It says
+    fingertip, noise and period, too, where they are not given here."""
+    out: Path = Path("runs/explore")
+    """Folder for the report, the points and the map."""
+
+    def __post_init__(self) -> None:
+        settle(self)
+        object.__setattr__(self, "size", checked_size(self.object, self.size))
+        check_file(self.object, self.file, self.scale)
+        if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
+            raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
+        if len(self.tip) not in (1, 3):
+            raise InvalidValueError(
+                f"tip = {spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
+            )
+        for length in self.tip:
+            check_length("tip", length)
+        if not 0 <= self.seed <= LARGEST_SEED:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
+        not_negative("moment_noise", self.moment_noise, "N m")
+        self._check_force()
+        if not 0.0 < self.speed <= FASTEST:
+            hint = f"; for {self.speed:g} mm/s give {self.speed / 1e3:g}" if 1.0 <= self.speed <= 100.0 else ""
+            raise InvalidValueError(
+                f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
+            )
+        self._check_strategy()
+        positive("period", self.period, "s")
+        if self.period > LONGEST_PERIOD:
+            raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
+        width, depth = self.extent
+        points = (width / self.map_spacing + 1.0) * (depth / self.map_spacing + 1.0)
+        if points > MOST_GRID_POINTS:
+            raise InvalidValueError(
+                f"spacing = {self.gap:g} m: makes a map of {points:.2g} points over {width:g} x "
+                f"{depth:g} m, the limit is {MOST_GRID_POINTS:.0e}; take rows at least "
+                f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
+            )
+        check_change_names(self.change, EXPLORED)
+        check_friction(self.friction)
+        for name, unit in (("spin_length", "m"), ("stiffness", "N/m")):
+            positive(name, getattr(self, name), unit)
+
+    @property
+    def article(self) -> str:
+        """The article before the object's name."""
+        return article_of(self.object)
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Middle of the rows, x and y [m]."""
+        if self.center:
+            return (self.center[0], self.center[1])
+        return (self.size[0], 0.0) if self.object == "torus" else (0.0, 0.0)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and depth of what is to be explored, or of what contains it [m]; a contour has none before."""
+        if self.strategy == "spiral":
+            across = 2.0 * (self.radius or SIDE / 2.0)
+            return (across, across)
+        return (self.width or SIDE, self.depth or SIDE)
+
+    @property
+    def gap(self) -> float:
+        """Distance between neighbouring rows, turns or taps, which the map is made for [m]."""
+        return SPACING[self.strategy] if self.spacing is None else self.spacing
+
+    @property
+    def wanted_error(self) -> float:
+        """Of the map that an active exploration is to make [m]."""
+        return ACCURACY[self.measure] if self.accuracy is None else self.accuracy
+
+    @property
+    def map_spacing(self) -> float:
+        """Distance of the height map's grid lines: a quarter of the rows' [m]."""
+        return self.gap / 4.0
+
+    @property
+    def touch_force(self) -> float:
+        """Force that counts as a touch [N]."""
+        return max(TOUCH_FORCE, TOUCH_DEVIATIONS * self.force_noise)
+
+    @property
+    def least_force(self) -> float:
+        """That is asked for at any time [N]."""
+        return self.force - self.force_swing
+
+    @property
+    def greatest_force(self) -> float:
+        """Likewise [N]."""
+        return self.force + self.force_swing
+
+    def _check_force(self) -> None:
+        not_negative("force_swing", self.force_swing, "N")
+        positive("force_period", self.force_period, "s")
+        check_force_noise(self.force_noise)
+        least = LEAST_FORCE * self.touch_force
+        noise = f" with a force noise of {self.force_noise:g} N" if self.force_noise else ""
+        if not least * (1.0 - 1e-12) <= self.force <= MOST_FORCE:
+            raise InvalidValueError(
+                f"force = {self.force:g} N: must lie between {least:g} and {MOST_FORCE:g} N{noise}"
+            )
+        room = min(self.force - least, MOST_FORCE - self.force)
+        if self.force_swing > room + 1e-12:
+            raise InvalidValueError(
+                f"force_swing = {self.force_swing:g} N: about {self.force:g} N at most {room:g} N, so that the "
+                f"force stays between {least:g} and {MOST_FORCE:g} N{noise}"
+            )
+        if self.force_swing and self.force_period < SHORTEST_SWING:
+            raise InvalidValueError(
+                f"force_period = {self.force_period:g} s: must be at least {SHORTEST_SWING:g} s, for no servo "
+                "would follow"
+            )
+
+    def _check_strategy(self) -> None:
+        options = {field.name: field.default for field in fields(self) if field.name in option_names()}
+        given = {name: getattr(self, name) for name in options if getattr(self, name) != options[name]}
+        check_options(self.strategy, given)
+        for name in ("width", "depth", "spacing", "radius", "below", "accuracy"):
+            if name in given:
+                check_length(name, getattr(self, name))
+        if self.below is not None and self.curve != "level":
+            raise InvalidValueError(f"below = {self.below:g} m: is for --curve level; an edge has its own height")
+        if self.time is not None:
+            positive("time", self.time, "s")
+        if not 0.0 <= self.area <= 1.0:
+            hint = f"; for {self.area:g} % give {self.area / 100.0:g}" if 1.0 < self.area <= 100.0 else ""
+            raise InvalidValueError(f"area = {self.area:g}: must lie between 0 and 1, all of the rectangle{hint}")

@@ -1,0 +1,186 @@
+"""The object of an exploration: from its name and size, from a file, or again from the text in a log."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.objects import ObjectName
+from palpate.experiments.heights_file import heights_text, load_heights, read_heights_text
+from palpate.sim import (
+    Box,
+    ConvexMesh,
+    CylinderObject,
+    EllipsoidObject,
+    HeightField,
+    SceneObject,
+    SphereObject,
+    Torus,
+    TracedMesh,
+    Triangles,
+    bumps,
+)
+from palpate.sim.objects.mesh_file import LARGEST, SMALLEST, read_facets
+
+MESH_TEXT = "object.off"
+"""Under this name a log keeps a mesh, as Object File Format, which other programs read, too."""
+
+HEIGHTS_TEXT = "object.csv"
+"""Under this name a log keeps a height field, as `palpate explore --file` reads it."""
+
+SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
+"""Objects of which a simulation knows where a sphere touches, and no other tip."""
+
+
+def scene_object(config: ExploreConfig) -> SceneObject:
+    """Return the object that a configuration asks for; a file is read, and what stands in it put in its place.
+
+    Raises:
+        InvalidValueError: It cannot be, its file cannot be read, or the tip cannot touch it.
+    """
+    if len(config.tip) > 1 and config.object in SPHERES_ONLY:
+        tip = " ".join(f"{length:g}" for length in config.tip)
+        raise InvalidValueError(
+            f"tip = {tip}: {config.article} {config.object} is touched by a sphere only; give --tip one number"
+        )
+    size = config.size
+    match config.object:
+        case "sphere":
+            return SphereObject(size[0])
+        case "ellipsoid":
+            return EllipsoidObject((size[0], size[1], size[2]))
+        case "box":
+            return Box((size[0], size[1], size[2]))
+        case "cylinder":
+            return CylinderObject(size[0], size[1])
+        case "torus":
+            return Torus(size[0], size[1])
+        case "bumps":
+            return bumps(size[0], size[1], size[2])
+        case "mesh":
+            return _mesh(_standing(config), config)
+        case "height-field":
+            assert config.file is not None  # ExploreConfig has made sure
+            return load_heights(config.file, config.scale, size)
+
+
+def object_texts(target: SceneObject, config: ExploreConfig) -> dict[str, str]:
+    """Return the geometry of an object that came from a file, as text that gives the very same bits again.
+
+    Args:
+        target: From `scene_object`.
+        config: That asked for it.
+
+    Returns:
+        By file name; nothing for what the configuration describes by itself.
+    """
+    if config.file is None:
+        return {}
+    if isinstance(target, HeightField):
+        return {HEIGHTS_TEXT: heights_text(target)}
+    if isinstance(target, TracedMesh | ConvexMesh):
+        return {MESH_TEXT: _off(target.triangles)}
+    raise TypeError(f"a {type(target).__name__} comes from no file")
+
+
+def object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject | None:
+    """Return the object whose geometry is among texts; None for what the configuration describes by itself.
+
+    Args:
+        texts: By file name, as a log keeps them.
+        config: That asked for it.
+
+    Raises:
+        InvalidValueError: It is missing, or not as `object_texts` writes it.
+    """
+    if config.file is None:
+        return None
+    name = MESH_TEXT if config.object == "mesh" else HEIGHTS_TEXT
+    if name not in texts:
+        raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")
+    if name == HEIGHTS_TEXT:
+        return read_heights_text(texts[name], name)
+    return _mesh(_read_off(texts[name]), config)
+
+
+def object_line(target: SceneObject, config: ExploreConfig) -> str:
+    """Return what an object is, in one line for a report."""
+    if config.file is None:
+        return f"{config.object}, {' x '.join(f'{1e3 * s:g}' for s in config.size)} mm"
+    if isinstance(target, HeightField):
+        rows, columns = target.heights.shape
+        extent = f"{columns} x {rows} heights over {1e3 * target.width:.4g} x {1e3 * target.depth:.4g} mm"
+    elif isinstance(target, TracedMesh | ConvexMesh):
+        sides = " x ".join(f"{1e3 * s:.4g}" for s in np.ptp(target.triangles.vertices, axis=0))
+        extent = f"{len(target.triangles.faces)} triangles, {sides} mm"
+    else:
+        raise TypeError(f"a {type(target).__name__} comes from no file")
+    return f"{config.object} {config.file}, {extent}"
+
+
+def _mesh(triangles: Triangles, config: ExploreConfig) -> SceneObject:
+    """A sphere touches the triangles themselves; a tip of another shape what MuJoCo makes of them, if convex."""
+    if len(config.tip) == 1:
+        return TracedMesh(triangles)
+    try:
+        return ConvexMesh(triangles)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{error}; or a tip that is a sphere, which touches any mesh (--tip)") from None
+
+
+def _standing(config: ExploreConfig) -> Triangles:
+    """What the file shows, standing on z = 0, the middle of its bounding box over the origin."""
+    assert config.file is not None  # ExploreConfig has made sure
+    vertices, faces = read_facets(config.file)
+    name = str(config.file)
+    if not len(faces):
+        kind = config.file.suffix.lstrip(".").upper() or "mesh"
+        raise InvalidValueError(
+            f"{name}: no triangles were found in it: is it really a file of kind {kind}, and whole?"
+        )
+    if not np.isfinite(vertices).all():
+        return Triangles(vertices, faces, name)  # which says what is wrong
+    size = config.scale * float(np.ptp(vertices, axis=0).max())
+    if not SMALLEST <= size <= LARGEST:
+        raise InvalidValueError(
+            f"{name}: {size:.4g} m across with scale = {config.scale:g}, must be {SMALLEST:g} to {LARGEST:g} m; "
+            f"{_unit_hint(size, config.scale)}"
+        )
+    vertices = config.scale * vertices
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    x, y = 0.5 * (low + high)[:2]
+    return Triangles(vertices - np.array([x, y, low[2]]), faces, name)
+
+
+def _unit_hint(size: float, scale: float) -> str:
+    """What to do about a file that is `size` [m] large with a scale, and should not be."""
+    if size < SMALLEST and scale < 1.0:
+        return "is it in metres already? Then leave --scale out"
+    if size > LARGEST and scale >= 1.0:
+        return "is it in another unit? For a file in millimetres give --scale 0.001, in inches --scale 0.0254"
+    return "is it in another unit? --scale is the metres in one of its units"
+
+
+def _off(triangles: Triangles) -> str:
+    """Object File Format: counts, vertices, triangles; the shortest digits that read back to the same bits."""
+    lines = ["OFF", f"{len(triangles.vertices)} {len(triangles.faces)} 0"]
+    lines += [f"{x!r} {y!r} {z!r}" for x, y, z in triangles.vertices.tolist()]
+    lines += [f"3 {a} {b} {c}" for a, b, c in triangles.faces.tolist()]
+    return "\n".join([*lines, ""])
+
+
+def _read_off(text: str) -> Triangles:
+    words = text.split()
+    try:
+        if words[0] != "OFF":
+            raise ValueError("no OFF at its beginning")
+        n, m = int(words[1]), int(words[2])
+        numbers = words[4:]
+        if len(numbers) != 3 * n + 4 * m:
+            raise ValueError(f"{len(numbers)} numbers for {n} vertices and {m} triangles")
+        vertices: FloatArray = np.array([float(word) for word in numbers[: 3 * n]]).reshape(n, 3)
+        faces = np.array([int(word) for word in numbers[3 * n :]], np.int64).reshape(m, 4)[:, 1:]
+    except (ValueError, IndexError) as error:
+        raise InvalidValueError(f"{MESH_TEXT}: not as palpate writes it ({error})") from None
+    return Triangles(vertices, faces, MESH_TEXT)

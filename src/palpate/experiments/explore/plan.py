@@ -1,0 +1,327 @@
+"""From a configuration to an exploration that can be carried out: everything is checked and built here."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from palpate.controllers import (
+    ExploreController,
+    ExploreParameters,
+    ForceProfile,
+    LandingModel,
+    Room,
+    SineForce,
+    force_gain,
+    series_stiffness,
+    tracking_delay,
+)
+from palpate.controllers.explore_parameters import ACCELERATION
+from palpate.controllers.landing import moved_mass
+from palpate.controllers.paths import PathPlane, Strategy
+from palpate.errors import InvalidValueError
+from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
+from palpate.experiments.explore.checks import (
+    check_changes,
+    check_compression,
+    check_least_force,
+    check_push,
+    check_sliding,
+)
+from palpate.experiments.explore.config import FASTEST, LEAST_FORCE, MOST_FORCE, SLOWEST, ExploreConfig
+from palpate.experiments.explore.explored_object import object_in, object_texts, scene_object
+from palpate.experiments.explore.identified import (
+    IDENTIFIED_TEXT,
+    IdentifiedForce,
+    identified_text,
+    read_identified,
+)
+from palpate.experiments.finger_sensor import sensor_for
+from palpate.experiments.known_truth import scene_of
+from palpate.experiments.robot.in_scene import build
+from palpate.experiments.robot.simulated_stage import Task, only_finger
+from palpate.experiments.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
+from palpate.experiments.scans import ContourScan, Effort, Scan, scan_on
+from palpate.experiments.wall_bound import WallBound
+from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime.live import Change
+from palpate.runtime.robot import Robot, load_robot, read_robot
+from palpate.runtime.robot_backend import EmulatedHandEntry
+from palpate.runtime.robot_rig import RigEntry
+from palpate.sim import SceneObject
+from palpate.sim.presets import EXPLORE
+from palpate.spatial import Vector
+
+ROOM = 0.02
+"""How far beyond its path the supervisor lets the tip go [m]; half of it the controller, which marks what is
+beyond instead of being stopped."""
+
+BENDS = 2.0
+"""A contour bends no more sharply than so many times the fingertip: its middle goes round a corner at a radius."""
+
+WASTE = 10.0
+"""May always be lost [s]."""
+
+FASTEST_LANDING = 0.005
+"""[m/s], where what lands and what it lands on would allow more."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExplorationPlan:
+    """An exploration that can be carried out: everything checked and built, nothing moved yet.
+
+    Attributes:
+        config: What was asked for.
+        robot: What carries it out.
+        target: What is touched.
+        scan: Where it goes, for the middle of the tip.
+        plane: In it the coordinates of the tip frame's origin are those of the middle of the tip.
+        parameters: For the controller.
+        effort: What ways cost.
+        finger: For touch.
+        limits: For the supervisor.
+        backend: The robot.
+        expected_duration: About how long it takes [s].
+        longest_duration: Then something is wrong [s].
+        half_compliance: Of tip and object together, half their compression per force [m/N].
+        task: What the robot was built for.
+        touch_force: Force that counts as a touch [N].
+        wall: What a wall in the way of the sweep would do.
+        identified: What pressing has found; None: the gain is made for what is assumed.
+    """
+
+    config: ExploreConfig
+    robot: Robot
+    target: SceneObject
+    scan: Scan
+    plane: PathPlane
+    parameters: ExploreParameters
+    effort: Effort
+    finger: FingerDescription
+    limits: Limits
+    backend: Backend
+    expected_duration: float
+    longest_duration: float
+    half_compliance: float
+    task: Task
+    touch_force: float
+    wall: WallBound
+    identified: IdentifiedForce | None = None
+
+    def strategy(self) -> Strategy:
+        """Return a fresh strategy for it."""
+        return self.scan.strategy(self.plane, self.effort)
+
+    def controller(self) -> ExploreController:
+        """Return a fresh controller for it, with a fresh strategy."""
+        period, found = self.config.period, self.identified
+        law = None if found is None else found.law(period)
+        return ExploreController(self.parameters, self.strategy(), period, law=law, profile=self.profile)
+
+    @property
+    def profile(self) -> ForceProfile | None:
+        """Of the force while the tip sweeps; None: what the live parameter says."""
+        config = self.config
+        if not config.force_swing:
+            return None
+        return SineForce(config.force, config.force_swing, 1.0 / config.force_period)
+
+    @property
+    def truth_known(self) -> bool:
+        """Whether it is simulated."""
+        return scene_of(self.backend) is not None
+
+    def another_backend(self) -> Backend:
+        """Return the same robot above the same object once more."""
+        return build(self.robot, self.task).backend
+
+    def with_identified(self, found: IdentifiedForce) -> "ExplorationPlan":
+        """Return the plan with the force law that pressing has found.
+
+        Raises:
+            InvalidValueError: A change that was asked for is out of its bounds.
+        """
+        parameters = replace(self.parameters, gain=found.gain)
+        check_changes(self.config, parameters)
+        return replace(
+            self, parameters=parameters, effort=replace(self.effort, parameters=parameters), identified=found
+        )
+
+    def changes(self) -> tuple[Change, ...]:
+        """Return the changes of live parameters that were asked for beforehand."""
+        return tuple(Change(*change) for change in self.config.change)
+
+    def texts(self) -> dict[str, str]:
+        """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
+        found = self.identified
+        return {
+            EXPERIMENT_TEXT: config_text(self.config),
+            **({} if found is None else {IDENTIFIED_TEXT: identified_text(found)}),
+            **object_texts(self.target, self.config),
+            **self.robot.texts,
+        }
+
+
+def plan_from_texts(texts: Mapping[str, str]) -> ExplorationPlan:
+    """Return the plan that `ExplorationPlan.texts` came from, as a log keeps them.
+
+    Raises:
+        InvalidValueError: One is missing, or something in one is wrong.
+    """
+    if EXPERIMENT_TEXT not in texts:
+        raise InvalidValueError(f"{EXPERIMENT_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
+    config = read_config(texts[EXPERIMENT_TEXT])
+    return plan_with(config, read_robot(texts), texts)
+
+
+def plan_with(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> ExplorationPlan:
+    """Return the plan of a configuration, with object and what pressing has found as a log keeps them.
+
+    Raises:
+        InvalidValueError: Something in a text is wrong, or the configuration cannot be realised.
+    """
+    planned = plan(config, robot, object_in(texts, config))
+    found = texts.get(IDENTIFIED_TEXT)
+    return planned if found is None else planned.with_identified(read_identified(found))
+
+
+def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject | None = None) -> ExplorationPlan:
+    """Check and build everything that an exploration needs.
+
+    Args:
+        config: What to do. Fingertip, noise and period are its own, not the robot file's:
+            `palpate.experiments.robot.values.config_for` takes them from there.
+        robot: What carries it out; the one that `config.robot` names, if not given.
+        target: What is touched; the one that `config.object` names, from its file if there is one, if not given.
+
+    Raises:
+        InvalidValueError: The configuration cannot be realised; the message says what to change.
+        OSError: A file of the robot cannot be read.
+    """
+    robot = robot or load_robot(config.robot)
+    target = target or scene_object(config)
+    scan = scan_on(target, config)
+    half_compliance = 0.5 / config.stiffness
+    check_compression(config.tip, config.force, config.stiffness)
+    law = replace(
+        EXPLORE.law,
+        stiffness=config.stiffness,
+        friction=config.friction,
+        spin_length=config.spin_length,
+        smallest_force=config.touch_force,
+    )
+    top = target.top + max(config.tip) + CLEARANCE
+    first_x, first_y = scan.begin
+    # a scan speaks of the middle of the tip; what is moved is the tip frame, which never turns
+    x, y, z = only_finger(robot).surface.center
+    task = Task(
+        tip=config.tip,
+        compression=config.force * half_compliance,
+        target=target,
+        law=law,
+        start=(first_x - x, first_y - y, top - z),
+        period=config.period,
+        sensor=sensor_for(robot, config),
+        touch_force=config.touch_force,
+    )
+    descent = (target.top - target.bottom) + max(config.tip) + CLEARANCE
+    plane = PathPlane((-x, -y, -z))
+    limits, room = _limits(robot.file.limits.limits(), scan, plane, top, descent, _stopping(config, scan))
+    check_force(config.force, config.greatest_force, limits)
+    ready = build(robot, task)
+    # what holds a real arm back is its controller
+    if not isinstance(robot.file.backend, RigEntry | EmulatedHandEntry):
+        check_push(config, ready.stiffness, robot.file.backend.leash)
+    check_speed("speed", config.speed, limits)
+    scene = scene_of(ready.backend)
+    if scene is not None:
+        check_sliding(config, scene.pair)
+    least = LEAST_FORCE * ready.touch_force
+    check_least_force(config, least)
+    sensing_delay = ready.finger.pipeline().delay
+    delay = tracking_delay(config.period, ready.response, sensing_delay)
+    series, mass = series_stiffness(config.stiffness, ready.stiffness), moved_mass(ready.stiffness, ready.response)
+    landing = LandingModel(series, delay, config.stiffness, mass)
+    acceleration = _acceleration(config, scan)
+    parameters = ExploreParameters(
+        force=config.force,
+        speed=config.speed,
+        acceleration=acceleration,
+        gain=force_gain(series, delay),
+        lead=tracking_delay(config.period, ready.lag, sensing_delay),
+        landing_speed=min(FASTEST_LANDING, landing.speed(config.force, ready.touch_force)),
+        approach_distance=descent,
+        force_range=_force_range(config, least, limits),
+        speed_range=(SLOWEST, min(FASTEST, limits.speed)),
+        room=room,
+    )
+    check_changes(config, parameters)
+    below = float(target.height(np.array(first_x), np.array(first_y)))
+    below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
+    gap = max(top - below - config.tip[-1], CLEARANCE)
+    effort = Effort(parameters, gap, descent)
+    return ExplorationPlan(
+        config,
+        robot,
+        target,
+        scan,
+        plane,
+        parameters,
+        effort,
+        ready.finger,
+        limits,
+        ready.backend,
+        scan.duration(effort),
+        scan.longest(effort) + WASTE,
+        half_compliance,
+        task,
+        ready.touch_force,
+        WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
+    )
+
+
+def _acceleration(config: ExploreConfig, scan: Scan) -> float:
+    """Bound on tangential acceleration [m/s^2]: on a contour enough for a circle of the fingertip's size."""
+    if not isinstance(scan, ContourScan):
+        return ACCELERATION
+    return max(ACCELERATION, BENDS * config.speed**2 / min(config.tip))
+
+
+def _stopping(config: ExploreConfig, scan: Scan) -> float:
+    """The way to rest from the largest speed that is foreseen [m]."""
+    fastest = max([config.speed, *(value for _, name, value in config.change if name == "speed")])
+    return 0.5 * fastest**2 / _acceleration(config, scan)
+
+
+def _limits(
+    robot: Limits, scan: Scan, plane: PathPlane, top: float, descent: float, stopping: float
+) -> tuple[Limits, Room]:
+    """The robot's limits, with as much of its workspace as the path needs, and the controller's room within."""
+    (x0, y0), (x1, y1) = scan.box
+    lower, upper = plane.base((x0, y0), top - descent), plane.base((x1, y1), top)
+    for axis, low, high, least, most in zip(
+        "xyz", lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True
+    ):
+        if high > most or (low < least and axis != "z"):  # how far down it comes, the object decides
+            raise InvalidValueError(
+                f"the path reaches from {low:g} to {high:g} m along {axis}: it leaves the robot's workspace, "
+                f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); take a "
+                "smaller region or object, or a robot with more room"
+            )
+
+    def around(room: float) -> tuple[Vector, Vector]:
+        low = (max(a - room, least) for a, least in zip(lower, robot.workspace_lower, strict=True))
+        high = (min(a + room, most) for a, most in zip(upper, robot.workspace_upper, strict=True))
+        return (next(low), next(low), next(low)), (next(high), next(high), next(high))
+
+    workspace_lower, workspace_upper = around(ROOM + stopping)
+    limits = replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
+    return limits, Room(*around(0.5 * ROOM + stopping))
+
+
+def _force_range(config: ExploreConfig, least: float, limits: Limits) -> tuple[float, float]:
+    """What may be asked for while it runs [N]; a profile goes its own way."""
+    if config.force_swing:
+        return config.force, config.force
+    return least, min(MOST_FORCE, LANDING_SHARE * limits.force)

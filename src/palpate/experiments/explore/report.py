@@ -1,0 +1,288 @@
+"""What the report on an exploration says."""
+
+import numpy as np
+
+from palpate.controllers.paths import Measure
+from palpate.experiments.change_account import change_rows, change_sentences
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_map import ExploredMap
+from palpate.experiments.explore.explored_marks import marks_text, not_felt
+from palpate.experiments.explore.explored_object import object_line
+from palpate.experiments.explore.run import Exploration
+from palpate.experiments.explore.tables import (
+    TOO_LITTLE,
+    as_known,
+    map_report,
+    median_sd,
+    shape_name,
+    shape_report,
+)
+from palpate.experiments.known_truth import NOT_KNOWN, cost_row, time_name
+from palpate.experiments.repeat_words import repeat_commands
+from palpate.experiments.report_advice import advice_on_exploration
+from palpate.experiments.run_account import account_sentences
+from palpate.experiments.scans import ActiveScan, Scan
+from palpate.mapping import HeightMap, height_map_triangles
+from palpate.mapping.layers import VertexLayer
+from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
+from palpate.runtime import Ending
+
+CONTACT_NOTE = (
+    "Where the finger accelerates, as at corners, points come out outside: MuJoCo's friction adds to the normal "
+    "force, an artefact of the simulated contact, not of touch."
+)
+"""It adds mu Dn (b_f v + |a_t|), with Dn and the friction damping rate b_f as in MuJoCo's soft contacts; touch
+takes the whole normal force for compression."""
+
+OUTSIDE = 2e-6
+"""An error of points from which on this is worth a sentence [m]."""
+
+GRID = 81
+"""Grid lines of the true surface's picture along each side."""
+
+
+def exploration_report(exploration: Exploration) -> ExplorationReport:
+    """Return the report on an exploration."""
+    config, record, result = exploration.config, exploration.record, exploration.run
+    true_force = np.where(exploration.truth.touching, exploration.true_normal_force, np.nan)
+    true_spin = np.where(exploration.truth.touching, exploration.true_spin_torque, np.nan)
+    found, known = exploration.map, exploration.truth.known
+    return ExplorationReport(
+        title=f"Exploration of {config.article} {config.object} by touch",
+        outcome=outcome(exploration),
+        summary=key_figures(exploration),
+        settings=settings(exploration),
+        cloud=exploration.cloud,
+        series=TimeSeries(
+            time=record.time,
+            phase=[str(phase) for phase in record.phase],
+            measured_force=np.where(record.touching, record.normal_force, np.nan),
+            set_force=exploration.set_force,
+            spin_torque=np.where(record.touching, record.spin_torque, np.nan),
+            speed=np.linalg.norm(record.velocity, axis=1),
+            true_force=true_force if known else None,
+            true_spin_torque=true_spin if known else None,
+        ),
+        timing=result.timing,
+        map=None if found is None else map_report(found),
+        shape=None if found is None or found.shape is None else shape_report(found.shape, found.felt_little),
+        growth=exploration.growth,
+        true_surface=_true_surface(exploration) if known and len(exploration.cloud) else None,
+        point_error=exploration.point_error if known else None,
+        error_note=CONTACT_NOTE if known and exploration.point_error.max(initial=0.0) > OUTSIDE else "",
+        asked=_asked(config),
+        advice=advice_on_exploration(exploration),
+        repeat=repeat_commands("explore", config, result),
+    )
+
+
+def _asked(config: ExploreConfig) -> str:
+    return (
+        f"to touch {config.article} {config.object} with {config.force:g} N at {1e3 * config.speed:g} mm/s, "
+        f"strategy {config.strategy}, carried by {config.robot}"
+    )
+
+
+def outcome(exploration: Exploration) -> str:
+    """Return in one sentence how it ended."""
+    result = exploration.run
+    rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
+    if result.ending is Ending.DONE:
+        left_out = not_felt(exploration.marks)
+        but = f", but {_places(len(left_out))} not be felt ({marks_text(left_out)})" if left_out else ""
+        why = "" if exploration.enough is None else f"; {exploration.enough.value}"
+        finished = f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {rest}."
+        return finished + _but(exploration)
+    if result.ending is Ending.TRIPPED:
+        return f"Stopped by the supervisor: {result.why}; {rest}.{_but(exploration)}"
+    nothing = ", nothing was met" if result.ending is Ending.LOST and not len(exploration.cloud) else ""
+    marked = f"; marked: {marks_text(exploration.marks)}" if exploration.marks else ""
+    why = f"{result.ending.value}{nothing}{marked}"
+    return f"Not finished ({why}) after {result.duration:.1f} s; {rest}.{_but(exploration)}"
+
+
+def _but(exploration: Exploration) -> str:
+    """What became of changes, and what was otherwise than assumed, as sentences after others."""
+    config = exploration.config
+    said = (
+        *change_sentences(exploration.changes, exploration.run.duration, "the sweep began"),
+        *account_sentences(exploration.account, config.force, config.stiffness),
+    )
+    return "".join(f" {each}" for each in said)
+
+
+def _places(count: int) -> str:
+    return "one place could" if count == 1 else f"{count} places could"
+
+
+def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
+    """Return the figures that matter, most important first."""
+    result = exploration.run
+    figures = [KeyFigure("contacts", len(exploration.cloud)), *_true_figures(exploration)]
+    figures.append(
+        KeyFigure("largest force felt", exploration.account.most_force, "N", f"limit {exploration.wall.limit:g} N")
+    )
+    figures += _map_figures(exploration)
+    figures.append(KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)))
+    figures += [
+        KeyFigure(time_name(exploration.cost), result.duration, "s"),
+        KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
+        KeyFigure("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
+    ]
+    return tuple(figures)
+
+
+def _true_figures(exploration: Exploration) -> list[KeyFigure]:
+    """How far points and forces are off."""
+    if not exploration.truth.known:
+        return [KeyFigure("points to true surface", NOT_KNOWN), KeyFigure("true normal force", NOT_KNOWN)]
+    error = np.abs(exploration.point_error)
+    return [
+        KeyFigure("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
+        KeyFigure("points to true surface, 99 %", 1e3 * float(np.percentile(error, 99)), "mm")
+        if error.size
+        else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
+        KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
+    ]
+
+
+def _map_figures(exploration: Exploration) -> list[KeyFigure]:
+    """The map in a few figures, and which shape it is."""
+    found = exploration.map
+    if found is None:
+        return []
+    figures: list[KeyFigure] = []
+    if found.claimed.any():
+        band = 1e3 * float(np.median(found.mesh.band()[found.claimed]))
+        if found.truth_known:
+            figures += [
+                *_accuracy(exploration.scan, found),
+                KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
+                KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
+            ]
+        else:
+            figures.append(KeyFigure("map, 95 % band", band, "mm", f"its true error is {NOT_KNOWN}"))
+    if found.is_line:
+        figures.append(KeyFigure("map", "a line", "", "claims no surface"))
+    elif found.truth_known:
+        figures.append(KeyFigure("observed of the reachable", 100.0 * found.observed_share, "%"))
+    figures += _layer_figures(found)
+    shape = found.shape
+    if shape is not None:
+        note = TOO_LITTLE if shape.kind is None and found.felt_little else ""
+        if shape.fit is not None and len(shape.fit.shape.SIZES) == 1:
+            size, band = 1e3 * float(shape.fit.shape.sizes[0]), 1e3 * float(shape.sizes_band[0])
+            note = f"{shape.fit.shape.SIZES[0]} {size:.5g} ± {band:.2g} mm"
+        figures.append(KeyFigure("shape", shape_name(shape, found.felt_little), "", note))
+    return figures
+
+
+def _accuracy(scan: Scan, found: ExploredMap) -> list[KeyFigure]:
+    """What an active exploration was asked for, against what its map really errs by."""
+    if not isinstance(scan, ActiveScan):
+        return []
+    asked = 1e3 * scan.goal.error
+    if scan.goal.measure is Measure.RMS:
+        return [KeyFigure("accuracy asked for, RMS", asked, "mm", "reached: the next line")]
+    largest = 1e3 * float(np.abs(found.error[found.claimed]).max())
+    return [
+        KeyFigure("accuracy asked for, largest", asked, "mm", "reached: the next line"),
+        KeyFigure("map to true surface, largest", largest, "mm"),
+    ]
+
+
+def _layer_figures(found: ExploredMap) -> list[KeyFigure]:
+    """Stiffness and curvature, where they are known."""
+    layers = [("stiffness of the object", found.stiffness, 1e-3, "kN/m")]
+    layers += [
+        ("mean curvature of the map", layer, 1.0, "1/m")
+        for layer in found.curvature
+        if layer.name == "curvature_mean" and isinstance(layer, VertexLayer)
+    ]
+    figures = []
+    for name, layer, scale, unit in layers:
+        known = np.isfinite(layer.mean)
+        if known.any():
+            sd, share = median_sd(layer, scale), 100.0 * float(known.mean())
+            value = as_known(float(np.median(scale * layer.mean[known])), sd)
+            figures.append(KeyFigure(name, value, unit, f"± {sd:.2g}, on {share:.0f} %"))
+    return figures
+
+
+def _set_force(exploration: Exploration) -> str:
+    config, set_force = exploration.config, exploration.set_force[exploration.scanning]
+    if config.force_swing:
+        return f"set {config.force:g} N ± {config.force_swing:g} N"
+    if not len(set_force) or set_force.min() == set_force.max():
+        return f"set {config.force:g} N"
+    return f"set {set_force.min():g} to {set_force.max():g} N, changed while it ran"
+
+
+def _recording(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+    kept = exploration.run.recording
+    if kept is None or kept.path is None:
+        return ()
+    return (("log", str(kept)),)
+
+
+def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+    """Return what was asked for, with units, and the gain that followed."""
+    config, known = exploration.config, exploration.truth.known
+    return (
+        ("object", object_line(exploration.target, config)),
+        ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
+        ("normal force", f"{config.force:g} N{_swing(config)}"),
+        ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
+        ("a wall in its way", str(exploration.wall)),
+        (config.strategy, exploration.scan.line),
+        ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm" if known else NOT_KNOWN),
+        (f"contact stiffness, {'simulated and ' if known else ''}assumed", f"{config.stiffness / 1e3:g} kN/m"),
+        (
+            "sensor noise",
+            f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mN m, seed {config.seed}",
+        ),
+        ("robot", config.robot),
+        *cost_row(exploration.cost),
+        ("control period", f"{1e3 * config.period:g} ms"),
+        *_force_law(exploration),
+        *change_rows(exploration.changes),
+        *_recording(exploration),
+    )
+
+
+def _swing(config: ExploreConfig) -> str:
+    return f", ± {config.force_swing:g} N as a sine of {config.force_period:g} s" if config.force_swing else ""
+
+
+def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
+    """The law of force control with its margins, and what they were found from."""
+    gain, found = exploration.gain, exploration.identified
+    if found is None:
+        said = (
+            f"{1e3 * gain.gain:.3g} mm/s/N from K = {gain.stiffness / 1e3:.3g} kN/m and T = "
+            f"{1e3 * gain.delay:.3g} ms: loop gain k K T = {gain.loop_gain:.2g} (unstable from 1.57), gain margin "
+            f"{gain.gain_margin:.2g}, phase margin {gain.phase_margin_deg:.0f} degrees"
+        )
+        return (("force gain", said),)
+    law = f"an admittance of {found.mass:.3g} kg and {found.damping:.3g} N s/m" if found.mass else "the direct law"
+    return (
+        (
+            "identified by pressing",
+            f"contact {found.contact_stiffness / 1e3:.3g} ± {found.contact_stiffness_sd / 1e3:.1g} kN/m, with the "
+            f"robot {found.series_stiffness / 1e3:.3g} kN/m",
+        ),
+        (
+            "force gain",
+            f"{1e3 * gain.gain:.3g} mm/s/N by {law}; as measured, gain margin {found.gain_margin:.2g}, phase "
+            f"margin {found.phase_margin_deg:.0f} degrees",
+        ),
+    )
+
+
+def _true_surface(exploration: Exploration) -> TrueSurface:
+    """The true upper surface over the touched region."""
+    touched = exploration.cloud.position
+    x, y = (np.linspace(touched[:, i].min(), touched[:, i].max(), GRID) for i in (0, 1))
+    z = exploration.target.height(*np.meshgrid(x, y))
+    vertices, triangles = height_map_triangles(HeightMap(x, y, z, np.zeros_like(z), 0.0))
+    return TrueSurface(vertices, triangles)

@@ -1,0 +1,1 @@
+"""Rub a surface: friction and how it bears torque."""

@@ -1,0 +1,65 @@
+"""`palpate friction`: rubbing a surface, with its progress, its files and its summary on the terminal."""
+
+from dataclasses import replace
+
+from rich.console import Console
+
+from palpate.experiments.answer import Answer, ExitCode, report_answer
+from palpate.experiments.earlier_run import earlier_told
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.dry import FILES
+from palpate.experiments.friction.library import library_of
+from palpate.experiments.friction.plan import plan
+from palpate.experiments.friction.report import friction_report
+from palpate.experiments.friction.run import Attempt, write_rubbing
+from palpate.experiments.output_folder import make_folder
+from palpate.experiments.progress import doing
+from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.experiments.sweep.rubbed import figures_of
+from palpate.reporting.friction_report import friction_table
+from palpate.runtime import Ending
+
+
+def run_friction(config: FrictionConfig) -> Answer:
+    """Rub, record, write the files and print the summary, also after a Ctrl-C.
+
+    Returns:
+        What was found; it is done if it finished, a surface that never slipped included.
+
+    Raises:
+        InvalidValueError: The configuration cannot be realised, or the folder not be written.
+        KeyboardInterrupt: While nothing had been rubbed yet, or while the report was made.
+        OSError: A file cannot be written.
+    """
+    console = Console()
+    library_of(config)  # a library that cannot be read is refused before anything is built
+    with doing(console, "planning"):
+        planned = plan(config)
+    attempt = Attempt(planned)
+    make_folder(config.out)
+    notes = earlier_told(console, config.out, "friction", FILES)
+    log = log_writer(planned)
+    result, interrupted = run_shown(
+        console, planned.expected_duration, lambda observer: attempt.run((observer,), (log,))
+    )
+    with kept_if_interrupted(result):
+        with doing(console, "evaluating"):
+            rubbing = attempt.found(result)
+        with doing(console, "drawing the report"):
+            files = write_rubbing(rubbing, config.out)
+    report = friction_report(rubbing)
+    console.print(friction_table(report))
+    if report.recognition is not None:
+        console.print(report.recognition.words, highlight=False, markup=False)
+    tell_of(console, result, files)
+    code = ExitCode.DONE if result.ending is Ending.DONE else ExitCode.UNFINISHED
+    answer = report_answer(
+        ExitCode.INTERRUPTED if interrupted else code,
+        report.outcome,
+        figures_of(rubbing),
+        report.summary,
+        written(result, files),
+        ending=result.ending.value,
+        recognition=None if report.recognition is None else report.recognition.words,
+    )
+    return replace(answer, warnings=notes)

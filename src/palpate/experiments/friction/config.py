@@ -1,0 +1,276 @@
+"""What finding out about friction is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.explore.config import (
+    LARGEST_SEED,
+    LONGEST_PERIOD,
+    MOST_FORCE,
+    check_force_noise,
+)
+from palpate.experiments.explore.objects import check_length
+from palpate.experiments.friction.bound import check_friction
+from palpate.experiments.settled_values import settle
+from palpate.friction.limit_surface import LimitSurface
+
+RubbedName = Literal["plate", "box", "sphere"]
+
+SIZES: dict[RubbedName, tuple[float, ...]] = {
+    "plate": (0.2, 0.2, 0.04),
+    "box": (0.08, 0.08, 0.04),
+    "sphere": (0.04,),
+}
+"""Length, width and height, or radius, if nothing else is said [m]."""
+
+
+EXPONENT_SLIPS = 18
+"""There and back: with 3 % scatter they tell p within 0.15 and gamma within 0.05 in 95 % of all trials."""
+
+LARGEST_SPIN_LENGTH = 0.1
+"""Of what is simulated [m]: as far as friction files and libraries reach."""
+
+SLOWEST_RUB = 1e-4
+"""[m/s] The least travel takes 40 s then; what moves so slowly creeps, and only looks like slip."""
+
+SOFTEST_SKIN = 1.0
+"""[N/m] It gives way by far more than a finger may rub before the least load slips."""
+
+LARGEST_CALIBRATION = 0.2
+"""More is no calibration, or in per cent."""
+
+MOST_REPEATS = 100
+"""They tell a tenth of the noise, in an hour of rubbing."""
+
+STIFFNESS = 4e3
+"""Of a rubber fingertip on something hard [N/m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionConfig:
+    """Rub a fingertip on a surface that nobody knows, to find out what a contact there bears before it slips.
+
+    A fingertip on a six-axis force/torque sensor lands, presses with each load, slides there and back, turns about
+    the contact's normal and back, and lifts off. From that come mu (tangential over normal force in slip) and e
+    (torque over mu times normal force in spinning slip) with 95 % intervals, how e grows with the load, how mu
+    depends on the speed, and, with --fit-exponents, how force and torque share. What never slipped gives a lower
+    bound, and is called one. friction.yaml keeps what was found, for a grasp that follows.
+
+    All values are in SI units: metres, newtons, seconds.
+
+    Example, a surface with mu = 0.8, e = 2 mm:
+    palpate friction --friction 0.8 --spin-length 0.002
+
+    Example, quickly, with one speed and two loads:
+    palpate friction --quick
+
+    Example, a surface unlike an ellipse, whose e grows with the load, and its exponents:
+    palpate friction --norm-exponent 1.5 --load-exponent 0.2 --fit-exponents
+
+    Example, one whose mu falls with the speed, rubbed at more of them:
+    palpate friction --static-friction 0.7 --stribeck-speed 0.005 --speeds 0.002 0.004 0.008 0.016 0.032
+
+    Example, one whose skin gives way for longer than the finger may rub, so that it never slips:
+    palpate friction --skin-stiffness 40
+
+    Example, with the noise and the drift of a real sensor:
+    palpate friction --force-noise 0.01 --moment-noise 1e-4 --drift 0.06
+
+    Example, which surface of a library it is:
+    palpate friction --friction 0.33 --spin-length 0.0024 --load-exponent 0.15 --library simulated
+
+    Afterwards `palpate replay runs/friction` computes every command again, from the log.
+    """
+
+    object: RubbedName = "plate"
+    """What is rubbed: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
+    radius."""
+    size: tuple[float, ...] = ()
+    """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
+    friction: float = 0.5
+    """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
+    spin_length: float = 0.003
+    """Its true e at 1 N: largest spin torque per largest friction force [m]."""
+    norm_exponent: float | None = None
+    """Its true p: how force and torque share, 2 (ellipse) to 1 (diamond). This and the next five make the friction
+    plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
+    load_exponent: float | None = None
+    """Its true gamma: e grows as load^gamma, 0 to 1/3."""
+    static_friction: float | None = None
+    """Its true mu at rest, at least --friction."""
+    stribeck_speed: float | None = None
+    """How fast mu falls from static to kinetic [m/s]; goes with --static-friction. Left out: 0.01."""
+    viscous_friction: float | None = None
+    """How mu grows with the slip speed [s/m]."""
+    skin_stiffness: float | None = None
+    """How stiffly finger and surface hang together along the surface until they slip [N/m]. Left out: 20e3."""
+    loads: tuple[float, ...] = (1.0, 2.0, 4.0)
+    """Normal forces to rub with, rising [N]."""
+    speed: float = 0.01
+    """Slip speed of strokes at every load; twists come as near to it as the robot can turn [m/s]."""
+    speeds: tuple[float, ...] = (0.0025, 0.005, 0.02, 0.04)
+    """More speeds, at the middle load: for mu over speed, and because creep looks like slip at any single one
+    [m/s]. On a sphere only those whose strokes are short enough for it."""
+    travel: float = 0.004
+    """Least travel of a stroke [m]; one that has not slipped yet goes farther, up to --most-travel."""
+    most_travel: float | None = None
+    """How far a stroke may go [m]. Left out: 25 mm, less on what is smaller or curved."""
+    repeats: int = 1
+    """How often each stroke and twist is done: twice as often tells 0.7 times the noise."""
+    quick: bool = False
+    """One speed, and only the least and the largest load."""
+    fit_exponents: bool = False
+    """Slide and turn at once, too, 18 times there and back at the least and the largest load: tells p, gamma."""
+    stiffness: float = STIFFNESS
+    """Of the simulated contact along the normal [N/m]."""
+    calibration: float = 0.003
+    """What the intervals allow for the sensor's calibration: standard deviation of the ratio of two loads on
+    different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered."""
+    drift: float = 0.0
+    """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
+    zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
+    tip: tuple[float, ...] = ()
+    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
+    the next three: what the robot file says."""
+    force_noise: float | None = None
+    """Standard deviation of the sensor's force noise [N], each axis."""
+    moment_noise: float | None = None
+    """Standard deviation of the sensor's moment noise [N m], each axis."""
+    period: float | None = None
+    """Control period [s]."""
+    seed: int = 0
+    """Seed of the noise: the same seed gives the same run."""
+    library: Path | None = None
+    """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
+    its package: says which of them this one is, or that it is none, and what touch would tell most next. The
+    report names the file that was read, and each of its surfaces."""
+    robot: str = "turning-stage"
+    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
+    that cannot turn its tip finds mu, but not e."""
+    out: Path = Path("runs/friction")
+    """Folder for friction.yaml, the report and the log."""
+
+    def __post_init__(self) -> None:
+        settle(self)
+        for name, unit in _POSITIVE.items():
+            positive(name, getattr(self, name), unit)
+        for name, unit in _POSITIVE_IF_GIVEN.items():
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name), unit)
+        for name, unit in (("load_exponent", ""), ("viscous_friction", "s/m")):
+            if getattr(self, name) is not None:
+                not_negative(name, getattr(self, name), unit)
+        self._check_surface()
+        if self.force_noise is not None:
+            check_force_noise(self.force_noise)
+        if self.moment_noise is not None:
+            not_negative("moment_noise", self.moment_noise, "N m")
+        not_negative("drift", self.drift, "N/min")
+        if not_negative("calibration", self.calibration, "") > LARGEST_CALIBRATION:
+            raise InvalidValueError(
+                f"calibration = {self.calibration:g}: must be at most {LARGEST_CALIBRATION:g}; 0.01 stands for 1 %"
+            )
+        wanted = len(SIZES[self.object])
+        if len(self.size) not in (0, wanted):
+            told = " ".join(f"{length:g}" for length in SIZES[self.object])
+            raise InvalidValueError(
+                f"size: {len(self.size)} numbers; a {self.object} takes {wanted} [m], for example {told}"
+            )
+        for length in self.size:
+            check_length("size", length)
+        if len(self.tip) not in (0, 1, 3):
+            raise InvalidValueError(f"tip: {len(self.tip)} numbers; give one (radius) or three (semi-axes) [m]")
+        for length in self.tip:
+            check_length("tip", length)
+        self._check_loads()
+        for name, speed in (("speed", self.speed), *(("speeds", each) for each in self.speeds)):
+            if positive(name, speed, "m/s") < SLOWEST_RUB:
+                raise InvalidValueError(
+                    f"{name} = {speed:g} m/s: must be at least {SLOWEST_RUB:g} m/s; slower, strokes take minutes "
+                    "and creep looks like slip"
+                )
+        if not 1 <= self.repeats <= MOST_REPEATS:
+            raise InvalidValueError(f"repeats = {self.repeats}: must be from 1 to {MOST_REPEATS}")
+        if not 0 <= self.seed <= LARGEST_SEED:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
+        if self.period is not None and self.period > LONGEST_PERIOD:
+            raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
+
+    def _check_surface(self) -> None:
+        """Refuse what no surface can be now, not once everything is built."""
+        check_friction(self.friction)
+        if self.spin_length > LARGEST_SPIN_LENGTH:
+            raise InvalidValueError(
+                f"spin_length = {self.spin_length:g} m: must be at most {LARGEST_SPIN_LENGTH:g} m; 3 mm are 0.003"
+            )
+        if self.skin_stiffness is not None and self.skin_stiffness < SOFTEST_SKIN:
+            raise InvalidValueError(
+                f"skin_stiffness = {self.skin_stiffness:g} N/m: must be at least {SOFTEST_SKIN:g} N/m"
+            )
+        if self.stribeck_speed is not None and self.static_friction is None:
+            raise InvalidValueError(
+                f"stribeck_speed = {self.stribeck_speed:g} m/s: does nothing without --static-friction, from "
+                "which mu falls to --friction; give that, above --friction, or leave this out"
+            )
+        p = 2.0 if self.norm_exponent is None else self.norm_exponent
+        LimitSurface(self.friction, self.spin_length, self.load_exponent or 0.0, p)
+        if self.static_friction is not None and self.static_friction < self.friction:
+            raise InvalidValueError(
+                f"static_friction = {self.static_friction:g}: must be at least friction = {self.friction:g}, the "
+                "kinetic one; for friction that grows with speed give --viscous-friction"
+            )
+
+    def _check_loads(self) -> None:
+        if not self.loads:
+            raise InvalidValueError("loads: there are none; give one at least [N]")
+        for load in self.loads:
+            positive("loads", load, "N")
+        if list(self.loads) != sorted(set(self.loads)):
+            told = " ".join(f"{load:g}" for load in self.loads)
+            raise InvalidValueError(f"loads = {told}: must rise, each above the one before")
+        if self.loads[-1] > MOST_FORCE:
+            raise InvalidValueError(f"loads = {self.loads[-1]:g} N: must be at most {MOST_FORCE:g} N")
+        if self.fit_exponents and self.loads[-1] < 2.0 * self.loads[0]:
+            raise InvalidValueError(
+                f"loads from {self.loads[0]:g} to {self.loads[-1]:g} N: for --fit-exponents the largest must be "
+                "at least twice the least, or how e grows cannot be told"
+            )
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """Of the object [m]."""
+        return self.size or SIZES[self.object]
+
+    @property
+    def on_plant(self) -> bool:
+        """Whether the friction plant rubs, not MuJoCo."""
+        return any(getattr(self, name) is not None for name in PLANT)
+
+    @property
+    def rubbed_loads(self) -> tuple[float, ...]:
+        """With which it rubs [N]."""
+        return tuple(dict.fromkeys((self.loads[0], self.loads[-1]))) if self.quick else self.loads
+
+
+PLANT = (
+    "norm_exponent",
+    "load_exponent",
+    "static_friction",
+    "stribeck_speed",
+    "viscous_friction",
+    "skin_stiffness",
+)
+"""Options that only the friction plant can do."""
+
+_POSITIVE = {"spin_length": "m", "speed": "m/s", "travel": "m", "stiffness": "N/m"}
+
+_POSITIVE_IF_GIVEN = {
+    "norm_exponent": "",
+    "static_friction": "",
+    "stribeck_speed": "m/s",
+    "skin_stiffness": "N/m",
+    "most_travel": "m",
+    "period": "s",
+}

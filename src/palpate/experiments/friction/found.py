@@ -1,0 +1,267 @@
+"""What rubbing has found: everything that `palpate.friction` makes of the strokes of one run."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from palpate.experiments.friction.strokes import FreeAir, RubbedPair
+from palpate.friction.p_norm import dual_point
+from palpate.friction.rubbing.estimate import SensorErrors
+from palpate.friction.rubbing.sliding import SETTLING, FrictionBound, FrictionMeasured, measure_friction
+from palpate.friction.rubbing.slip_loads import slip_load
+from palpate.friction.rubbing.speed_curve import SpeedCurve, SpeedPoint, fit_speed_curve
+from palpate.friction.rubbing.speed_ratio import friction_ratio, spin_friction
+from palpate.friction.rubbing.stroke import TwoWay
+from palpate.friction.rubbing.surface_fit import PLACE_ERROR, FittedSurface, SlipLoad, fit_limit_surface
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, bound_spin, measure_spin
+
+ASSUMED_EXPONENT, ASSUMED_ERROR = 1.7, 0.3
+"""Of p where nobody has measured it: that of pressure as under elastic bodies, from a sphere's to uniform, and how
+far rubber is from it (1.1 to 2 were measured)."""
+
+LEFT_DRIFT = 0.1
+"""Of how far the sensor's zero went, what is left of it when it is taken to go evenly."""
+
+FEWEST_SLIPS = 6
+"""Loads for a fit of the limit surface, of both kinds."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AtSpeed:
+    """What strokes told at one load and speed.
+
+    Attributes:
+        load: Asked for [N].
+        speed: Asked for [m/s].
+        friction: mu, or a lower bound.
+    """
+
+    load: float
+    speed: float
+    friction: FrictionMeasured | FrictionBound
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AtLoad:
+    """What was told at one load.
+
+    Attributes:
+        load: Asked for [N].
+        friction: mu at the main speed, or a lower bound.
+        spin: e, or a lower bound of mu e; None if it did not turn.
+    """
+
+    load: float
+    friction: FrictionMeasured | FrictionBound
+    spin: SpinMeasured | SpinBound | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionFound:
+    """All that one run has told of a surface.
+
+    Attributes:
+        loads: At each load, rising.
+        speeds: At each speed of one load, rising; the main one is among them.
+        curve: mu over the speed; None without two speeds that slipped.
+        slips: Loads in full slip, of all kinds of slip, as they would be at the main slip speed.
+        fitted: The limit surface through them, with its exponents; None if they were not asked for, or cannot be
+            told.
+    """
+
+    loads: tuple[AtLoad, ...]
+    speeds: tuple[AtSpeed, ...]
+    curve: SpeedCurve | None
+    slips: tuple[SlipLoad, ...]
+    fitted: FittedSurface | None
+
+
+def sensor_errors(air: FreeAir | None, calibration: float) -> SensorErrors:
+    """Return what the sensor may be off by, as far as free air has shown it; of the Nano17 class else.
+
+    Args:
+        air: What it showed.
+        calibration: See `SensorErrors`.
+    """
+    usual = SensorErrors(calibration=calibration)
+    if air is None:
+        return usual
+    force, moment = float(air.noise[:3].max()), float(air.noise[3:].max())
+    if len(air.time) < 2:
+        return replace(usual, force_noise=max(force, 1e-6), moment_noise=max(moment, 1e-8))
+    seconds = float(air.time[-1] - air.time[0])
+    moved, turned = float(np.linalg.norm(air.moved[:3])), float(np.linalg.norm(air.moved[3:]))
+    return replace(
+        usual,
+        force_noise=max(force, 1e-6),
+        moment_noise=max(moment, 1e-8),
+        force_zero=max(usual.force_zero, LEFT_DRIFT * moved),
+        moment_zero=max(usual.moment_zero, LEFT_DRIFT * turned),
+        # what the zero was interpolated over, strokes need not cancel again
+        force_drift=LEFT_DRIFT * moved / seconds,
+        moment_drift=LEFT_DRIFT * turned / seconds,
+    )
+
+
+def found_by(
+    pairs: Sequence[RubbedPair],
+    speed: float,
+    errors: SensorErrors,
+    settling: float = SETTLING,
+    tip_error: float = 0.0,
+) -> FrictionFound:
+    """Return what rubs have told; exponents, if some slid and turned at once.
+
+    Args:
+        pairs: In the order in which they were done.
+        speed: The main one, at which each load was rubbed [m/s].
+        errors: Of the sensor, its zero taken off.
+        settling: How long transients last, the sensor's delay included [s].
+        tip_error: By how much the tip may be smaller or larger than it is taken for, compressed [m]: friction
+            then moves the contact that is felt, and turned about, by mu times that.
+    """
+    loads = sorted({pair.rub.normal_force for pair in pairs})
+    strokes = {load: _strokes(pairs, load, speed) for load in loads}
+    told = {load: measure_friction(part, errors, settling) for load, part in strokes.items() if part}
+    speeds = _over_speed(pairs, told, speed, errors, settling)
+    points = [
+        SpeedPoint(each.friction.speed, each.friction.friction)
+        for each in speeds
+        if isinstance(each.friction, FrictionMeasured)
+    ]
+    curve = fit_speed_curve(points) if len(points) > 1 else None
+    first = tuple(_at_load(pairs, load, told, curve, points, errors, settling) for load in loads if load in told)
+
+    def slips_by(p: float) -> tuple[SlipLoad, ...]:
+        return _slips(pairs, told, first, speeds, curve, points, speed, settling, p)
+
+    slips = slips_by(ASSUMED_EXPONENT)
+    mixed = any(pair.rub.speed > 0.0 and pair.rub.spin != 0.0 for pair in pairs)
+    if not mixed or len(slips) < FEWEST_SLIPS:
+        return FrictionFound(first, speeds, curve, slips, None)
+    mu = max(each.friction.value for each in told.values() if isinstance(each, FrictionMeasured))
+    place = math.hypot(PLACE_ERROR, mu * tip_error)
+    fitted = fit_limit_surface(slips, place_error=place)
+    # which speed a slip of both kinds has, p says
+    slips = slips_by(fitted.surface.norm_exponent)
+    fitted = fit_limit_surface(slips, place_error=place)
+    p, sd = fitted.surface.norm_exponent, fitted.standard_deviations[3]
+    again = tuple(
+        _at_load(pairs, load, told, curve, points, errors, settling, p, sd) for load in loads if load in told
+    )
+    return FrictionFound(again, speeds, curve, slips, fitted)
+
+
+def _strokes(pairs: Sequence[RubbedPair], load: float, speed: float) -> list[TwoWay]:
+    """Pure strokes at a load and speed: of those that went on until they slipped, the longest."""
+    found = [
+        pair for pair in pairs if pair.rub.spin == 0.0 and (pair.rub.normal_force, pair.rub.speed) == (load, speed)
+    ]
+    longest = max((pair.rub.duration for pair in found), default=0.0)
+    return [pair.pair for pair in found if pair.rub.duration == longest]
+
+
+def _over_speed(
+    pairs: Sequence[RubbedPair],
+    told: dict[float, FrictionMeasured | FrictionBound],
+    main: float,
+    errors: SensorErrors,
+    settling: float,
+) -> tuple[AtSpeed, ...]:
+    """At the load at which most speeds were rubbed."""
+    speeds = {
+        load: sorted(
+            {pair.rub.speed for pair in pairs if pair.rub.spin == 0.0 and pair.rub.normal_force == load} | {main}
+        )
+        for load in told
+    }
+    if not speeds:
+        return ()
+    load = max(speeds, key=lambda each: (len(speeds[each]), each))
+    return tuple(
+        AtSpeed(
+            load,
+            speed,
+            told[load] if speed == main else measure_friction(_strokes(pairs, load, speed), errors, settling),
+        )
+        for speed in speeds[load]
+    )
+
+
+def _at_load(
+    pairs: Sequence[RubbedPair],
+    load: float,
+    told: dict[float, FrictionMeasured | FrictionBound],
+    curve: SpeedCurve | None,
+    points: Sequence[SpeedPoint],
+    errors: SensorErrors,
+    settling: float,
+    p: float = ASSUMED_EXPONENT,
+    p_error: float = ASSUMED_ERROR,
+) -> AtLoad:
+    friction = told[load]
+    twists = [pair for pair in pairs if pair.rub.speed == 0.0 and pair.rub.normal_force == load]
+    longest = max((pair.rub.duration for pair in twists), default=0.0)
+    # of those that the survey did; slips for the exponents come later, and are judged with them
+    fastest = abs(twists[0].rub.spin) if twists else 0.0
+    kept = [each.pair for each in twists if each.rub.duration == longest and abs(each.rub.spin) == fastest]
+    if not kept:
+        return AtLoad(load, friction, None)
+    if not isinstance(friction, FrictionMeasured):
+        return AtLoad(load, friction, bound_spin(kept, friction.normal, errors, settling))
+
+    def measured(known: FrictionMeasured) -> SpinMeasured | SpinBound:
+        return measure_spin(kept, known, errors, settling, norm_exponent=p, norm_exponent_error=p_error)
+
+    # where they were done: beside the strokes' middle, where a bent surface has another normal
+    here = np.mean([stroke.contact.mean(axis=0) for pair in kept for stroke in pair.both], axis=0)
+    friction = replace(friction, normal=friction.normal_at(here))
+    spin = measured(friction)
+    if curve is not None and curve.creep_excluded and isinstance(spin, SpinMeasured):
+        # mu at the speed of these twists, e omega, not at that of the strokes
+        turning = spin.torque_ratio.value * abs(spin.spin)
+        own, slow = spin_friction(curve, points, turning, friction.friction, friction.speed)
+        spin = measured(replace(friction, friction=own, speed=slow))
+    return AtLoad(load, told[load], spin)
+
+
+def _slips(
+    pairs: Sequence[RubbedPair],
+    told: dict[float, FrictionMeasured | FrictionBound],
+    loads: Sequence[AtLoad],
+    over_speed: Sequence[AtSpeed],
+    curve: SpeedCurve | None,
+    points: Sequence[SpeedPoint],
+    speed: float,
+    settling: float,
+    p: float,
+) -> tuple[SlipLoad, ...]:
+    """Loads in full slip, as they would be at the main slip speed, as far as mu over the speed is known."""
+    lengths = {each.load: each.spin.spin_length.value for each in loads if isinstance(each.spin, SpinMeasured)}
+    # those of the survey: exponents are told at one speed, slower than the main one if need be
+    others = {each.speed for each in over_speed} - {speed}
+    found = []
+    for each in pairs:
+        rub, friction = each.rub, told.get(each.rub.normal_force)
+        if not isinstance(friction, FrictionMeasured) or rub.normal_force not in lengths:
+            continue
+        if rub.spin == 0.0 and rub.speed in others:
+            continue  # strokes at other speeds have another mu
+        here = np.mean([stroke.contact.mean(axis=0) for stroke in each.pair.both], axis=0)
+        slip = slip_load(each.pair, friction.normal_at(here), lengths[rub.normal_force], settling)
+        if slip is None:
+            continue
+        if curve is not None and curve.creep_excluded:
+            a, b = slip.speed, lengths[rub.normal_force] * slip.spin
+            x, y = dual_point(a, b, p)  # dissipated power over mu f_n
+            slow = a * x + b * y
+            share = 1.0 / friction_ratio(curve, points, slow, speed).value
+            slip = replace(
+                slip,
+                tangential_force=share * slip.tangential_force,
+                spin_torque=share * slip.spin_torque,
+            )
+        found.append(slip)
+    return tuple(found)

@@ -1,0 +1,225 @@
+"""From a configuration to a rubbing run that can be carried out: everything is checked and built here."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from palpate.controllers import LandingModel, force_gain, series_stiffness, tracking_delay
+from palpate.controllers.landing import moved_mass
+from palpate.controllers.rub_program import Survey, SurveyWanted
+from palpate.controllers.rubbing import RubbingController
+from palpate.controllers.rubbing_parameters import RubbingParameters
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import LEAST_FORCE
+from palpate.experiments.friction.built import built, friction_law, object_of
+from palpate.experiments.friction.config import EXPONENT_SLIPS, FrictionConfig
+from palpate.experiments.friction.text import FRICTION_TEXT, friction_text, read_friction_config
+from palpate.experiments.known_truth import scene_of
+from palpate.experiments.robot.simulated_stage import RobotInScene
+from palpate.experiments.run_checks import CLEARANCE, check_force, check_speed
+from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime.live import Change
+from palpate.runtime.robot import Robot, load_robot, read_robot
+from palpate.runtime.robot_backend import StageEntry
+from palpate.sim import SceneObject
+from palpate.sim.friction.law import FrictionLaw
+
+FASTEST_LANDING = 0.005
+"""[m/s]"""
+
+BEYOND = 0.005
+"""How far below where the surface may be it is looked for [m]."""
+
+FARTHEST = 0.025
+"""How far strokes may go on what is large and flat [m]."""
+
+FROM_EDGE = 0.005
+"""How far from an edge they end at least [m]."""
+
+BENT = 0.15
+"""Longest stroke on a sphere, over its radius: 0.3 mu, beyond which the turning normal looks like something that
+gives way, for a mu of 0.5."""
+
+SPIN_SHARE = 0.8
+"""Of the supervisor's limit on turning."""
+
+TURNING_SHARE = 0.8
+"""Of the acceleration with which the robot can turn: it catches up where a period was late."""
+
+TURNS = 1.5
+"""How far the tip may turn one way [rad]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionPlan:
+    """A rubbing run that can be carried out: everything checked and built, nothing moved yet.
+
+    Attributes:
+        config: What was asked for.
+        robot: What carries it out.
+        shape: What is rubbed.
+        wanted: Loads, speeds and ways.
+        left_out: Speeds that were asked for, but whose strokes would be too long here [m/s].
+        parameters: For the controller.
+        plant: How it rubs in truth, if it is not MuJoCo that does.
+        finger: For touch.
+        limits: For the supervisor.
+        backend: The robot.
+        ready: The robot as built, with what is known of it.
+        expected_duration: About how long it takes [s].
+    """
+
+    config: FrictionConfig
+    robot: Robot
+    shape: SceneObject
+    wanted: SurveyWanted
+    left_out: tuple[float, ...]
+    parameters: RubbingParameters
+    plant: FrictionLaw | None
+    finger: FingerDescription
+    limits: Limits
+    backend: Backend
+    ready: RobotInScene
+    expected_duration: float
+
+    @property
+    def period(self) -> float:
+        """Of control [s]."""
+        return self.backend.period
+
+    def controller(self) -> RubbingController:
+        """Return a fresh controller for it."""
+        return RubbingController(self.parameters, Survey(self.wanted), self.period)
+
+    def changes(self) -> tuple[Change, ...]:
+        """Return the changes of live parameters that were asked for beforehand: none."""
+        return ()
+
+    def texts(self) -> dict[str, str]:
+        """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
+        return {FRICTION_TEXT: friction_text(self.config), **self.robot.texts}
+
+    @property
+    def truth_known(self) -> bool:
+        """Whether it is simulated."""
+        return scene_of(self.backend) is not None
+
+    def true_friction(self, speed: float) -> float | None:
+        """Return the mu that is simulated, at a slip speed [m/s]; None on a robot."""
+        if not self.truth_known:
+            return None
+        return self.config.friction if self.plant is None else self.plant.friction_at(speed)
+
+    def true_spin_length(self, load: float) -> float | None:
+        """Return the e that is simulated [m], at a load [N]; None on a robot."""
+        if not self.truth_known:
+            return None
+        return self.config.spin_length if self.plant is None else self.plant.spin_length_at(load)
+
+
+def plan_from_texts(texts: Mapping[str, str]) -> FrictionPlan:
+    """Return the plan that `FrictionPlan.texts` came from, as a log keeps them.
+
+    Raises:
+        InvalidValueError: One is missing, or something in one is wrong.
+    """
+    if FRICTION_TEXT not in texts:
+        raise InvalidValueError(f"{FRICTION_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
+    return plan(read_friction_config(texts[FRICTION_TEXT]), read_robot(texts))
+
+
+def plan(config: FrictionConfig, robot: Robot | None = None) -> FrictionPlan:
+    """Check and build everything that rubbing needs.
+
+    Args:
+        config: What to do.
+        robot: What carries it out; the one that `config.robot` names, if not given.
+
+    Raises:
+        InvalidValueError: The configuration cannot be realised; the message says what to change.
+        OSError: A file of the robot cannot be read.
+    """
+    robot = robot or load_robot(config.robot)
+    shape, limits, loads = object_of(config), robot.file.limits.limits(), config.rubbed_loads
+    check_force(loads[-1], loads[-1], limits)
+    check_speed("speed", max((config.speed, *config.speeds)), limits)
+    turns = not isinstance(robot.file.backend, StageEntry)
+    if config.fit_exponents and not turns:
+        raise InvalidValueError(
+            f"robot = {config.robot}: it cannot turn its tip, which --fit-exponents asks for; take turning-stage"
+        )
+    ready = built(config, robot, shape)
+    most_spin = SPIN_SHARE * limits.angular_speed if turns else 0.0
+    wanted, left_out = _survey(config, most_spin, TURNING_SHARE * ready.angular_acceleration)
+    least = LEAST_FORCE * ready.touch_force
+    if loads[0] < least * (1.0 - 1e-12):
+        raise InvalidValueError(
+            f"loads: the least is {loads[0]:g} N and must be at least {least:g} N, {LEAST_FORCE:g} times what "
+            "counts as a touch; press more"
+        )
+    sensing_delay, period = ready.finger.pipeline().delay, ready.backend.period
+    delay = tracking_delay(period, ready.response, sensing_delay)
+    series = series_stiffness(config.stiffness, ready.stiffness)
+    landing = LandingModel(series, delay, config.stiffness, moved_mass(ready.stiffness, ready.response))
+    parameters = RubbingParameters(
+        force_gain(series, delay),
+        tracking_delay(period, ready.lag, sensing_delay),
+        landing_speed=min(FASTEST_LANDING, landing.speed(loads[0], min(ready.touch_force, 0.5 * loads[0]))),
+        approach_distance=CLEARANCE + BEYOND,
+    )
+    around = 2.0 * parameters.tare_time + CLEARANCE / parameters.landing_speed + parameters.settle_time + 0.5
+    return FrictionPlan(
+        config,
+        robot,
+        shape,
+        wanted,
+        left_out,
+        parameters,
+        friction_law(config),
+        ready.finger,
+        limits,
+        ready.backend,
+        ready,
+        wanted.expected_duration + around,
+    )
+
+
+def _survey(
+    config: FrictionConfig, most_spin: float, angular_acceleration: float
+) -> tuple[SurveyWanted, tuple[float, ...]]:
+    """What to rub, and which speeds are left out."""
+    room = _room(config)
+    most = min(FARTHEST, room) if config.most_travel is None else config.most_travel
+    if most > room * (1.0 + 1e-9):
+        raise InvalidValueError(
+            f"most_travel = {most:g} m: must be at most {room:.3g} m on this {config.object}: farther, its edge "
+            "or its bend would be felt as friction"
+        )
+    if config.travel > most:
+        raise InvalidValueError(
+            f"travel = {config.travel:g} m: must be at most {most:.3g} m, the farthest on this {config.object} "
+            "(--most-travel)"
+        )
+    bare = SurveyWanted(
+        config.rubbed_loads,
+        config.speed,
+        travel=config.travel,
+        most_travel=most,
+        most_spin=most_spin,
+        most_angle=TURNS,
+        repeats=config.repeats,
+        exponent_slips=EXPONENT_SLIPS if config.fit_exponents else 0,
+        angular_acceleration=angular_acceleration,
+    )
+    speeds = () if config.quick else tuple(sorted(set(config.speeds) - {config.speed}))
+    kept = tuple(speed for speed in speeds if bare.stroke(config.loads[0], speed).travel <= most)
+    return replace(bare, speeds=kept), tuple(speed for speed in speeds if speed not in kept)
+
+
+def _room(config: FrictionConfig) -> float:
+    """How far a stroke from the middle of the object may go [m]."""
+    if config.object == "sphere":
+        return BENT * config.sizes[0]
+    room = 0.5 * config.sizes[0] - FROM_EDGE
+    if room <= 0.0:
+        raise InvalidValueError(f"size = {config.sizes[0]:g} m: must be more than {2.0 * FROM_EDGE:g} m long")
+    return room

@@ -1,0 +1,1 @@
+"""Hold an object that is pulled at."""

@@ -1,0 +1,309 @@
+"""What a grasp is to be like; imports nothing heavy, so that `palpate --help` is quick."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.explore.config import LARGEST_SEED
+from palpate.experiments.friction.bound import check_friction
+from palpate.experiments.settled_values import settle
+
+HeldName = Literal["box", "cylinder", "sphere"]
+LoadName = Literal["ramp", "step", "shake", "none"]
+Knowledge = Literal["touched", "nudged", "untouched", "estimated"]
+
+SIZES: dict[HeldName, tuple[float, ...]] = {
+    "box": (0.06, 0.05, 0.06),
+    "cylinder": (0.03, 0.06),
+    "sphere": (0.03,),
+}
+"""Length, width and height; radius and height; radius, if nothing else is said [m]."""
+
+WIDEST = 0.031
+"""Of half an object, as the fingers see it [m]: open, they are 32 mm from the hand's axis."""
+
+LARGEST_PULL = 8.0
+"""[N] With offset and little friction it takes more grip than the fingers have."""
+
+HIGHEST_LIFT = 0.3
+"""[m] What a vertical slide that carries a hand of this size travels."""
+
+FASTEST_LIFT = 0.25
+"""[m/s] The supervisor's limit (reduced speed of ISO 10218-1:2011, section 5.6.2)."""
+
+FASTEST_SHAKE = 40.0
+"""[Hz]; the control is ahead of a load that shakes with 5 to 10 Hz, faster ones it can only bear a margin for."""
+
+LARGEST_MARGIN = 3.0
+"""Of the grip, as its controller has it (`palpate.controllers.grip.parameters`)."""
+
+RISES: dict[LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
+"""How long the load grows, shakes, or is waited for, if nothing else is said [s]."""
+
+PULLS: dict[LoadName, float] = {"ramp": 4.0, "step": 3.0, "shake": 1.0, "none": 0.0}
+"""Largest force, or amplitude, if nothing else is said [N]."""
+
+SPREADS: dict[Knowledge, tuple[float, float]] = {
+    "touched": (0.03, 0.05),
+    "nudged": (0.3, 0.5),
+    "untouched": (0.3, 0.5),
+    "estimated": (0.15, 0.25),
+}
+"""How far what is believed of mu, and of e, may be off: by a touch, and by a guess; of an estimate, standard
+deviations."""
+
+MOST_PROBABLE = 0.999
+"""Of holding: with an estimate as wide as that of e nothing more can be promised."""
+
+THREE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class GraspConfig:
+    """Grip an object, lift it, pull at it, set it down; see whether it slips or spins, and what grip it took.
+
+    A simulated hand with a force/torque sensor behind each fingertip closes on an object on a table, lifts it and
+    holds it with the least force that neither lets it slip nor spin: the limit surface of each contact, from mu
+    (tangential over normal force) and e (torque over mu times normal force), says what its load needs. Meanwhile
+    something pulls at the object beside the fingers, so that it would rather spin than slip. The report shows the
+    load's way inside each limit surface, the grip against the theoretical minimum, and slip and spin by the
+    simulation's truth. A fault never opens the hand.
+
+    All values are in SI units: metres, newtons, seconds, kilograms.
+
+    Example, a pull that grows to 4 N, 6 mm beside the fingers, friction known as a touch tells it:
+    palpate grasp
+
+    Example, the same, and beside it a control that ignores spin, which fails as it should:
+    palpate grasp --against-ignoring-spin
+
+    Example, a jump of the load within 50 ms:
+    palpate grasp --load step
+
+    Example, friction that nobody knows better than 30 %, and e than 50 %, felt by a nudge before the lift:
+    palpate grasp --known nudged
+
+    Example, the same without a nudge: planned for the worst, with slip listened for:
+    palpate grasp --known untouched
+
+    Example, what rubbing has found first (palpate friction): the object then rubs as that surface does
+    palpate grasp --friction-file runs/friction/friction.yaml
+
+    Example, three fingers and a sphere, each pressing with its part of the least grip:
+    palpate grasp --fingers 3 --object sphere --load shake
+
+    Example, friction that is only estimated, held with a probability of 99 %:
+    palpate grasp --fingers 3 --object cylinder --known estimated
+
+    Example, over real wires, with the makers' client libraries: emulated servos, F/T boxes and arm
+    palpate grasp --robot emulated-hand
+    """
+
+    object: HeldName = "box"
+    """What is held: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
+    size: tuple[float, ...] = ()
+    """Of the object [m]: three lengths of a box (the first between the fingers), radius and height of a cylinder,
+    the radius of a sphere. Left out: 0.06 0.05 0.06, 0.03 0.06 and 0.03."""
+    mass: float = 0.1
+    """Of the object [kg]."""
+    fingers: int = 2
+    """How many the hand has: 2 (a parallel gripper) or 3."""
+    friction: float | None = None
+    """True friction coefficient mu between fingertips and object. Left out, as the next three: what
+    --friction-file says, else 0.5."""
+    spin_length: float | None = None
+    """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
+    norm_exponent: float | None = None
+    """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
+    an ellipse of constant size is rubbed by the friction plant."""
+    load_exponent: float | None = None
+    """True gamma: e grows as load^gamma, 0 to 1/3. Left out, and nothing found: 0."""
+    plant: bool = False
+    """Rub by the friction plant, whose contacts stick on bristles and tell when they slip, not by MuJoCo."""
+    known: Knowledge = "touched"
+    """How friction is known: touched before (mu within 3 %, e within 5 %), nudged before the lift (30 % and 50 %
+    until the fingers have slid a little down its sides), untouched (the same, and no nudge: planned for the worst
+    that is likely, while a ripple on the grip listens for slip, and slip corrects what is believed), or estimated
+    (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
+    probability: float = 0.99
+    """Of holding, where friction is estimated: 0.5 to 0.999."""
+    believed_friction: float | None = None
+    """mu that is believed at first. Left out, as the next: the seed draws it, within what --known says."""
+    believed_spin_length: float | None = None
+    """e that is believed at first [m]."""
+    friction_file: Path | None = None
+    """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
+    object, as far as that is not typed."""
+    load: LoadName = "ramp"
+    """What pulls at the object once it is lifted: a force that grows, that jumps, one that shakes up and down and
+    sideways, or nothing."""
+    pull: float | None = None
+    """Largest force [N]; of a shake, its amplitude. Left out: 4 for a ramp, 3 for a step, 1 for a shake."""
+    pull_before: float = 0.5
+    """Force before it grows [N]."""
+    rise: float | None = None
+    """How long it grows or shakes [s]. Left out: 1.5 for a ramp, 0.05 for a step, 2 for a shake."""
+    shake_frequency: float = 5.0
+    """Of a shake [Hz]."""
+    offset: float = 0.006
+    """How far beside the line of the contacts it pulls [m]."""
+    lift_height: float = 0.04
+    """How far the object is lifted [m]."""
+    lift_speed: float = 0.06
+    """With which speed [m/s]."""
+    margin: float = 0.12
+    """Share of grip beyond what the limit surface needs."""
+    ignore_spin: bool = False
+    """Plan by Coulomb's law alone, as if there were no torque: what not to do."""
+    against_ignoring_spin: bool = False
+    """Do it again with a control that ignores spin, and show both."""
+    force_noise: float = 0.01
+    """Standard deviation of the sensors' force noise [N], each axis, as a Nano17 has it; the next two likewise."""
+    moment_noise: float = 1e-4
+    """Standard deviation of their moment noise [N m]."""
+    drift: float = 1e-3
+    """How fast their zeros drift [N/s], each axis up or down, and a hundredth of that for moments [N m/s]."""
+    seed: int = 0
+    """Of noise, drift, and what is believed: the same seed gives the same run."""
+    robot: str | None = None
+    """A robot that comes with palpate and has a hand (emulated-hand, ur5e-hand), or a robot file. Left out: the
+    simulated hand. Of a real one nobody knows the truth: what is believed is typed or comes from --friction-file.
+    Its hand is led open around the object before the run, and nothing pulls but who stands there."""
+    out: Path = Path("runs/grasp")
+    """Folder for the report, the table and the log."""
+
+    def __post_init__(self) -> None:
+        settle(self)
+        for name, unit in _POSITIVE.items():
+            positive(name, getattr(self, name), unit)
+        for name, unit in _NOT_NEGATIVE.items():
+            not_negative(name, getattr(self, name), unit)
+        if self.margin > LARGEST_MARGIN:
+            raise InvalidValueError(
+                f"margin = {self.margin:g}: must be at most {LARGEST_MARGIN:g}; 0.12 stands for 12 %"
+            )
+        for name, unit in _POSITIVE_IF_GIVEN.items():
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name), unit)
+        for name in ("friction", "believed_friction"):
+            if getattr(self, name) is not None:
+                check_friction(getattr(self, name), name)
+        if self.load_exponent is not None:
+            not_negative("load_exponent", self.load_exponent, "")
+        if self.lift_height > HIGHEST_LIFT:
+            raise InvalidValueError(
+                f"lift_height = {self.lift_height:g} m: must be at most {HIGHEST_LIFT:g} m, what the lift travels"
+            )
+        if self.lift_speed > FASTEST_LIFT:
+            raise InvalidValueError(
+                f"lift_speed = {self.lift_speed:g} m/s: must be at most {FASTEST_LIFT:g} m/s, as the "
+                "supervisor has it"
+            )
+        if not 0.5 <= self.probability <= MOST_PROBABLE:
+            raise InvalidValueError(
+                f"probability = {self.probability:g}: must lie from 0.5 to {MOST_PROBABLE:g}; 0.99 stands for 99 %"
+            )
+        self._check_hand()
+        self._check_load()
+        if self.friction_file is not None and (self.believed_friction or self.believed_spin_length):
+            raise InvalidValueError(
+                "friction_file with believed_friction or believed_spin_length: what is believed comes from "
+                "one or the other; leave one out"
+            )
+        if self.friction_file is not None and self.known != "touched":
+            raise InvalidValueError(
+                f"friction_file with known = {self.known}: what a file tells was touched; leave --known out"
+            )
+        if self.ignore_spin and self.against_ignoring_spin:
+            raise InvalidValueError(
+                "ignore_spin with against_ignoring_spin: both would be the same; leave one out"
+            )
+        if not 0 <= self.seed <= LARGEST_SEED:
+            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
+
+    def _check_hand(self) -> None:
+        if self.fingers not in (2, THREE):
+            raise InvalidValueError(f"fingers = {self.fingers}: must be 2 or 3")
+        wanted = len(SIZES[self.object])
+        if len(self.size) not in (0, wanted):
+            told = " ".join(f"{length:g}" for length in SIZES[self.object])
+            raise InvalidValueError(
+                f"size: {len(self.size)} numbers; a {self.object} takes {wanted} [m], for example {told}"
+            )
+        for length in self.size:
+            positive("size", length, "m")
+        if self.half_width > WIDEST:
+            raise InvalidValueError(
+                f"size: {2.0 * self.half_width:g} m between the fingers; must be at most {2.0 * WIDEST:g} m, as "
+                "far as the hand opens"
+            )
+        if self.fingers == THREE and self.object == "box":
+            raise InvalidValueError(
+                "object = box with fingers = 3: three fingers stand 120 degrees apart and do not meet a box "
+                "squarely; take a cylinder or a sphere"
+            )
+        if self.fingers == THREE and self.known == "nudged":
+            raise InvalidValueError(
+                "known = nudged with fingers = 3: the nudge twists two opposed fingers; take touched or untouched"
+            )
+
+    def _check_load(self) -> None:
+        if max(self.largest_pull, self.pull_before) > LARGEST_PULL:
+            raise InvalidValueError(
+                f"pull = {self.largest_pull:g} N, pull_before = {self.pull_before:g} N: must be at most "
+                f"{LARGEST_PULL:g} N"
+            )
+        if self.shake_frequency > FASTEST_SHAKE:
+            raise InvalidValueError(
+                f"shake_frequency = {self.shake_frequency:g} Hz: must be at most {FASTEST_SHAKE:g} Hz"
+            )
+        if self.offset > self.half_width:
+            raise InvalidValueError(
+                f"offset = {self.offset:g} m: must be within the object, at most {self.half_width:g} m"
+            )
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """Of the object [m]."""
+        return self.size or SIZES[self.object]
+
+    @property
+    def half_width(self) -> float:
+        """Of the object between the fingers [m]."""
+        return 0.5 * self.sizes[0] if self.object == "box" else self.sizes[0]
+
+    @property
+    def half_height(self) -> float:
+        """Of the object [m]."""
+        return self.sizes[0] if self.object == "sphere" else 0.5 * self.sizes[-1]
+
+    @property
+    def largest_pull(self) -> float:
+        """Largest force that pulls, or amplitude of a shake [N]."""
+        return PULLS[self.load] if self.pull is None else self.pull
+
+    @property
+    def rising(self) -> float:
+        """How long the load grows or shakes [s]."""
+        return RISES[self.load] if self.rise is None else self.rise
+
+
+_POSITIVE = {
+    "mass": "kg",
+    "shake_frequency": "Hz",
+    "lift_height": "m",
+    "lift_speed": "m/s",
+    "force_noise": "N",
+    "moment_noise": "N m",
+}
+
+_POSITIVE_IF_GIVEN = {
+    "spin_length": "m",
+    "norm_exponent": "",
+    "believed_spin_length": "m",
+    "rise": "s",
+    "pull": "N",
+}
+
+_NOT_NEGATIVE = {"pull_before": "N", "offset": "m", "margin": "", "drift": "N/s"}

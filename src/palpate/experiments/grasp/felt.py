@@ -1,0 +1,76 @@
+"""What a real hand felt in a grasp, in the place of a truth that nobody knows, one row per period."""
+
+import math
+from array import array
+
+import numpy as np
+
+from palpate.controllers.grip.grasp import GraspController, GraspStage
+from palpate.errors import FloatArray
+from palpate.experiments.grasp.truth import STAGES, GraspTruth
+from palpate.runtime import Command, Observation, Sample
+from palpate.spatial import norm
+
+ALL = 5
+"""Columns of all fingers together: time, stage, target, height, and regrips."""
+
+PER_FINGER = 5
+"""Columns: touching; normal force, length of the tangential force, spin torque; what was told."""
+
+
+class GraspFeltRecorder:
+    """An observer that keeps what fingers feel. What only a simulation knows is NaN."""
+
+    def __init__(self, controller: GraspController, fingers: int) -> None:
+        """Watch a controller's stage and target, and so many fingers."""
+        self._controller, self._fingers = controller, fingers
+        self._rows = array("d")
+
+    def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
+        """Append what belongs to this sample."""
+        controller, told = self._controller, command.grip_force
+        letting_go = controller.stage is GraspStage.LET_GO and told is not None
+        row = [
+            now.time,
+            STAGES.index(controller.stage),
+            max(told) if letting_go and told is not None else controller.grip.target,
+            now.arm.position_base_tip[2],
+            controller.grip.regrips,
+        ]
+        for i, finger in enumerate(now.fingers):
+            contact, felt = finger.contact, finger.touching
+            x, y, z = contact.tangential_force.tolist()
+            loads = (contact.normal_force, norm((x, y, z)), contact.spin_torque) if felt else (0.0, 0.0, 0.0)
+            row += [felt, *loads, math.nan if told is None else told[i]]
+        self._rows.extend(row)
+
+    def truth(self) -> GraspTruth:
+        """Return all that was appended so far: heights are the hand's, loads are as they were felt."""
+        k = self._fingers
+        rows = np.array(self._rows).reshape(-1, ALL + k * PER_FINGER)
+        each = rows[:, ALL:].reshape(-1, k, PER_FINGER)
+        n = len(rows)
+        contact = _unknown(n, k, 3)
+        contact[:, :, 2] = 0.0  # as high as the hand
+        return GraspTruth(
+            time=rows[:, 0],
+            stage=rows[:, 1].astype(np.intp),
+            touching=each[:, :, 0].astype(bool),
+            contact=contact,
+            normal=_unknown(n, k, 3),
+            loads=each[:, :, 1:4],
+            slip=_unknown(n, k),
+            spin=_unknown(n, k),
+            command=each[:, :, 4],
+            target=rows[:, 2],
+            pull=_unknown(n, 6),
+            height=rows[:, 3],
+            clearance=_unknown(n),
+            slid=_unknown(n, k),
+            turned=_unknown(n, k),
+            regrips=rows[:, 4].astype(np.intp),
+        )
+
+
+def _unknown(*shape: int) -> FloatArray:
+    return np.full(shape, np.nan)

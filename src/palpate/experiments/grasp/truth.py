@@ -1,0 +1,283 @@
+"""What really happened in a grasp, kept beside what was sensed, one row per period."""
+
+import math
+from array import array
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from palpate.controllers.grip.grasp import GraspController, GraspStage
+from palpate.errors import FloatArray
+from palpate.experiments.grasp.clearance import clearance
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.kinematics.pose import Pose
+from palpate.runtime import Command, Observation, Sample
+from palpate.sim.friction.plant import FrictionContact
+from palpate.sim.hand.scene import GraspScene
+from palpate.sim.hand.truth import FingerTruth, HandTruth
+from palpate.spatial import Vector, Wrench, add, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
+
+STAGES = tuple(GraspStage)
+
+ALL = 12
+"""Columns of all fingers together: time, stage, target, height; pull; clearance, and regrips."""
+
+PER_FINGER = 15
+"""Columns: touching; contact and normal, base frame, from the object's origin; normal force, length of the
+tangential force, spin torque; slip and spin since the pull began, and since the lift did; what was told."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraspTruth:
+    """What really happened, one row per period (n) and finger (k).
+
+    Slip and spin are of the object over each fingertip since `watched`: how far the point that was under the
+    finger then has moved over it across the normal, and how far the object has turned about the normal, what is
+    elastic included. Where the friction plant rubs, whose bristles bend, it is the way along which contacts really
+    slipped, and spun.
+
+    Attributes:
+        time: Shape (n,) [s].
+        stage: Index in `STAGES`, shape (n,).
+        touching: Shape (n, k).
+        contact: From the object's origin, base frame, shape (n, k, 3) [m].
+        normal: Into the object, base frame, shape (n, k, 3).
+        loads: Normal force [N], length of the tangential force [N], spin torque [N m], shape (n, k, 3).
+        slip: Shape (n, k) [m].
+        spin: Shape (n, k) [rad].
+        command: Grip that was commanded, shape (n, k) [N]; NaN where nothing was.
+        target: Grip that was wanted, without correction, shape (n,) [N].
+        pull: On the object besides fingers and weight, about its origin, shape (n, 6) [N, N m].
+        height: Of the object's origin, shape (n,) [m].
+        clearance: From the table to the lowest point of the object, shape (n,) [m]; 0 or less: it touches.
+        slid: As slip, but since the lift began, shape (n, k) [m].
+        turned: As spin, but since the lift began, shape (n, k) [rad].
+        regrips: How often the grip had answered an alarm by then, shape (n,).
+    """
+
+    time: FloatArray
+    stage: npt.NDArray[np.intp]
+    touching: npt.NDArray[np.bool_]
+    contact: FloatArray
+    normal: FloatArray
+    loads: FloatArray
+    slip: FloatArray
+    spin: FloatArray
+    command: FloatArray
+    target: FloatArray
+    pull: FloatArray
+    height: FloatArray
+    clearance: FloatArray
+    slid: FloatArray
+    turned: FloatArray
+    regrips: npt.NDArray[np.intp]
+
+    def __len__(self) -> int:
+        """Number of periods."""
+        return len(self.time)
+
+    @property
+    def fingers(self) -> int:
+        """How many there are."""
+        return int(self.touching.shape[1])
+
+
+class TrueHand(Protocol):
+    """A hand that is simulated, be it behind a wire."""
+
+    @property
+    def scene(self) -> GraspScene:
+        """What is simulated."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Of control [s]."""
+        ...
+
+    @property
+    def pull(self) -> Wrench:
+        """See `HandBackend`."""
+        ...
+
+    @property
+    def rubbing(self) -> tuple[FrictionContact, ...]:
+        """See `HandBackend`."""
+        ...
+
+    def truth(self) -> HandTruth:
+        """Return what really happened at the last sample."""
+        ...
+
+
+class GraspTruthRecorder:
+    """An observer that asks the simulation for the truth at every sample."""
+
+    def __init__(
+        self, backend: TrueHand, controller: GraspController, config: GraspConfig, watched: float
+    ) -> None:
+        """Watch a back end.
+
+        Args:
+            backend: Whose truth is asked for.
+            controller: Whose stage and target are kept.
+            config: What is held.
+            watched: From when on slip and spin are counted [s]: by then the object must be held.
+        """
+        self._backend, self._controller, self._config, self._from = backend, controller, config, watched
+        self._rows = array("d")
+        self._pulled, self._lifted = _Way(backend), _Way(backend)
+
+    def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
+        """Append the truth that belongs to this sample."""
+        backend, controller = self._backend, self._controller
+        truth = backend.truth()
+        hand = truth.pose_base_hand or Pose(now.arm.position_base_tip, now.arm.rotation_base_tip)
+        description = backend.scene.hand
+        sensors = [hand @ description.pose_hand_sensor(i, f.joint_position) for i, f in enumerate(truth.fingers)]
+        center = description.tip.center_of_mass
+        normals = [_normal(center, f, its) for f, its in zip(truth.fingers, sensors, strict=True)]
+        if now.time >= self._from:
+            self._pulled.go_on(truth, sensors, normals)
+        if controller.stage is GraspStage.LIFT or self._lifted.begun:
+            self._lifted.go_on(truth, sensors, normals)
+        row = [
+            now.time,
+            STAGES.index(controller.stage),
+            self._wanted(command),
+            truth.position[2],
+            *backend.pull,
+            clearance(self._config, truth.position[2], truth.quat_wxyz),
+            controller.grip.regrips,
+        ]
+        for i, (finger, normal) in enumerate(zip(truth.fingers, normals, strict=True)):
+            pressed = -dot(finger.force, normal)
+            aside = norm(add_scaled(finger.force, pressed, normal))
+            wanted = math.nan if command.grip_force is None else command.grip_force[i]
+            at = subtract(finger.position, truth.position)
+            spun = dot(finger.torque, normal)
+            ways = (*self._pulled.of(i, truth, sensors[i]), *self._lifted.of(i, truth, sensors[i]))
+            row += [finger.touching, *at, *normal, pressed, aside, spun, *ways, wanted]
+        self._rows.extend(row)
+
+    def _wanted(self, command: Command) -> float:
+        if self._controller.stage is GraspStage.LET_GO and command.grip_force is not None:
+            return max(command.grip_force)
+        return self._controller.grip.target
+
+    def truth(self) -> GraspTruth:
+        """Return all that was appended so far."""
+        k = self._backend.scene.hand.fingers
+        rows = np.array(self._rows).reshape(-1, ALL + k * PER_FINGER)
+        each = rows[:, ALL:].reshape(-1, k, PER_FINGER)
+        return GraspTruth(
+            rows[:, 0],
+            rows[:, 1].astype(np.intp),
+            each[:, :, 0].astype(bool),
+            each[:, :, 1:4],
+            each[:, :, 4:7],
+            each[:, :, 7:10],
+            each[:, :, 10],
+            each[:, :, 11],
+            each[:, :, 14],
+            rows[:, 2],
+            rows[:, 4:10],
+            rows[:, 3],
+            rows[:, 10],
+            each[:, :, 12],
+            each[:, :, 13],
+            rows[:, 11].astype(np.intp),
+        )
+
+
+class _Way:
+    """How far the object has slipped and spun over the fingertips since it was first asked to go on."""
+
+    def __init__(self, backend: TrueHand) -> None:
+        self._moved: _Moved | None = None
+        self._rubbed = _Rubbed(backend) if backend.scene.rubbing else None
+
+    @property
+    def begun(self) -> bool:
+        """Whether it counts already."""
+        return self._moved is not None
+
+    def go_on(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector]) -> None:
+        """Take a period; the first one is where it counts from."""
+        if self._moved is None:
+            self._moved = _Moved(truth, sensors, normals)
+        if self._rubbed is not None:
+            self._rubbed.go_on()
+
+    def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
+        """Return slip [m] and spin [rad] over a finger."""
+        if self._moved is None:
+            return 0.0, 0.0
+        return self._moved.of(i, truth, sensor) if self._rubbed is None else self._rubbed.of(i)
+
+
+class _Moved:
+    """How far the object has moved over the fingertips, each in its sensor's frame, since it was first seen."""
+
+    def __init__(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector]) -> None:
+        self._normals = [
+            np.array(rotate_back(its.rotation, normal)) for its, normal in zip(sensors, normals, strict=True)
+        ]
+        self._under, self._points, self._rotations = [], [], []
+        for its, finger in zip(sensors, truth.fingers, strict=True):
+            position, rotation = _seen_from(its, truth)
+            under = np.array(rotate_back(its.rotation, subtract(finger.position, its.position)))
+            self._under.append(under)
+            self._points.append(rotation.T @ (under - position))
+            self._rotations.append(rotation)
+
+    def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
+        """Return slip [m] and spin [rad] over a finger."""
+        position, rotation = _seen_from(sensor, truth)
+        over, normal = rotation @ self._points[i] + position - self._under[i], self._normals[i]
+        aside = over - (over @ normal) * normal
+        # of the turn's quaternion, the share about the normal (swing and twist)
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, (rotation @ self._rotations[i].T).ravel())
+        twist = 2.0 * math.atan2(float(quaternion[1:] @ normal), float(quaternion[0]))
+        return float(np.linalg.norm(aside)), abs(math.remainder(twist, 2.0 * math.pi))
+
+
+class _Rubbed:
+    """How far contacts of the friction plant have slipped: the ways along which they did."""
+
+    def __init__(self, backend: TrueHand) -> None:
+        self._backend = backend
+        self._ways = [[0.0, 0.0] for _ in backend.scene.rubbing]
+
+    def go_on(self) -> None:
+        """Take a period."""
+        scene, period = self._backend.scene, self._backend.period
+        for contact in self._backend.rubbing:
+            way = self._ways[scene.rubbing.index(contact.pair)]
+            way[0] += norm(contact.slip_velocity) * period
+            way[1] += abs(contact.slip_spin) * period
+
+    def of(self, i: int) -> tuple[float, float]:
+        """Return slip [m] and spin [rad] over a finger."""
+        slip, spin = self._ways[i]
+        return slip, spin
+
+
+def _seen_from(sensor: Pose, truth: HandTruth) -> tuple[FloatArray, FloatArray]:
+    """Position [m] and rotation of the object in a frame that is given in base coordinates."""
+    flat = np.zeros(9)
+    mujoco.mju_quat2Mat(flat, truth.quat_wxyz)
+    turn = np.array(sensor.rotation).T
+    return turn @ (np.array(truth.position) - np.array(sensor.position)), turn @ flat.reshape(3, 3)
+
+
+def _normal(center: Vector, finger: FingerTruth, sensor: Pose) -> Vector:
+    """Out of a spherical fingertip where it is touched, base frame; along its closing where it is not."""
+    if not finger.touching:
+        return rotate(sensor.rotation, (1.0, 0.0, 0.0))
+    middle = add(sensor.position, rotate(sensor.rotation, center))
+    return unit(subtract(finger.position, middle))

@@ -1,0 +1,1 @@
+"""Logs: what is in them, as tables."""

@@ -1,0 +1,42 @@
+"""What `palpate log` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
+
+TableFormat = Literal["csv", "parquet"]
+
+
+@dataclass(frozen=True, slots=True)
+class LogInfoConfig:
+    """Tell what is in the log of a run: how long, how regular, what happened, what is missing or damaged.
+
+    Every check sum is checked. A log of a run that was killed, or that still goes on, is read as far as it goes.
+
+    Example: palpate log info runs/demo
+    """
+
+    log: LogPlace
+    """Log file (.mcap); a folder stands for its latest.mcap."""
+
+
+@dataclass(frozen=True, slots=True)
+class LogExportConfig:
+    """Write the log of a run as tables: period (one row per control period), event and parameter.
+
+    The header names every unit: SI throughout, contacts in the sensor frame, the arm in base coordinates. Numbers
+    keep every digit (CSV: 17, nan and inf as such). Periods that the log has not got leave a gap in `sequence`.
+
+    Example: palpate log export runs/demo --format csv --out tables
+    """
+
+    log: LogPlace
+    """Log file (.mcap); a folder stands for its latest.mcap."""
+    to: Annotated[TableFormat, tyro.conf.arg(name="format", aliases=("--to",))] = "csv"
+    """CSV, or Parquet (which needs: pip install "palpate[parquet]")."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
+    """Folder for the tables, made if need be. Left out: named as the log, beside it."""

@@ -1,0 +1,1 @@
+"""Hold a force on a surface."""

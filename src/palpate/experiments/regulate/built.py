@@ -1,0 +1,51 @@
+"""The robot above the object that a regulation of force presses on."""
+
+from dataclasses import replace
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore.checks import check_compression
+from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.parts import sensor_of, shape_of
+from palpate.experiments.robot.in_scene import build
+from palpate.experiments.robot.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
+from palpate.experiments.run_checks import CLEARANCE
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_rig import RigEntry
+from palpate.sim import Target
+from palpate.sim.presets import EXPLORE
+
+
+def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
+    """Return the robot above the object.
+
+    Raises:
+        InvalidValueError: The fingertip is smaller than its compression, or a real surface is to move.
+    """
+    if isinstance(robot.file.backend, RigEntry) and config.surface != "still":
+        raise InvalidValueError(
+            f"surface = {config.surface}: is for simulated objects; a real one does as it likes: leave it still"
+        )
+    tip = config.tip or tip_sizes(robot)
+    sensor = sensor_of(robot, config)
+    compression = 0.5 * config.force / config.true_stiffness
+    check_compression(tip, config.force, config.true_stiffness)
+    noise = 0.0 if sensor.model.noise is None else max(sensor.model.noise.sd[:3])
+    x, y, z = only_finger(robot).surface.center
+    law = replace(
+        EXPLORE.law,
+        stiffness=config.true_stiffness,
+        friction=config.friction,
+        spin_length=config.spin_length,
+    )
+    task = Task(
+        tip=tip,
+        compression=compression,
+        target=target,
+        law=law,
+        start=(-x, -y, shape_of(config).top + max(tip) + CLEARANCE - z),
+        period=robot.file.period if config.period is None else config.period,
+        sensor=sensor,
+        touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
+    )
+    return build(robot, task)

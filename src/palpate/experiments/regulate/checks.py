@@ -1,0 +1,41 @@
+"""What a regulation of force may ask of the robot: refused beforehand where it is too much."""
+
+from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import MOST_FORCE
+from palpate.experiments.regulate.config import LARGEST_MOTION, RegulateConfig
+from palpate.experiments.run_checks import LANDING_SHARE, check_force, check_speed
+from palpate.runtime import Limits
+
+FARTHEST_MOTION = 1.8 * LARGEST_MOTION
+"""How far from its beginning a motion from a file may lead along x or y [m]: the plate ends after 0.1 m."""
+
+
+def check_limits(config: RegulateConfig, motion: TangentMotion, limits: Limits) -> None:
+    """Refuse forces, speeds, ways and frequencies beyond what robot and loop can do.
+
+    Raises:
+        InvalidValueError: One is.
+    """
+    check_force(config.force, config.greatest, limits)
+    check_speed("landing_speed", config.landing_speed or 0.0, limits)
+    if isinstance(motion, PathTable | VelocityTable):
+        check_speed(f"motion_file = {config.motion_file}: its fastest", motion.fastest, limits)
+        if motion.farthest > FARTHEST_MOTION:
+            raise InvalidValueError(
+                f"motion_file = {config.motion_file}: it goes {motion.farthest:.3g} m away from where it begins: "
+                f"must be at most {FARTHEST_MOTION:g} m, or the tip would leave the plate; metres are meant"
+            )
+    elif config.motion != "still":
+        check_speed("motion_speed", config.motion_speed, limits)
+    if config.profile == "sine" and max(config.frequencies) * 4.0 * (config.period or 1e-3) > 1.0:
+        highest = 0.25 / (config.period or 1e-3)
+        raise InvalidValueError(
+            f"frequencies = {max(config.frequencies):g} Hz: must be at most {highest:g} Hz, four periods of "
+            "control to each cycle"
+        )
+
+
+def most_force(limits: Limits) -> float:
+    """Return the largest force that may be asked for [N]."""
+    return min(MOST_FORCE, LANDING_SHARE * limits.force)

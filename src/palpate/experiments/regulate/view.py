@@ -1,0 +1,18 @@
+"""What there is to see of a regulation of force in simulation."""
+
+from palpate.experiments.known_truth import known_scene
+from palpate.experiments.regulate.plan import RegulationPlan
+from palpate.experiments.view.scenes import scene_view
+from palpate.sim import MovingTarget
+from palpate.sim.scene import OBJECT_GEOM
+from palpate.viewing import ViewScene
+
+
+def regulation_scene(planned: RegulationPlan) -> ViewScene:
+    """Return the scene of a regulation; a surface that moves as told moves, one that yields stays where it was."""
+    target = planned.target
+    motions = {}
+    if isinstance(target, MovingTarget):
+        motions = {f"{OBJECT_GEOM}_{i}": joint.motion for i, joint in enumerate(target.joints)}
+    title = f"Force on a {planned.config.object}, {planned.config.surface}, {planned.config.robot}"
+    return scene_view(title, known_scene(planned.backend).model, motions=motions)

@@ -1,0 +1,1 @@
+"""Feed logs through sensing and control again."""

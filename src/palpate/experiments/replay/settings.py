@@ -1,0 +1,102 @@
+"""What a replay may change of a run, and how it is written: `force=3`."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TypeVar
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.nearest_name import nearest, without_unit
+from palpate.strict_decode import decode_some
+from palpate.strict_yaml import read_yaml
+
+_FELT = "the samples are as recorded, on the object that was touched"
+_NOISY = "the samples are as recorded, with the noise that they have"
+
+FIXED: Mapping[str, str] = {
+    "object": _FELT,
+    "size": _FELT,
+    "file": _FELT,
+    "scale": _FELT,
+    "friction": _FELT,
+    "spin_length": _FELT,
+    "force_noise": _NOISY,
+    "moment_noise": _NOISY,
+    "seed": _NOISY,
+    "identify": "the log keeps what pressing has found",
+    "period": "the samples are as recorded, one per period",
+    "change": "live parameters are changed as recorded",
+    "out": "the exploration writes nothing again; --out says where the report goes",
+}
+"""Fields of `ExploreConfig` that no replay can change, and why."""
+
+CHANGEABLE = tuple(field.name for field in fields(ExploreConfig) if field.name not in FIXED)
+"""Those that it can: what sensing, control and supervision go by."""
+
+SEVERAL = ("tip", "center", "axis", "frequencies")
+"""Of all experiments, those that are several numbers, or one."""
+
+Config = TypeVar("Config")
+
+
+@dataclass(frozen=True, slots=True)
+class Changeable:
+    """What a replay may change of one kind of experiment.
+
+    Attributes:
+        what: It is, with its article, for messages.
+        fixed: Fields of its configuration that no replay can change, and why.
+        names: Those that it can.
+    """
+
+    what: str
+    fixed: Mapping[str, str]
+    names: tuple[str, ...]
+
+
+EXPLORATION = Changeable("an exploration", FIXED, CHANGEABLE)
+
+
+def settings_of(words: Sequence[str]) -> dict[str, object]:
+    """Return the settings that are typed as `name=value`, as yet unchecked.
+
+    Raises:
+        InvalidValueError: Something else is typed, or a name twice.
+    """
+    settings: dict[str, object] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not (name and equals and text):
+            raise InvalidValueError(
+                f"--set {word}: write NAME=VALUE without spaces, as in --set force=3 speed=0.03, and LOG before it"
+            )
+        if name in settings:
+            raise InvalidValueError(f"--set {word}: {name} is given twice")
+        settings[name] = _value(name, text)
+    return settings
+
+
+def _value(name: str, text: str) -> object:
+    if name in SEVERAL and not text.startswith("["):
+        text = f"[{text}]"
+    try:
+        return read_yaml(text)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"--set {name}={text}: {error}") from None
+
+
+def changed_config(config: Config, settings: Mapping[str, object], may: Changeable = EXPLORATION) -> Config:
+    """Return a configuration with other values for what a replay can change.
+
+    Raises:
+        InvalidValueError: A name is not known or cannot be changed, or a value is impossible.
+    """
+    for name in settings:
+        if name in may.fixed:
+            raise InvalidValueError(f"{name}: a replay cannot change it: {may.fixed[name]}")
+        if name not in may.names:
+            names = (*may.names, *may.fixed)
+            near = nearest(name, names) or nearest(without_unit(name), names)
+            advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(may.names)}"
+            raise InvalidValueError(f"{name}: {may.what} has no such setting; {advice}")
+    return replace(config, **decode_some(settings, type(config)))  # type: ignore[type-var]

@@ -1,0 +1,1 @@
+"""Robot files, and the back ends that they describe."""

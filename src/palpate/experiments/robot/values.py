@@ -1,0 +1,51 @@
+"""What a robot file says that an exploration would otherwise be told."""
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.finger_sensor import model_of_finger, noise_of
+from palpate.experiments.robot.simulated_stage import tip_sizes
+from palpate.runtime.robot import Robot, load_robot
+from palpate.runtime.robot_rig import RigEntry
+
+
+def values_of(robot: Robot) -> dict[str, object]:
+    """Return fields of `ExploreConfig` as a robot file gives them: fingertip, noise and period.
+
+    Raises:
+        InvalidValueError: It has no fingertip that an exploration can use.
+    """
+    force, moment = noise_of(model_of_finger(robot.file.fingers[0]))
+    sensor = robot.sensors[0]
+    if isinstance(robot.file.backend, RigEntry) and sensor is not None:
+        force, moment = max(sensor.noise_force), max(sensor.noise_moment)
+    return {
+        "tip": tip_sizes(robot),
+        "force_noise": force,
+        "moment_noise": moment,
+        "period": robot.file.period,
+    }
+
+
+def config_for(name: str, **values: object) -> ExploreConfig:
+    """Return a configuration for a robot: what the robot file says, and what is given here on top.
+
+    Args:
+        name: As in `palpate.runtime.robot.load_robot`.
+        values: Fields of `ExploreConfig`.
+
+    Raises:
+        InvalidValueError: As in `load_robot` and `ExploreConfig`.
+    """
+    return ExploreConfig(**{**values_of(load_named_robot(name)), "robot": name, **values})  # type: ignore[arg-type]
+
+
+def load_named_robot(name: str) -> Robot:
+    """Return a robot, as `load_robot` does, with one kind of error.
+
+    Raises:
+        InvalidValueError: A file cannot be read, or something in it is wrong.
+    """
+    try:
+        return load_robot(name)
+    except OSError as error:
+        raise InvalidValueError(f"robot = {name}: cannot be read: {error.strerror}") from None

@@ -1,0 +1,128 @@
+"""Which experiments a sweep can do, and what each has to tell about itself; imports nothing heavy."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any, Protocol, cast
+
+from palpate.experiments.explore import options as explore_options
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.friction import options as friction_options
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.grasp import options as grasp_options
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.regulate import options as regulate_options
+from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.sweep.figure import Figure, FigureValue
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a run came to.
+
+    Attributes:
+        done: Whether it got to its end.
+        ending: How it ended, in words.
+        figures: By column.
+    """
+
+    done: bool
+    ending: str
+    figures: Mapping[str, FigureValue]
+
+
+class Carrier(Protocol):
+    """What carries out an experiment: a module of this package with these names."""
+
+    FIGURES: tuple[Figure, ...]
+    """Every figure of a run, in the order of the tables."""
+
+    MERITS: tuple[str, ...]
+    """Columns that matter most, the first ones first: shown are the two first ones that a sweep has."""
+
+    SECONDS: float
+    """Wall time that a simulated second takes, on one core of a computer of 2023 [s]."""
+
+    def duration_of(self, config: Any) -> float:
+        """Plan a run and return about how long it is, simulated [s].
+
+        Raises:
+            InvalidValueError: It cannot be realised.
+        """
+        ...
+
+    def carry_out(self, config: Any, keep: bool) -> Found:
+        """Do a run; with `keep`, write its report and log into the folder of the configuration."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Swept:
+    """An experiment that a sweep can do.
+
+    Attributes:
+        name: As typed.
+        kind: Its configuration.
+        defaults: Returns the options that hold if only these words are typed.
+        carrier_name: Of the module that carries it out, which takes seconds to import.
+        units: Of its options, where they differ from `UNITS`.
+    """
+
+    name: str
+    kind: type[Any]
+    defaults: Callable[[Sequence[str]], Any]
+    carrier_name: str
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def carrier(self) -> Carrier:
+        """What carries it out."""
+        return cast("Carrier", import_module(self.carrier_name))
+
+    def unit(self, option: str) -> str:
+        """Return the unit of an option; empty if it has none."""
+        return self.units.get(option, UNITS.get(option, ""))
+
+
+EXPERIMENTS: Mapping[str, Swept] = {
+    swept.name: swept
+    for swept in (
+        Swept("explore", ExploreConfig, explore_options.default_options, "palpate.experiments.sweep.explored"),
+        Swept("regulate", RegulateConfig, regulate_options.default_options, "palpate.experiments.sweep.regulated"),
+        Swept("friction", FrictionConfig, friction_options.default_options, "palpate.experiments.sweep.rubbed"),
+        Swept(
+            "grasp",
+            GraspConfig,
+            grasp_options.default_options,
+            "palpate.experiments.sweep.grasped",
+            {"drift": "N/s"},
+        ),
+    )
+}
+
+UNITS: Mapping[str, str] = {
+    **dict.fromkeys(
+        (
+            "size", "tip", "width", "depth", "center", "spacing", "radius", "below", "accuracy", "spin_length",
+            "surface_amplitude", "motion_size", "travel", "most_travel", "believed_spin_length", "offset",
+            "lift_height",
+        ),
+        "m",
+    ),
+    **dict.fromkeys(("force", "force_swing", "force_noise", "swing", "loads", "pull", "pull_before"), "N"),
+    **dict.fromkeys(
+        ("force_period", "time", "period", "leave_time", "hold", "duration", "assumed_damping_time", "rise"), "s"
+    ),
+    **dict.fromkeys(
+        ("speed", "speeds", "surface_speed", "motion_speed", "landing_speed", "stribeck_speed", "lift_speed"),
+        "m/s",
+    ),
+    **dict.fromkeys(("stiffness", "mount_stiffness", "assumed_stiffness", "skin_stiffness"), "N/m"),
+    **dict.fromkeys(("frequencies", "shake_frequency"), "Hz"),
+    **dict.fromkeys(("mount_mass", "mass"), "kg"),
+    "moment_noise": "N m",
+    "rate": "N/s",
+    "drift": "N/min",
+    "viscous_friction": "s/m",
+}  # fmt: skip
+"""Of options, as their help says."""

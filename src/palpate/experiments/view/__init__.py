@@ -1,0 +1,1 @@
+"""Watch runs in the browser."""

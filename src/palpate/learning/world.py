@@ -1,0 +1,47 @@
+"""What an episode happens in: a robot with a fingertip, and its limits."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from palpate.errors import not_negative, vector
+from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.spatial import ZERO, Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """A robot that stands ready.
+
+    Attributes:
+        backend: The robot; anything that keeps to the Protocol.
+        finger: For touch.
+        limits: For the supervisor, which is always on.
+        approach: Velocity with which a reset brings the tip to the surface, base frame [m/s]; zero: not at all.
+        farthest: How far it goes that way [m]; if it has met nothing by then, the episode begins there.
+    """
+
+    backend: Backend
+    finger: FingerDescription
+    limits: Limits
+    approach: Vector = ZERO
+    farthest: float = 0.0
+
+    def __post_init__(self) -> None:
+        vector("approach", self.approach, 3, "m/s")
+        not_negative("farthest", self.farthest, "m")
+
+
+class WorldMaker(Protocol):
+    """Makes the world of an episode."""
+
+    def __call__(self, rng: np.random.Generator) -> World:
+        """Return a world.
+
+        The back end may be that of the episode before, which is then started again; another one is closed first.
+
+        Args:
+            rng: All that is drawn is drawn from it, so that a seed gives the same episodes again.
+        """
+        ...

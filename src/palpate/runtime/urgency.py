@@ -1,0 +1,36 @@
+"""Threads that run before others, where the system lets them: those that wait for a device, or play one.
+
+Ordinary threads beside a busy computer wait for milliseconds before they run; a reading then is old before anybody
+has seen it.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+MOST_URGENT = -20
+"""Niceness of the most urgent of ordinary threads (sched(7))."""
+
+
+def be_urgent() -> None:
+    """Let the calling thread, and those that it starts, run before others; without leave nothing changes."""
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, MOST_URGENT)  # on Linux of the thread, elsewhere of the process
+
+
+@contextmanager
+def urgent_threads() -> Iterator[None]:
+    """Let threads and processes that are started within be urgent where they may; then all is as before."""
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    be_urgent()
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, 0, before)
+
+
+def urgency_granted() -> bool:
+    """Whether the system lets threads of this process be urgent."""
+    with urgent_threads():
+        return os.getpriority(os.PRIO_PROCESS, 0) == MOST_URGENT

@@ -1,0 +1,195 @@
+"""What commands answer: names with SI units, strict JSON, and one document whatever happens."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from enum import Enum, IntEnum
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.errors import InvalidValueError, OverrunError
+from palpate.experiments.answer import UNITS, Answer, ExitCode, figure_name, shown_figures
+from palpate.experiments.json_document import document, plain
+from palpate.experiments.manner import JsonDocument, Words, unboxed
+from palpate.reporting import KeyFigure
+
+NOT_STRICT = {"parse_constant": lambda word: pytest.fail(f"{word} is no JSON")}
+
+# --- figures ---
+
+
+@pytest.mark.parametrize(
+    ("figure", "name", "value"),
+    [
+        (KeyFigure("true normal force, RMS error", 0.5, "N"), "true_normal_force_rms_error_n", 0.5),
+        (KeyFigure("points to true surface, 99 %", 2.0, "mm"), "points_to_true_surface_p99_m", 2e-3),
+        (KeyFigure("stiffness", 14.0, "kN/m"), "stiffness_n_per_m", 14e3),
+        (KeyFigure("force gain", 0.9, "mm/s/N"), "force_gain_m_per_s_per_n", 0.9e-3),
+        (KeyFigure("phase margin", 180.0, "degrees"), "phase_margin_rad", math.pi),
+        (KeyFigure("covered", 50.0, "%"), "covered_share", 0.5),
+        (KeyFigure("commands", "1 234"), "commands", 1234.0),
+        (KeyFigure("slip", "2.8e-05", "mm"), "slip_m", 2.8e-8),
+        (KeyFigure("contact", "never lost"), "contact", "never lost"),
+        (KeyFigure("stable for a stiffness", "0.4 to 2", "times"), "stable_for_a_stiffness", "0.4 to 2 times"),
+        (KeyFigure("speed", 3.0, "furlongs"), "speed", "3 furlongs"),
+    ],
+)
+def test_a_figure_gets_a_name_that_ends_in_its_si_unit(figure, name, value):
+    found, _ = shown_figures([figure])
+    assert list(found) == [name]
+    assert found[name] == (pytest.approx(value) if isinstance(value, float) else value)
+
+
+@given(st.lists(st.sampled_from(["a", "a!", "A", "b"]), max_size=6))
+def test_no_figure_hides_another(names):
+    found, _ = shown_figures([KeyFigure(name, float(i)) for i, name in enumerate(names)])
+    assert sorted(found.values()) == [float(i) for i in range(len(names))]
+
+
+def test_what_has_only_a_note_is_a_note():
+    found, notes = shown_figures([KeyFigure("end of the run", "", "", "done")])
+    assert (found, notes) == ({}, {"end_of_the_run": "done"})
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_units_in_names_are_plain_words(unit):
+    assert figure_name("x", unit).replace("_", "").isalpha()
+    assert figure_name("x", unit).islower()
+
+
+# --- JSON ---
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner) | st.tuples(inner, inner),
+    max_leaves=12,
+)
+
+
+@given(values)
+def test_any_values_make_strict_json(value):
+    text = document("x", Answer(facts={"value": value}))
+    assert text.isascii()
+    assert text.endswith("}\n")
+    assert text.count("\n}\n") == 1
+    json.loads(text, **NOT_STRICT)
+
+
+class Colour(Enum):
+    RED = "red"
+
+
+class Level(IntEnum):
+    LOW = 1
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"),
+    [
+        (math.nan, None),
+        (-math.inf, None),
+        (np.float64(2.5), 2.5),
+        (np.array([[1.0, np.nan]]), [[1.0, None]]),
+        (np.int64(3), 3),
+        (np.bool_(True), True),
+        (Path("a/b"), "a/b"),
+        (Colour.RED, "red"),
+        (Level.LOW, 1),
+        ({1: (2,)}, {"1": [2]}),
+    ],
+)
+def test_values_become_what_json_has(value, wanted):
+    found = plain(value)
+    assert found == wanted
+    assert type(found) is type(wanted)
+
+
+def test_what_json_cannot_hold_is_an_error_of_ours():
+    with pytest.raises(TypeError, match="object cannot be JSON"):
+        plain(object())
+
+
+# --- manners ---
+
+
+def raising(error):
+    def run():
+        sys.stdout.write("words\n")
+        raise error
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (InvalidValueError("a = 1:\n must be 2"), ExitCode.MISTAKE, "a = 1: must be 2"),
+        (OverrunError("late"), ExitCode.UNFINISHED, "late; the robot was stopped"),
+        (OSError(28, "No space left"), ExitCode.UNFINISHED, "[Errno 28] No space left"),
+        (KeyboardInterrupt(), ExitCode.INTERRUPTED, "interrupted"),
+        (
+            ZeroDivisionError("nobody thought of it"),
+            ExitCode.UNFINISHED,
+            "ZeroDivisionError: nobody thought of it",
+        ),
+    ],
+)
+def test_whatever_is_raised_one_document_says_it(error, code, said, capsys):
+    assert JsonDocument("made up").carry_out(raising(error)) == code
+    told = capsys.readouterr()
+    found = json.loads(told.out)
+    assert (found["command"], found["exit_code"], found["error"]) == ("made up", code, said)
+    assert told.err.startswith("words\n")
+
+
+def test_words_let_through_what_nobody_foresaw():
+    with pytest.raises(ZeroDivisionError):
+        Words().carry_out(raising(ZeroDivisionError()))
+
+
+@pytest.mark.parametrize("manner", [Words(), JsonDocument("x")])
+def test_an_exit_code_alone_is_an_answer(manner, capsys):
+    assert manner.carry_out(lambda: 1) == 1
+
+
+def test_what_other_processes_and_libraries_print_goes_to_standard_error():
+    code = (
+        "import os, subprocess, sys\n"
+        "from palpate.experiments.manner import JsonDocument\n"
+        "def run():\n"
+        "    os.write(1, b'library\\n')\n"
+        "    subprocess.run([sys.executable, '-c', 'print(\"child\")'])\n"
+        "    print('palpate')\n"
+        "    return 0\n"
+        "sys.exit(JsonDocument('x').carry_out(run))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert json.loads(done.stdout)["status"] == "done"
+    assert set(done.stderr.split()) == {"library", "child", "palpate"}
+
+
+def test_whoever_stops_reading_a_document_sees_no_traceback():
+    reader, writer = os.pipe()
+    os.close(reader)
+    with subprocess.Popen(
+        [sys.executable, "-m", "palpate", "robot", "list", "--json"],
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        os.close(writer)
+        assert "Traceback" not in process.stderr.read()
+    assert process.returncode == 0
+
+
+@pytest.mark.parametrize("sides", ["│", " ", "|"])
+def test_a_refusal_loses_its_box(sides):
+    box = f"╭─ Value error ─╮\n{sides} Error parsing palpate robot show: a = 1 {sides}\n{sides} ------- {sides}\n"
+    box += f"{sides} For full helptext, see palpate --help {sides}\n╰────╯\n"
+    assert unboxed(box) == "a = 1"

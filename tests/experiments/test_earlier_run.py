@@ -1,0 +1,52 @@
+"""A folder that a run is to write into, and what an earlier run has left there."""
+
+import pytest
+
+from palpate.cli import main
+from palpate.errors import InvalidValueError
+from palpate.experiments.earlier_run import earlier_run
+
+NAMES = ("report.html", "forces.csv")
+
+
+def left(folder, *names):
+    for name in names:
+        (folder / name).touch()
+    return folder
+
+
+def test_of_an_empty_or_missing_folder_nothing_is_said(tmp_path):
+    assert earlier_run(tmp_path, "regulate", NAMES) == ()
+    assert earlier_run(tmp_path / "none", "regulate", NAMES) == ()
+
+
+@pytest.mark.parametrize("file", ["contacts.csv", "friction.yaml", "grasp.csv", "sweep.json"])
+def test_results_of_another_command_are_never_written_over(tmp_path, file):
+    with pytest.raises(InvalidValueError, match=r"holds a run of `palpate .*another folder \(--out\)"):
+        earlier_run(left(tmp_path, "report.html", file), "regulate", NAMES)
+
+
+def test_of_the_same_command_the_files_that_go_are_counted(tmp_path):
+    (said,) = earlier_run(left(tmp_path, *NAMES), "regulate", NAMES)
+    assert said == f"{tmp_path / 'report.html'} and 1 more file of an earlier run are written over."
+
+
+def test_a_log_that_nobody_can_read_stands_in_no_ones_way(tmp_path):
+    (tmp_path / "latest.mcap").write_bytes(b"no log")
+    assert earlier_run(tmp_path, "explore", NAMES) == ()
+
+
+def test_a_log_tells_whose_folder_it_is(tmp_path, capsys):
+    out = ["--out", str(tmp_path)]
+    assert main(["regulate", "--duration", "0.2", *out]) == 0
+    capsys.readouterr()
+    assert main(["regulate", "--dry-run", *out]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Note: " in said
+    assert "report.html and 1 more file of an earlier run are written over; its log stays." in said
+    for name in NAMES:
+        (tmp_path / name).unlink()
+    assert earlier_run(tmp_path, "regulate", NAMES) == ()
+    for typed in (["explore", *out], ["friction", "--dry-run", *out]):
+        assert main(typed) == 2
+        assert "holds a run of `palpate regulate`" in capsys.readouterr().err

@@ -1,0 +1,141 @@
+"""A report of every kind, small, with the same text wherever people type one."""
+
+from dataclasses import replace
+
+import numpy as np
+import trimesh
+
+from palpate import LimitSurface
+from palpate.experiments.compare.config import CompareConfig
+from palpate.experiments.compare.report import comparison_html as mesh_comparison_html
+from palpate.friction.materials.trials import UNKNOWN, Confusion
+from palpate.mapping.compare import compare
+from palpate.mapping.compare_files import read_map, read_reference
+from palpate.reporting import GrowthCurve, GrowthReport, GrowthSnapshot, KeyFigure, report_html
+from palpate.reporting.comparison_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
+from palpate.reporting.comparison_report import comparison_html
+from palpate.reporting.friction_data import (
+    FrictionReport,
+    MaterialMatch,
+    Measured,
+    RecognitionReport,
+    StrokeCurve,
+)
+from palpate.reporting.friction_report import friction_html
+from palpate.reporting.grasp_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.reporting.grasp_report import grasp_html
+from palpate.reporting.regulation_data import BodeCurve, RegulationReport, StepCurves
+from palpate.reporting.regulation_report import regulation_html
+from palpate.reporting.replay_data import ReplayReport
+from palpate.reporting.replay_report import replay_html
+from reporting.test_friction_pictures import ASSUMED, LEVEL
+from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
+from reporting.test_replay_report import side
+from reporting.test_report import CAP, FULL, MESH, series_of, timing_of
+
+KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh")
+TIMING = timing_of(np.full(600, 1e-4), 2e-3)
+
+
+def html_of(kind, typed, folder):
+    """Return a report of a kind, `typed` wherever a text can come from people; `folder` is for files."""
+    return {
+        "explore": _explore,
+        "regulate": _regulate,
+        "friction": _friction,
+        "grasp": _grasp,
+        "replay": _replay,
+        "runs": _runs,
+        "mesh": lambda told: _mesh(told, folder),
+    }[kind](typed)
+
+
+def said(typed):
+    """What all of them say, in the fields of every report."""
+    return {
+        "title": typed,
+        "outcome": typed,
+        "summary": (KeyFigure(typed, typed, typed, typed), KeyFigure("force", 2.0, "N", typed), KeyFigure("n", 3)),
+        "settings": ((typed, typed),),
+        "asked": typed,
+        "advice": (typed,),
+        "repeat": ((typed, typed),),
+    }
+
+
+def _explore(typed):
+    curve = GrowthCurve(*(np.array([1.0, 2.0]) for _ in range(6)))
+    done = CAP.position[::20]
+    growth = GrowthReport(curve, (GrowthSnapshot(1, MESH, done, done[:2], ()),))
+    return report_html(replace(FULL, **said(typed), growth=growth, error_note=typed))
+
+
+def _regulate(typed):
+    time = np.linspace(0.0, 0.2, 50)
+    steps = StepCurves(time, 1 - np.exp(-50 * time), 1 - np.exp(-60 * time), np.ones((2, 50)), (0.01, 0.04), 0.05)
+    tones = (BodeCurve("true", np.array([1.0, 4.0]), np.array([1.0, 0.6]), np.array([-3.0, -50.0])),)
+    margins = (KeyFigure("gain margin", 3.1, "", typed),)
+    told = RegulationReport(
+        series=series_of(("approach", "hold", "lift")), timing=TIMING, margins=margins, steps=steps, tones=tones,
+        bandwidth=3.0, limits=(typed,), **said(typed),
+    )  # fmt: skip
+    return regulation_html(told)
+
+
+def _friction(typed):
+    stroke = StrokeCurve(2.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
+    confusion = Confusion((typed, "b"), (typed, UNKNOWN), np.array([[3, 1], [0, 4]]))
+    known = RecognitionReport(typed, (MaterialMatch(typed, 0.0, 0.9, 0.5),), confusion, typed)
+    speeds = (Measured(0.01, 0.5, 0.4, 0.6, 0.5), Measured(0.02, 0.5, 0.45, 0.6, 0.5, why=typed))
+    told = FrictionReport(
+        series=series_of(), timing=TIMING, strokes=(stroke,), friction=LEVEL, lengths=LEVEL, growth=(0.003, 0.2),
+        speeds=speeds, surface=ASSUMED, recognition=known, **said(typed),
+    )  # fmt: skip
+    return friction_html(told)
+
+
+def _grasp(typed):
+    count, time = 400, np.arange(400) * 1e-2
+    loads = np.stack([np.full((count, 2), 4.0), np.full((count, 2), 1.0), np.full((count, 2), 2e-3)], axis=2)
+    still, held = np.zeros((count, 2)), np.ones(count, dtype=bool)
+    series = GraspSeries(
+        time, ("hold",) * count, np.full(count, 4.0), np.full(count, 4.1), np.full(count, 3.5), still, still,
+        loads, np.zeros((count, 2), dtype=bool), held, held, (1.0,),
+    )  # fmt: skip
+    heaviest = HeaviestLoad(1.0, PAIR, FORCES, LOAD, None)
+    told = GraspReport(
+        compared=(("", "with spin", "ignoring spin", ""), ("slip", "0.1", "9", "mm")), account=(typed,),
+        surface=LimitSurface(0.5, 0.004), series=series, beside=series, timing=TIMING, heaviest=heaviest,
+        **said(typed),
+    )  # fmt: skip
+    return grasp_html(told)
+
+
+def _replay(typed):
+    return replay_html(ReplayReport(recorded=side(), replayed=side(1.1, 2.01), **said(typed)))
+
+
+def _runs(typed):
+    time = np.linspace(0.0, 3.0, 200)
+    lines = (Curve(0, time, np.sin(time)), Curve(1, time, np.cos(time)), Curve(1, time, np.ones(200), asked=True))
+    told = said(typed)
+    del told["summary"]
+    report = ComparisonReport(
+        names=(typed, "other"),
+        differences=((typed, "N", typed, typed),),
+        figures=(ComparedFigure("force", "N", (1.0, 2.0), typed), ComparedFigure(typed, "", (typed, typed))),
+        overlays=(Overlay("Force over time", "Force of each run; even is good.", "time [s]", "force [N]", lines),),
+        spreads=(Spreads("Errors", "Errors of each run; narrow is good.", "error [µm]", (time, -time)),),
+        **told,
+    )
+    return comparison_html(report)
+
+
+def _mesh(typed, folder):
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.02)
+    ball.export(folder / "ball.stl")
+    name = "".join(letter for letter in typed if letter not in "/\0")[:40].strip() or "x"
+    config = CompareConfig(folder / name, folder / "ball.stl")
+    reference = read_reference(folder / "ball.stl", 1.0)
+    found = compare(read_map(folder / "ball.stl", 1.0, 500), reference, within=1e-3, samples=500)
+    return mesh_comparison_html(found, reference, config)

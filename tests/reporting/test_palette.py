@@ -1,0 +1,116 @@
+"""Colours: legible on either ground, told apart by colour-blind eyes, defined in one place."""
+
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import palpate.reporting as reporting
+import palpate.viewing as viewing
+from palpate.reporting.encode import svg_text
+from palpate.reporting.style import DASH_DOT, DASHED, SIDE_BY_SIDE, Width, dress, new_figure
+from palpate.runtime import palette
+
+THEMES = ("light", "dark")
+TEXT_CONTRAST, DRAWN_CONTRAST = 4.5, 3.0  # WCAG 2.2, success criteria 1.4.3 and 1.4.11, level AA
+
+# Machado, Oliveira, Fernandes (2009), severity 1: of linear RGB
+BLIND = {
+    "protan": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deutan": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritan": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+    "none": np.eye(3).tolist(),
+}
+APART = 10.0  # CIE 1976 colour difference: about four times what is just told apart side by side
+
+
+def linear(colour):
+    c = np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+def contrast(one, other):
+    bright = sorted(float(np.array([0.2126, 0.7152, 0.0722]) @ linear(each)) for each in (one, other))
+    return (bright[1] + 0.05) / (bright[0] + 0.05)
+
+
+def lab(rgb):
+    matrix = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    xyz = matrix @ np.clip(rgb, 0.0, 1.0) / np.array([0.9505, 1.0, 1.089])
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16.0 / 116.0)
+    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
+
+
+def test_contrast_is_that_of_black_on_white():
+    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    assert contrast("#767676", "#ffffff") == pytest.approx(4.54, abs=0.01)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_text_and_lines_can_be_read_on_every_ground(theme):
+    grounds = [getattr(each, theme) for each in (*palette.GROUNDS, palette.GROUND)]
+    for each in palette.TEXT:
+        assert min(contrast(getattr(each, theme), ground) for ground in grounds) >= TEXT_CONTRAST, each
+    for each in palette.DRAWN:
+        assert min(contrast(getattr(each, theme), ground) for ground in grounds) >= DRAWN_CONTRAST, each
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_lines_over_time_can_be_read_on_the_ground_of_every_phase(theme):
+    over_time = (palette.FELT, palette.TRUTH, palette.SET, palette.BOUND, palette.INK_COLOUR, palette.QUIET_COLOUR)
+    for line, phase in itertools.product(over_time, set(palette.STAGES) - {palette.LOST}):
+        assert contrast(getattr(line, theme), getattr(phase, theme)) >= DRAWN_CONTRAST, (line.name, phase.name)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("eyes", list(BLIND))
+@pytest.mark.parametrize(
+    "together",
+    [
+        (palette.FELT, palette.TRUTH, palette.SET, palette.BOUND),
+        (palette.FELT, palette.COMMAND),
+        (palette.FELT, palette.TRUTH, palette.SPIN_COLOUR, palette.SET),
+        palette.SIDE_BY_SIDE[:3],
+    ],
+    ids=["force", "replay", "grasp", "runs"],
+)
+def test_what_stands_in_one_picture_is_told_apart_by_all_eyes(theme, eyes, together):
+    seen = {each.name: lab(np.array(BLIND[eyes]) @ linear(getattr(each, theme))) for each in together}
+    for one, other in itertools.combinations(seen, 2):
+        assert np.linalg.norm(seen[one] - seen[other]) >= APART, (one, other)
+
+
+def test_every_colour_is_one_thing():
+    assert len({each.light for each in palette.ALL}) == len(palette.ALL)
+    assert len({each.name for each in palette.ALL}) == len(palette.ALL)
+    assert all(re.fullmatch("#[0-9a-f]{6}", c) for each in palette.ALL for c in (each.light, each.dark))
+    assert len(SIDE_BY_SIDE) == len(set(SIDE_BY_SIDE))
+    assert DASHED != DASH_DOT
+
+
+@pytest.mark.parametrize("package", [reporting, viewing], ids=["reporting", "viewing"])
+def test_no_colour_is_defined_elsewhere(package):
+    for path in Path(package.__file__).parent.glob("*.py"):
+        if path.name in ("palette.py", "style.py", "encode.py"):
+            continue
+        found = re.findall(r"#[0-9a-fA-F]{6}\b|\"(?:white|black|red|green|blue|gr[ae]y)\"", path.read_text())
+        assert not found, (path.name, found)
+
+
+def test_a_picture_follows_the_theme():
+    figure = new_figure(Width.HALF, 2.0)
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], [0.0, 1.0], color=palette.FELT.light)
+    dress(axes, x="time [s]", y="force [N]")
+    svg = svg_text(figure)
+    sheet, drawing = svg.split("</style>", 1)
+    assert "var(--felt)" in drawing
+    assert palette.FELT.light not in drawing
+    assert f"--felt:{palette.FELT.light};" in sheet
+    assert f"--felt:{palette.FELT.dark};" in sheet.split("@media(prefers-color-scheme:dark)")[1]
+    used = set(re.findall(r"var\(--([a-z-]+)\)", svg))
+    assert used <= set(re.findall(r"--([a-z-]+):", sheet)), "every variable has a value"
+    literal = set(re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})", drawing))
+    assert not literal, f"colours that stay as they are in the dark: {literal}"

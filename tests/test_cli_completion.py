@@ -1,0 +1,129 @@
+"""What a shell completes: asked of a real bash, and of the description of the command line."""
+
+import os
+import pty
+import re
+import select
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+
+from cli_samples import leaves
+from palpate.cli import main
+from palpate.experiments.completion.described import first_sentence
+from palpate.runtime.robot import shipped_robots
+
+BASH = shutil.which("bash")
+needs_bash = pytest.mark.skipif(BASH is None, reason="no bash here")
+
+
+@pytest.fixture(scope="module")
+def script(tmp_path_factory):
+    """The script for bash, in a folder with files to complete."""
+    folder = tmp_path_factory.mktemp("shell")
+    path = folder / "completion.bash"
+    with path.open("w") as file:
+        subprocess.run([sys.executable, "-m", "palpate", "completion", "bash"], check=True, stdout=file)
+    (folder / "part one.stl").touch()
+    (folder / "mine.yaml").touch()
+    return path
+
+
+def completed(script, *words):
+    """What bash has for the last of some words."""
+    quoted = " ".join(f"'{word}'" for word in words)
+    code = f"source '{script}'; COMP_WORDS=(palpate {quoted}); COMP_CWORD={len(words)}; _palpate"
+    code += '; printf "%s\\n" "${COMPREPLY[@]}"'
+    done = subprocess.run([BASH, "--norc", "-c", code], cwd=script.parent, capture_output=True, text=True)
+    assert done.stderr == ""
+    return set(done.stdout.split("\n")) - {""}
+
+
+@needs_bash
+@pytest.mark.parametrize("name", [name for name, _ in leaves()])
+def test_every_word_and_every_option_of_a_command_is_completed(name, script, capsys):
+    *before, last = name.split()
+    assert last in completed(script, *before, last[:2])
+    found = completed(script, *name.split(), "--")
+    with pytest.raises(SystemExit):
+        main([*name.split(), "--help"])
+    told = set(re.findall(r"^[│| ] (?:-h, )?(--[a-z][a-z0-9-]*)", capsys.readouterr().out, re.MULTILINE))
+    assert told, "help without options"
+    assert told <= found | ALIASES
+
+
+ALIASES = {"--to", "--speed", "--scale", "--seconds"}
+"""Older names, which are taken and not offered."""
+
+
+@needs_bash
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (("explore", "--object", "s"), {"sphere"}),
+        (("explore", "--object", "=", "el"), {"ellipsoid"}),
+        (("explore", "--turn", "="), {"left", "right"}),
+        (("explore", "--robot", "ur5e-s"), {"ur5e-sim"}),
+        (("explore", "--robot", "mi"), {"mine.yaml"}),
+        (("explore", "--file", "pa"), {"part one.stl"}),
+        (("explore", "--force", ""), set()),
+        (("explore", "--out", "mi"), {"mine.yaml"}),
+        (("friction", "--library", "si"), {"simulated"}),
+        (("calibrate", "new", "x.yaml", "--preset", ""), {"nano17", "wrist"}),
+        (("contact", "mi"), {"mine.yaml"}),
+        (("replay", "mi"), {"mine.yaml"}),
+        (("completion", ""), {"bash", "zsh", "fish", "--json", "--help"}),
+        (("log", ""), {"info", "export", "--help"}),
+    ],
+)
+def test_values_are_completed_by_what_they_are(words, wanted, script):
+    assert completed(script, *words) == wanted
+
+
+@needs_bash
+def test_robots_are_completed_by_name(script):
+    assert set(shipped_robots()) <= completed(script, "robot", "show", "")
+
+
+@needs_bash
+def test_a_real_shell_completes_at_a_tab(script):
+    """With a terminal, its own line editor, and the key."""
+    child, terminal = pty.fork()
+    if child == 0:
+        os.chdir(script.parent)
+        os.execve(BASH, [BASH, "--norc", "--noprofile", "-i"], {**os.environ, "PS1": "$ ", "TERM": "dumb"})
+    try:
+        os.write(terminal, b"source completion.bash; palpate() { printf '<%s>' \"$@\"; echo .; }\n")
+        os.write(terminal, b"palpate expl\t--obj\tell\t--fi\tpart\t\n")
+        said, deadline = "", time.monotonic() + 20.0
+        wanted = "<explore><--object><ellipsoid><--file><part one.stl>."
+        while wanted not in said and time.monotonic() < deadline:
+            if select.select([terminal], [], [], 0.5)[0]:
+                said += os.read(terminal, 65536).decode(errors="replace")
+        assert wanted in said
+    finally:
+        os.write(terminal, b"exit\n")
+        os.close(terminal)
+        os.waitpid(child, 0)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_script_names_every_command_and_reads_as_the_shell_has_it(shell, capsys):
+    assert main(["completion", shell]) == 0
+    text = capsys.readouterr().out
+    for name, _ in leaves():
+        assert name in text or "/" + name.replace(" ", "/") in text
+    program = shutil.which(shell)
+    if program is not None:
+        done = subprocess.run([program, "-n"], input=text, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+
+def test_a_long_sentence_is_cut_where_a_word_ends():
+    assert first_sentence("One\nsentence. Another one.") == "One sentence."
+    long = first_sentence("word " * 100)
+    assert len(long) <= 100
+    assert long.endswith("word ...")

@@ -1,0 +1,111 @@
+"""Commands that go on until Ctrl-C, or need devices: each once, as a process of its own."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from cli_samples import SMALL
+from palpate.cli import INTERRUPTED, main
+
+pytestmark = pytest.mark.xdist_group("wire")  # they wait for real time, as the tests of devices do
+
+
+@contextmanager
+def going_on(typed, folder, last):
+    """Start a command; yield it and what it says until a line with `last`."""
+    started = subprocess.Popen(
+        [sys.executable, "-m", "palpate", *typed],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    said = ""
+    try:
+        for line in started.stdout:
+            said += line
+            if last in line:
+                break
+        yield started, said
+    finally:
+        if started.poll() is None:
+            started.kill()
+        with suppress(subprocess.TimeoutExpired):
+            started.wait(10.0)
+        started.stdout.close()
+
+
+def ended_by_ctrl_c(process):
+    """Press Ctrl-C; the exit code."""
+    process.send_signal(signal.SIGINT)
+    return process.wait(30.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("typed", "value"),
+    [
+        (("ur", "--address", "127.0.0.78"), "0"),
+        (("dynamixel", "--servos", "1"), "1"),  # which servo
+        (("netft", "--address", "127.0.0.78"), "0"),
+    ],
+)
+def test_an_emulator_runs_until_ctrl_c_and_its_faults_are_switched(typed, value, tmp_path, capsys):
+    with going_on(("emulate", *typed), tmp_path, "Runs until Ctrl-C") as (process, said):
+        port, device = re.search(r"palpate emulate fault (\d+) '(.+?)'", said).groups()
+        fault = re.search(r"NAME: '?([\w ]+)", said).group(1)
+        capsys.readouterr()
+        assert main(["emulate", "fault", port, device, fault, value, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["status"] == "done"
+        assert main(["emulate", "fault", port, device, "nonsense", "--json"]) == 2
+        assert "nonsense" in json.loads(capsys.readouterr().out)["error"]
+        assert ended_by_ctrl_c(process) == 0
+
+
+@pytest.mark.slow
+def test_a_view_is_shown_until_ctrl_c(tmp_path):
+    assert main(["explore", *SMALL.split(), "--out", str(tmp_path / "run")]) == 0
+    with going_on(("view", "run", "--port", "0"), tmp_path, "View: http") as (process, said):
+        assert "http://" in said
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(2.0)  # until it plays
+        assert ended_by_ctrl_c(process) == 0
+
+
+@pytest.mark.slow
+def test_a_doctor_examines_emulated_devices_and_answers_in_one_document(capsys):
+    code = main(["doctor", "emulated-ur5e", "--duration", "0.5", "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert found["command"] == "doctor"
+    assert code == found["exit_code"]
+    assert code in (0, 1), "a busy computer is something to fix"
+    assert found["fit"] is (code == 0)
+    devices = {each["device"] for each in found["findings"]}
+    assert len(devices) >= 3
+
+
+@pytest.mark.slow
+def test_ctrl_c_in_a_run_still_gives_a_document_with_what_there_was(tmp_path):
+    typed = ("explore", "--speed", "0.002", "--spacing", "0.001", "--out", str(tmp_path / "run"), "--json")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "palpate", *typed], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    for line in process.stderr:
+        if line.startswith("running"):
+            break
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(3.0)
+    process.send_signal(signal.SIGINT)
+    told, _ = process.communicate(timeout=120)
+    assert process.returncode == INTERRUPTED
+    found = json.loads(told)
+    assert (found["status"], found["exit_code"]) == ("interrupted", INTERRUPTED)
+    assert found["figures"]["simulated_s"] > 0.0
+    assert any(file.endswith(".mcap") for file in found["files"])

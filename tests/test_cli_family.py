@@ -1,0 +1,211 @@
+"""The commands as one family: every one has help with an example, succeeds once, and refuses one mistake."""
+
+import json
+import re
+import shutil
+import socket
+from pathlib import Path
+
+import pytest
+
+from cli_samples import SAMPLES, leaves, prepared
+from palpate.cli import COMMANDS, MISTAKE, Group, main
+from palpate.experiments.answer import ExitCode
+from palpate.hw.rig import Rig
+from palpate.runtime.robot import shipped_robots
+from palpate.sim import MujocoBackend
+from palpate.sim.hand.backend import HandBackend
+
+COMMAND_NAMES = [name for name, _ in leaves()]
+GROUPS = [name for name, what in COMMANDS.items() if isinstance(what, Group)]
+MOVING = [name for name, command in leaves() if command.dry]
+QUICK = [name for name, sample in SAMPLES.items() if sample.success and name not in MOVING]
+
+
+def words_of(text):
+    """What is said, in one line without the box around it."""
+    return " ".join(re.sub("[│╭╮╰╯─]", " ", text).split())
+
+
+def ended(typed):
+    """The exit code, whoever gives it."""
+    try:
+        return main(typed)
+    except SystemExit as left:
+        return left.code
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory):
+    """A folder with what the samples name, and what the exploration there has said."""
+    folder = tmp_path_factory.mktemp("filled")
+    return folder, prepared(folder)
+
+
+@pytest.fixture
+def here(filled, tmp_path, monkeypatch):
+    """A copy of it, as the present folder."""
+    folder = tmp_path / "here"
+    shutil.copytree(filled[0], folder, symlinks=True)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def slow(name):
+    """A parameter of a test that takes long."""
+    return pytest.param(name, marks=pytest.mark.slow)
+
+
+def listing(folder):
+    """Every file and folder, with the files' sizes."""
+    return {str(path): path.stat().st_size if path.is_file() else None for path in folder.rglob("*")}
+
+
+def test_every_command_is_in_the_table():
+    assert sorted(COMMAND_NAMES) == sorted(SAMPLES)
+
+
+@pytest.mark.parametrize(
+    "name", ["", *(name for name, what in COMMANDS.items() if isinstance(what, Group)), *COMMAND_NAMES]
+)
+def test_help_ends_well_has_an_example_and_names_what_all_commands_take(name, capsys):
+    with pytest.raises(SystemExit) as left:
+        main([*name.split(), "--help"])
+    assert left.value.code == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    assert re.search(r"Example\b", told.out)
+    assert f"palpate {name}".strip() in told.out
+    assert "\x1b[" not in told.out, "colours where nobody sees them"
+    if name in SAMPLES:
+        assert "--json" in told.out
+        assert "(no help)" not in told.out
+
+
+def test_help_says_what_exit_codes_mean(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    told = words_of(capsys.readouterr().out)
+    for code in ExitCode:
+        assert f"{int(code)} " in told[told.index("Exit code") :]
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_command_succeeds_and_its_document_is_all_there_is_on_standard_output(name, here, capsys):
+    assert ended([*name.split(), *SAMPLES[name].success.split(), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
+    assert found["schema"] == 1
+    assert (found["command"], found["status"], found["exit_code"]) == (name, "done", 0)
+    assert "error" not in found
+    assert isinstance(found["warnings"], list)
+    if "--dry-run" not in SAMPLES[name].success:
+        for file in found["files"]:
+            assert (here / file).is_file(), "a file that is not there"
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_mistake_is_refused_in_words_and_as_a_document_and_nothing_is_written(name, here, capsys):
+    sample, before = SAMPLES[name], listing(here)
+    typed = [*name.split(), *sample.mistake.split()]
+    assert ended(typed) == MISTAKE
+    told = capsys.readouterr()
+    assert told.out in ("", "planning\n"), "more than what was being done when it came out"
+    assert "Traceback" not in told.err
+    for word in sample.named:
+        assert word in words_of(told.err)
+    assert ended([*typed, "--json"]) == MISTAKE
+    found = json.loads(capsys.readouterr().out)
+    assert (found["command"], found["status"], found["exit_code"]) == (name, "wrong_input", 2)
+    for word in sample.named:
+        assert word in found["error"]
+    assert not re.search("[│╭╮╰╯─]|For full help", found["error"])
+    assert listing(here) == before
+
+
+def test_a_word_that_is_no_command_is_a_document_too(capsys):
+    assert ended(["explor", "--json"]) == MISTAKE
+    found = json.loads(capsys.readouterr().out)
+    assert found["status"] == "wrong_input"
+    assert "explore" in found["error"]
+
+
+@pytest.fixture
+def still(monkeypatch):
+    """Nothing may start: no simulation, and no device."""
+    backends = [MujocoBackend, HandBackend, Rig]
+    for kind in backends:
+        monkeypatch.setattr(kind, "start", lambda *_, **__: pytest.fail("something was started"))
+    monkeypatch.setattr(socket, "socket", lambda *_, **__: pytest.fail("something was connected to"))
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_a_dry_run_plans_and_moves_nothing_and_writes_nothing(name, here, capsys, still):
+    before = listing(here)
+    typed = [*name.split(), *SAMPLES[name].success.split(), "--dry-run"]
+    assert main(typed) == 0
+    assert "nothing was moved, nothing was written" in words_of(capsys.readouterr().out)
+    assert main([*typed, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["dry_run"] is True
+    assert told["figures"]["expected_duration_s"] > 0.0
+    assert listing(here) == before
+
+
+@pytest.mark.parametrize("name", ["explore", "regulate", "friction"])
+def test_a_rig_is_planned_for_without_a_connection(name, here, capsys, still):
+    assert main([name, "--robot", "ur5e-netft", "--dry-run", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert "devices were not connected to" in told["robot"]
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_a_dry_run_refuses_what_the_run_would_refuse(name, here, capsys):
+    typed = [name, *SAMPLES[name].success.split(), "--dry-run", "--json"]
+    blocked = here / "blocked"
+    blocked.write_text("in the way")
+    assert main([*typed, "--out", str(blocked / "run")]) == MISTAKE
+    assert str(blocked) in json.loads(capsys.readouterr().out)["error"]
+    assert ended([name, *SAMPLES[name].mistake.split(), "--dry-run"]) == MISTAKE
+
+
+def check_figures(name, told, done):
+    """What a run has said must fit what its dry run had."""
+    assert (done["command"], done["status"], done["ending"]) == (name, "done", "done")
+    assert done["figures"]["simulated_s"] == pytest.approx(told["figures"]["expected_duration_s"], rel=0.5)
+    names = [[Path(file).name for file in each["files"] if not file.endswith(".mcap")] for each in (told, done)]
+    assert names[0] == names[1]
+    assert len(told["files"]) == len(done["files"])
+
+
+def test_an_exploration_gives_its_figures_and_writes_what_the_dry_run_says(filled, here, capsys):
+    assert main(["explore", *SAMPLES["explore"].success.split(), "--dry-run", "--json"]) == 0
+    check_figures("explore", json.loads(capsys.readouterr().out), filled[1])
+    assert filled[1]["figures"]["force_rms_n"] < 0.05
+
+
+def test_a_path_that_leaves_the_workspace_is_refused_before_anything_moves(here, capsys, still):
+    text = shipped_robots()["stage"].read_text()
+    narrow = text.replace("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.01, 1, 1]")
+    (here / "narrow.yaml").write_text(narrow)
+    assert main(["explore", "--robot", "narrow.yaml", "--dry-run"]) == MISTAKE
+    assert "leaves the robot's workspace" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["regulate", *map(slow, ("friction", "grasp"))])
+def test_a_run_gives_its_figures_and_writes_what_the_dry_run_said(name, here, capsys):
+    typed = [name, *SAMPLES[name].success.split()]
+    assert main([*typed, "--dry-run", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    before = listing(here)
+    assert main([*typed, "--json"]) == 0
+    done = json.loads(capsys.readouterr().out)
+    check_figures(name, told, done)
+    written = {file for file in listing(here) if file not in before and Path(file).is_file()}
+    wanted = {str(here / file) for file in done["files"]}
+    assert wanted == {file for file in written if not file.endswith("latest.mcap")}
+
+
+@pytest.mark.parametrize("spelt", ["--dry-run", "--dry_run"])
+def test_however_it_is_spelt_a_dry_run_moves_nothing(spelt, here, capsys, still):
+    assert main(["explore", spelt]) == 0
+    assert "nothing was moved" in capsys.readouterr().out

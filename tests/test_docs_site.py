@@ -1,0 +1,140 @@
+"""The site of the documents: it builds without a warning or a fetch, and leaves nothing out."""
+
+import pkgutil
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+import yaml
+
+import palpate
+from document_blocks import DOCS, ROOT, blocks, pages, words_of
+from palpate import __version__
+from palpate.cli import COMMANDS, Group
+
+EXPLAINED = {
+    line.removeprefix("```{public-names}").strip()
+    for page in (DOCS / "api").glob("*.md")
+    for line in page.read_text(encoding="utf-8").splitlines()
+    if line.startswith("```{public-names}")
+}
+"""Modules that the API pages explain."""
+
+LEFT_OUT = {
+    "palpate.hw.ft_stream",  # only other packages are made of it
+    "palpate.learning",  # needs an extra, by which the documents are not to be made; docs/learning.md explains it
+}
+
+
+def packages_with_public_names():
+    """Without importing them: some need an extra."""
+    for each in pkgutil.walk_packages(palpate.__path__, "palpate.", onerror=lambda name: None):
+        found = each.module_finder.find_spec(each.name)
+        if each.ispkg and "__all__ = " in Path(found.origin).read_text(encoding="utf-8"):
+            yield each.name
+
+
+def test_every_package_that_says_what_is_public_has_its_place_in_the_api():
+    found = set(packages_with_public_names())
+    assert len(found) > 15
+    assert found - LEFT_OUT <= EXPLAINED
+
+
+def test_every_module_that_the_api_explains_exists():
+    for name in sorted(EXPLAINED):
+        assert import_module(name).__doc__, name
+
+
+def test_every_page_is_in_the_contents():
+    listed = {"index"}
+    for page in pages():
+        for contents in re.findall(r"```\{toctree\}\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL):
+            for entry in contents.splitlines():
+                if entry and not entry.startswith((":", "examples/")):
+                    listed.add((page.parent / entry).relative_to(DOCS).as_posix())
+    assert listed == {page.relative_to(DOCS).with_suffix("").as_posix() for page in pages()}
+
+
+def test_every_command_is_shown_on_some_page():
+    """Where to read about it, besides its own help: a command that no page shows is one that nobody finds."""
+    shown = {words_of(command)[0][0] for page in pages() for block in blocks(page) for command in block.commands}
+    assert set(COMMANDS) - shown == set()
+
+
+def test_pictures_are_white_or_say_their_ground():
+    """On a dark page black letters on a clear ground cannot be read."""
+    for drawing in DOCS.glob("*.svg"):
+        text = drawing.read_text(encoding="utf-8")
+        assert re.search(r'<rect width="\d+" height="\d+" fill="white"/>', text), drawing.name
+        assert "<title>" in text
+    assert "background: white" in (DOCS / "_static" / "palpate.css").read_text(encoding="utf-8")
+
+
+def test_the_citation_file_says_what_is_needed():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert cited["cff-version"] == "1.2.0"
+    assert {"message", "title", "authors", "version", "license"} <= set(cited)
+    assert str(cited["version"]) == __version__
+    assert cited["license"] == "MIT"
+    assert cited["authors"] == [{"name": "The palpate developers"}]
+    (paper,) = cited["references"]
+    assert paper["authors"][0]["family-names"] == "Bicchi"
+    assert (paper["year"], paper["type"]) == (1990, "conference-paper")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The site, built as `make docs` does."""
+    pytest.importorskip("sphinx")
+    out = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-d", str(out / "cache")]
+    done = subprocess.run([*command, str(DOCS), str(out / "html")], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    return out / "html"
+
+
+def commands():
+    for name, command in COMMANDS.items():
+        yield name
+        if isinstance(command, Group):
+            yield from (f"{name} {second}" for second in command.commands)
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_warnings_and_holds_every_page(site):
+    for page in pages():
+        assert (site / page.relative_to(DOCS).with_suffix(".html")).exists(), page
+
+
+@pytest.mark.slow
+def test_every_command_has_its_help_on_the_site(site):
+    text = (site / "commands.html").read_text(encoding="utf-8")
+    for typed in commands():
+        assert f'id="palpate-{typed.replace(" ", "-")}"' in text, typed
+        assert f"usage: palpate {typed}" in re.sub(r"<[^>]+>", "", text), typed
+
+
+@pytest.mark.slow
+def test_a_public_name_is_explained_once(site):
+    """And a dataclass's fields once: as its attributes, not as members besides."""
+    text = "".join(page.read_text(encoding="utf-8") for page in sorted((site / "api").glob("*.html")))
+    ids = re.findall(r'<dt class="[^"]*" id="(palpate\.[\w.]+)"', text)
+    assert len(ids) > 300
+    assert len(ids) == len(set(ids))
+    assert "palpate.surfaces.Sphere" in ids
+    assert "palpate.sensing.Contact.centroid" not in ids  # its class's `Attributes` say it
+    assert "Alias for field number" not in text
+
+
+@pytest.mark.slow
+def test_nothing_is_fetched_and_no_path_of_this_machine_is_told(site):
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert not re.findall(r'<(?:script|img|iframe)[^>]+src="(?:https?:)?//', text), page
+        assert not re.findall(r'<link[^>]+rel="(?:stylesheet|preload|icon)"[^>]+href="(?:https?:)?//', text), page
+        assert str(ROOT) not in text, page
+        assert str(Path.home()) + "/" not in text, page

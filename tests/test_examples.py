@@ -1,0 +1,269 @@
+"""Every example runs as it stands, and what it prints is what its text claims."""
+
+import ast
+import csv
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from emulated_file import unhurried_file
+from palpate.hw.emulators.host import Host
+from palpate.hw.emulators.load_plant import steady_plant
+from palpate.hw.emulators.netft import BoxSettings, NetFtServer
+from palpate.hw.emulators.process import EmulatorProcess
+
+ROOT = Path(__file__).parent.parent
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+TEN = 10
+OWN_BOX = "127.0.0.78"
+
+pytestmark = pytest.mark.xdist_group("wire")  # two of them keep real time, on fixed ports
+
+
+def printed_by(name, *arguments, folder):
+    """Run an example as a user would, without a screen; return what it prints."""
+    environment = {**os.environ, "MPLBACKEND": "Agg", "OPENBLAS_NUM_THREADS": "1", "COLUMNS": "120"}
+    command = [sys.executable, "-W", "error", str(ROOT / "examples" / name), *arguments]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def numbers_after(words, text):
+    """Return the number that follows some words, each time that they occur."""
+    return [float(found) for found in re.findall(re.escape(words) + r"\s*(-?[\d.]+(?:e-?\d+)?)", text)]
+
+
+def test_there_are_ten():
+    assert len(EXAMPLES) == TEN
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_each_is_short_and_says_what_it_shows_and_how_to_run_it(path):
+    text = path.read_text(encoding="utf-8")
+    said = ast.get_docstring(ast.parse(text))
+    assert 30 <= len(text.splitlines()) <= 60
+    assert said.splitlines()[0].endswith(".")
+    assert f"    python examples/{path.name}" in said
+    assert len(said.split("\n\n")) >= 3  # a title, what it is about, what one sees
+    notebook = path.stem == "notebook"
+    assert ('if __name__ == "__main__":' in text) is not notebook
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_each_is_run_below(path):
+    """An example that no test runs is one that will rot."""
+    here = Path(__file__).read_text(encoding="utf-8")
+    assert re.search(rf'printed_by\(\s*"{path.name}"', here)
+
+
+def test_a_contact_from_a_wrench_is_right_to_rounding(tmp_path):
+    said = printed_by("contact_from_wrench.py", folder=tmp_path)
+    assert "10000 of 10000 found" in said
+    assert numbers_after("at most", said)[0] < 1e-15  # [m]
+    assert "noise is VALID" in said
+
+
+def test_an_exploration_writes_what_it_says(tmp_path):
+    said = printed_by(
+        "explore_and_export.py", "--out", "found", "--width", "0.008", "--depth", "0.002", folder=tmp_path
+    )
+    for name in re.findall(
+        r"`([a-z_]+\.(?:ply|csv|stl|html))`", (ROOT / "examples/explore_and_export.py").read_text()
+    ):
+        assert (tmp_path / "found" / name).stat().st_size > 100, name
+    assert numbers_after("force error", said)[0] < 0.02
+    assert numbers_after("points", said)[0] < 2.0  # [um]
+    assert float(re.search(r"([\d.]+) um from the true ellipsoid", said)[1]) < 5.0
+
+
+def test_a_live_plot_shows_what_rolls_on_an_emulated_box(tmp_path):
+    said = printed_by("live_netft.py", "--seconds", "1", folder=tmp_path)
+    assert "last OK: 2.00 N" in said
+    assert float(said.split()[0]) > 500  # records, of 1000 per second
+    assert (tmp_path / "live_netft.png").read_bytes().startswith(b"\x89PNG")
+
+
+def box_at_rest():
+    return Host(steady_plant((0.5, 0.0, -1.0, 0.0, 0.01, 0.0)), [NetFtServer(BoxSettings(OWN_BOX))])
+
+
+def test_a_live_plot_tares_a_box_that_somebody_else_runs(tmp_path):
+    """What hangs on the sensor from the beginning is no touch."""
+    with EmulatorProcess(box_at_rest):
+        said = printed_by("live_netft.py", "--seconds", "0.3", "--address", OWN_BOX, folder=tmp_path)
+    assert "last NO_FORCE" in said
+
+
+def test_a_controller_of_ones_own_holds_its_force(tmp_path):
+    said = printed_by("own_controller.py", folder=tmp_path)
+    assert said.startswith("done")
+    assert abs(numbers_after("felt", said)[0] - 2.0) < 0.05
+    assert numbers_after("+-", said)[0] < 0.1
+
+
+def test_a_controller_of_ones_own_is_stopped_where_the_supervisor_says(tmp_path):
+    said = printed_by("own_controller.py", "--force", "12", folder=tmp_path)
+    assert said.startswith("stopped by the supervisor (contact force was 10.")
+    assert "the robot is at rest" in said
+
+
+def test_a_fingertip_of_ones_own_feels_where_it_is_touched(tmp_path):
+    said = printed_by("own_fingertip.py", "--beside", "0.0", "0.01", folder=tmp_path)
+    off = [float(number) for number in re.findall(r"(\d+) um off", said)]
+    assert len(off) == 2
+    assert max(off) <= 10.0  # [um], on a mesh that lies up to 4 um below the formula
+
+
+def test_a_replay_is_the_same_until_something_is_changed(tmp_path):
+    said = printed_by("replay_study.py", folder=tmp_path)
+    rows = [line.rsplit(maxsplit=3) for line in said.splitlines()[2:]]
+    assert [row[1] for row in rows] == ["yes", "no", "no", "no", "no"]
+    velocity, centroid = ([float(row[column]) for row in rows] for column in (2, 3))
+    assert velocity[0] == centroid[0] == 0.0
+    assert velocity[2] == pytest.approx(2.0 * velocity[1], rel=0.1)  # 1 N more against half a newton less
+    # a tip taken for so much larger moves what it feels by as much
+    assert centroid[3:] == [pytest.approx(0.4, abs=0.05), pytest.approx(0.8, abs=0.1)]
+
+
+def assert_the_same_sphere(said):
+    assert said.count("done after") == 2
+    radius = numbers_after("radius", said)
+    assert len(radius) == 2
+    assert max(abs(each - 40.0) for each in radius) < 1.0  # [mm]
+    assert all(abs(force - 2.0) < 0.1 for force in numbers_after("felt", said))
+
+
+def test_the_emulated_robot_finds_what_the_simulated_one_does(tmp_path):
+    robots = ("--robots", "ur5e-sim", unhurried_file(tmp_path, "127.0.0.79", scale=0.5))
+    assert_the_same_sphere(printed_by("sim_to_emulated.py", *robots, folder=tmp_path))
+
+
+@pytest.mark.slow
+def test_so_it_does_as_it_is_shipped_and_as_the_text_says(tmp_path):
+    assert_the_same_sphere(printed_by("sim_to_emulated.py", folder=tmp_path))
+
+
+def test_a_nudge_finds_friction_and_saves_grip(tmp_path):
+    said = printed_by("unknown_friction.py", "--friction", "0.45", folder=tmp_path)
+    assert said.count("; held") == 2
+    found = numbers_after("found mu", said)
+    assert len(found) == 2
+    assert found == [pytest.approx(0.45, rel=0.03)] * 2
+    nudged, untouched = numbers_after("grip", said)
+    assert 1.0 < nudged < 1.3 < untouched
+
+
+SHORT = ("--vary", "surface_speed=0.02", "assumed_stiffness=10e3,40e3")
+
+
+def sweep_errors(folder):
+    """Return the error [N] of every run by speed [m/s] and stiffness [N/m]."""
+    with (folder / "runs" / "example-sweep" / "runs.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {(float(r["surface_speed"]), float(r["assumed_stiffness"])): float(r["force_rms_n"]) for r in rows}
+
+
+def test_a_sweep_finds_that_a_higher_gain_holds_better(tmp_path):
+    assert "All 2 runs got to their end" in printed_by("sweep.py", *SHORT, folder=tmp_path)
+    errors = sweep_errors(tmp_path)
+    assert errors[0.02, 10e3] < errors[0.02, 40e3]
+    assert (tmp_path / "runs" / "example-sweep" / "own.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_a_sweep_does_nothing_twice(tmp_path):
+    printed_by("sweep.py", *SHORT, folder=tmp_path)
+    runs = tmp_path / "runs" / "example-sweep" / "runs"
+    kept = [(path.name, path.stat().st_mtime_ns) for path in sorted(runs.iterdir())]
+    assert len(kept) >= 2
+    assert "2 of them are there already" in printed_by("sweep.py", *SHORT, folder=tmp_path)
+    assert [(path.name, path.stat().st_mtime_ns) for path in sorted(runs.iterdir())] == kept
+
+
+@pytest.mark.slow
+def test_the_whole_sweep_shows_what_its_text_claims(tmp_path):
+    printed_by("sweep.py", folder=tmp_path)
+    errors = sweep_errors(tmp_path)
+    assert len(errors) == 6
+    slow, fast = ([errors[speed, stiffness] for stiffness in (10e3, 20e3, 40e3)] for speed in (0.01, 0.02))
+    assert slow == sorted(slow)
+    assert fast == sorted(fast)
+    assert max(slow) < min(fast)
+
+
+def cells_of(path):
+    """Split a notebook kept as a script into its cells of code."""
+    return re.split(r"^# %%.*\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+
+
+def test_a_notebook_shows_what_stands_on_the_last_line_of_its_cells(monkeypatch):
+    """As a notebook does: statements are executed, a last expression is shown as HTML or as a picture."""
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    names, shown = {}, []
+    for cell in cells_of(ROOT / "examples" / "notebook.py"):
+        body = ast.parse(cell).body
+        last = body[-1]
+        if isinstance(last, ast.Expr):
+            exec(compile(ast.Module(body[:-1], []), "cell", "exec"), names)
+            shown.append(eval(compile(ast.Expression(last.value), "cell", "eval"), names))
+        else:
+            exec(compile(ast.Module(body, []), "cell", "exec"), names)
+    _, contact, exploration, figure, _ = shown
+    assert "<td>mN m</td>" in contact._repr_html_()
+    html = exploration._repr_html_()
+    assert html.count("<img") == 2
+    assert "force" in html
+    assert figure.axes
+    names["plt"].close("all")
+
+
+@pytest.mark.slow
+def test_a_notebook_is_a_script_as_well(tmp_path):
+    said = printed_by("notebook.py", folder=tmp_path)
+    assert numbers_after("within", said)[0] < 0.1
+
+
+def test_a_page_has_the_text_and_the_code_and_no_page_is_left_of_what_is_gone(tmp_path):
+    write_pages = load_module(ROOT / "docs" / "example_pages.py").write_pages
+    (tmp_path / "gone.md").write_text("# Gone\n")
+    pages = write_pages(ROOT / "examples", tmp_path)
+    assert [page.stem for page in pages] == [path.stem for path in EXAMPLES]
+    assert not (tmp_path / "gone.md").exists()
+    for page, script in zip(pages, EXAMPLES, strict=True):
+        text = page.read_text(encoding="utf-8")
+        said = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8")))
+        assert text.startswith(f"# {said.splitlines()[0][:-1]}\n")
+        assert said.splitlines()[-1] in text
+        (included,) = re.findall(r"\{literalinclude\} (\S+)", text)
+        assert (tmp_path / included).resolve() == script
+        (first,) = re.findall(r":lines: (\d+)-", text)
+        code = script.read_text(encoding="utf-8").splitlines()[int(first) - 1 :]
+        assert code[0].startswith(("import", "from", "#"))  # the docstring is not shown twice
+    before = [page.stat().st_mtime_ns for page in pages]
+    write_pages(ROOT / "examples", tmp_path)
+    assert [page.stat().st_mtime_ns for page in pages] == before
+
+
+def test_a_script_without_text_is_refused_by_name(tmp_path):
+    write_pages = load_module(ROOT / "docs" / "example_pages.py").write_pages
+    (tmp_path / "mute.py").write_text("x = 1\n")
+    with pytest.raises(ValueError, match=r"mute\.py: has no docstring"):
+        write_pages(tmp_path, tmp_path / "pages")
+
+
+def test_the_index_names_every_example():
+    text = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"\]\(\.\./examples/(\w+\.py)\)", text)) == {path.name for path in EXAMPLES}
+
+
+def load_module(path):
+    specification = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module

@@ -1,0 +1,199 @@
+"""What people type, on robots behind real wires: rubbing, grasping, viewing, examining, taring.
+
+Time is scaled where motion counts, for these share two cores with everything else. All on the loopback net.
+"""
+
+import json
+import math
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from palpate.cli import main
+from palpate.experiments.calibrate.live import robot_backend, take_readings
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.file import How
+from palpate.experiments.friction.plan import plan as plan_friction
+from palpate.experiments.friction.run import Attempt as RubbingAttempt
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.grasp.report import grasp_report
+from palpate.experiments.grasp.robot import hand_backend
+from palpate.experiments.grasp.run import GraspAttempt, write_grasp
+from palpate.experiments.replay.run import replay_log
+from palpate.experiments.robot.devices import with_devices
+from palpate.experiments.run_told import log_writer
+from palpate.experiments.view.plan import recorded_plan, view_scene
+from palpate.runtime import Ending
+from palpate.runtime.log import log_in, read_log
+from palpate.runtime.robot import load_robot, robot_path
+from palpate.runtime.robot_file import robot_file_text
+from palpate.runtime.wrapped_backend import WrappedBackend
+from palpate.viewing import frames_of_log
+
+SCALE = 0.25
+"""Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""
+
+BELIEVED = {"believed_friction": 0.45, "believed_spin_length": 0.0035}
+
+
+def emulated_file(folder, name, *changes):
+    """Write a shipped robot file with texts of it replaced, and return its path."""
+    text = robot_path(name).read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / f"{name}.yaml"
+    path.write_text(text)
+    return str(path)
+
+
+def hand_file(folder, first):
+    """The emulated hand at three addresses of its own."""
+    return emulated_file(
+        folder,
+        "emulated-hand",
+        ("address: 127.0.0.2 ", f"address: 127.0.9.{first} "),
+        ("[127.0.0.3, 127.0.0.4]", f"[127.0.9.{first + 1}, 127.0.9.{first + 2}]"),
+    )
+
+
+def finished(attempt, sinks=tuple):
+    """What came of a run. This machine stands still for longer than it bears, now and then: then once more."""
+    for _ in range(4):
+        trial = attempt()
+        result = trial.run((), sinks())
+        if result.ending is Ending.DONE:
+            break
+    return trial.found(result)
+
+
+@pytest.mark.slow
+def test_what_rubbing_finds_over_the_wire_is_true():
+    robot = load_robot("emulated-ur5e")
+    entry = msgspec.structs.replace(robot.file.backend, address="127.0.9.70", time_scale=0.5)
+    limits = msgspec.structs.replace(robot.file.limits, sample_age=0.3)
+    robot = replace(robot, file=msgspec.structs.replace(robot.file, backend=entry, limits=limits))
+    rubbing = finished(
+        lambda: RubbingAttempt(plan_friction(FrictionConfig(robot="emulated-ur5e", quick=True), robot))
+    )
+    assert rubbing.run.ending is Ending.DONE, str(rubbing.run)
+    # every motion is done both ways: the arm comes up to its spin as soon as it was told
+    for pair in rubbing.pairs:
+        there, back = (float(np.trapezoid(its.angular_velocity[:, 2], its.time)) for its in pair.pair.both)
+        assert abs(abs(there) - pair.rub.angle) < 0.05
+        assert abs(there + back) < 0.05
+    file = rubbing.file
+    assert file.friction.how is How.MEASURED
+    assert file.spin_length.how is How.MEASURED
+    assert file.friction.lower <= 0.5 <= file.friction.upper
+    assert file.spin_length.lower <= 0.003 <= file.spin_length.upper
+    assert file.friction.value == pytest.approx(0.5, rel=0.01)
+    assert file.spin_length.value == pytest.approx(0.003, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_grasp_on_an_emulated_hand_is_reported_replayed_and_viewed(tmp_path):
+    planned = plan_grasp(GraspConfig(robot=hand_file(tmp_path, 72), out=tmp_path))
+    grasp = finished(lambda: GraspAttempt(planned), lambda: (log_writer(planned),))
+    assert grasp.run.ending is Ending.DONE, str(grasp.run)
+    assert not grasp.dropped
+    assert grasp.gave_way == ()
+    assert 1.0 < grasp.tightest < grasp.grip_ratio < 1.4
+    simulated = plan_grasp(GraspConfig())
+    names = {name for name, _ in grasp_report(grasp).settings}
+    assert "robot" in names
+    assert planned.true == simulated.true
+    assert replay_log(tmp_path).identical
+    log = read_log(log_in(tmp_path))
+    scene, frames = view_scene(recorded_plan(log)), frames_of_log(log)
+    held = frames.posture(len(frames) // 2)
+    # the arm's six joints are not the scene's slide: the hand is where it was all the same
+    palm = scene.placement.poses(held)["palm"].position
+    assert palm[2] == pytest.approx(held.pose_base_tip.position[2], abs=1e-9)
+    assert palm[2] > frames.posture(0).pose_base_tip.position[2] + 0.03
+
+
+@pytest.mark.slow
+def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path):
+    """The devices of the emulated hand, felt through them alone, as a rig's are."""
+    config = GraspConfig(load="none", rise=0.3, robot=hand_file(tmp_path, 76), **BELIEVED)
+    wired = plan_grasp(config)
+    rig = load_robot("ur5e-hand")
+    real = replace(wired, hand=replace(wired.hand, robot=rig))
+    assert real.hand.real
+    assert real.true == real.believed
+    grasp = finished(lambda: GraspAttempt(real, WrappedBackend(hand_backend(wired))))
+    assert grasp.run.ending is Ending.DONE, str(grasp.run)
+    assert not grasp.dropped
+    assert grasp.let_go
+    # the weight hangs on two fingers by friction: each feels half of it along its surface
+    held = grasp.counted
+    along = grasp.truth.loads[held, :, 1].mean(axis=0)
+    assert along == pytest.approx([0.5 * config.mass * 9.81] * 2, abs=0.05)
+    assert np.isnan(grasp.least).all()
+    report = grasp_report(grasp)
+    figures = {figure.name: figure.value for figure in report.summary}
+    assert figures["dropped"] == "no"
+    assert math.isfinite(figures["largest grip"])
+    assert not {"slip", "spin", "grip over the least", "tightest"} & set(figures)
+    said = " ".join((report.outcome, *report.account, *(" ".join(row) for row in report.settings)))
+    assert "simulat" not in said
+    assert "The object was held, as fingers feel it." in said
+    files = write_grasp(grasp, tmp_path / "out")
+    assert "slip" not in files[1].read_text().splitlines()[0]
+    assert "simulation" not in files[0].read_text()
+
+
+@pytest.mark.parametrize("name", ["emulated-ur5e", "emulated-hand"])
+@pytest.mark.slow
+def test_the_doctor_starts_emulated_robots_and_ends_them(name, capsys, tmp_path):
+    file = hand_file(tmp_path, 80)
+    if name == "emulated-ur5e":
+        file = emulated_file(tmp_path, name, ("address: 127.0.0.2 ", "address: 127.0.9.83 "))
+    main(["doctor", str(file), "--duration", "0.4", "--json"])
+    found = json.loads(capsys.readouterr().out)["findings"]
+    devices = {one["device"].split(" at ")[0] for one in found}
+    assert {"this computer", "F/T sensor", "UR arm"} <= devices
+    assert ("Dynamixel hand" in devices) == (name == "emulated-hand")
+    # a busy computer may be unfit; noise of sensors is as their file says whatever the load
+    noises = [one for one in found if one["what"].startswith("noise")]
+    assert noises
+    assert all(one["verdict"] == "good" and one["value"] > 1e-6 for one in noises)
+
+
+@pytest.mark.slow
+def test_a_sensor_is_tared_on_its_robot(tmp_path):
+    changes = (("address: 127.0.0.2 ", "address: 127.0.9.84 "), ("sample_age_s: 0.1 ", "sample_age_s: 0.8 "))
+    file = emulated_file(tmp_path, "emulated-ur5e", *changes)
+    with robot_backend(file) as backend:
+        wrenches, specific_force = take_readings(backend, 0.5)
+    # a tip of 30 g hangs on it, and the arm says which way down is
+    assert specific_force == pytest.approx((0.0, 0.0, 9.81), abs=0.02)
+    assert wrenches.mean(axis=0)[:3] == pytest.approx((0.0, 0.0, -0.03 * 9.81), abs=0.002)
+
+
+@pytest.mark.slow
+def test_a_rig_of_arm_hand_and_sensors_lifts_what_it_is_told_to(tmp_path):
+    """As on a robot, in real time: a file of kind rig, and nobody who knows what is behind its wires."""
+    for _ in range(4):  # see `finished`; each time with everything where it was
+        with with_devices(load_robot(hand_file(tmp_path, 86)), "emulated-hand") as rig:
+            limits = msgspec.structs.replace(rig.file.limits, sample_age=1.0)
+            path = tmp_path / "cell.yaml"
+            path.write_text(robot_file_text(msgspec.structs.replace(rig.file, period=0.002, limits=limits)))
+            planned = plan_grasp(GraspConfig(robot=str(path), **BELIEVED))
+            attempt = GraspAttempt(planned)
+            grasp = attempt.found(attempt.run())
+        if grasp.run.ending is Ending.DONE:
+            break
+    assert grasp.run.ending is Ending.DONE, str(grasp.run)
+    assert planned.hand.real
+    assert planned.period == 0.002
+    assert not grasp.dropped
+    along = grasp.truth.loads[grasp.counted, :, 1].mean(axis=0)
+    assert along == pytest.approx([0.5 * 0.1 * 9.81] * 2, abs=0.05)
+    lifted = grasp.truth.height[grasp.aloft]
+    # 40 mm; less where a busy machine lets the emulator's time go more slowly than the wall's
+    assert 0.01 < float(np.ptp(lifted)) < 0.042
