@@ -48,7 +48,7 @@ def counting_thread() -> Iterator[list[int]]:
 
 
 def give_way_until(is_so: Callable[[], bool]) -> None:
-    """Give the interpreter away again and again, for as long as a busy machine may take to run the other thread."""
+    """Give the interpreter away again and again, as long as a busy machine may take to run the other thread."""
     deadline = time.monotonic() + 30.0
     while not is_so() and time.monotonic() < deadline:
         time.sleep(1e-3)
