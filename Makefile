@@ -98,7 +98,7 @@ $(LINKS):
 	ln -s ../../$(@F) $@
 
 $(VENV)/.run: $(BIN)/python pyproject.toml constraints.txt | $(LINKS)
-	$(PIP) --editable .
+	$(PIP) --editable '.[grasp]'
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.run

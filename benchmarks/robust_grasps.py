@@ -32,10 +32,10 @@ from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.convex import Convex
 from palpate.grasp.dual_newton import HI, LO, MU, E
 from palpate.grasp.least_effort import LeastEffort, Outcome
+from palpate.grasp.objective import Objective
 from palpate.grasp.result import SolveStatus
 from palpate.grasp.robust import RobustForces, RobustLeastEffort
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.statement import Objective
 from palpate.grasp.uncertainty import GraspUncertainty
 
 PROMISED, RADIUS, STRONGEST = 0.99, 0.03, 30.0

@@ -16,7 +16,8 @@ from palpate.grasp.compiled import Compiled, Interpreted, cache_folder
 from palpate.grasp.contact_problem import ContactProblem
 from palpate.grasp.grasp_proof import proof_value
 from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
-from palpate.grasp.statement import Objective, optimality, state_contact
+from palpate.grasp.objective import Objective
+from palpate.grasp.statement import optimality, state_contact
 
 SOLVED, INFEASIBLE = InteriorPointStatus.SOLVED, InteriorPointStatus.INFEASIBLE
 

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from hard_grasps import antipodal, around, pushed
 from palpate.friction import LimitSurface
-from palpate.grasp.statement import Objective, cone_margin, dual_cone_margin, optimality, state_contact
+from palpate.grasp.objective import Objective
+from palpate.grasp.statement import cone_margin, dual_cone_margin, optimality, state_contact
 
 NONE = np.zeros((0, 2))
 

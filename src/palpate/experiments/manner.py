@@ -15,6 +15,7 @@ from typing import Any, Protocol
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.experiments.answer import Answer, ExitCode
 from palpate.experiments.json_document import document
+from palpate.extras import MissingLibraryError
 
 Run = Callable[[], Answer | int]
 """Carries out a command. What returns no more than an exit code has no figures."""
@@ -94,7 +95,7 @@ def _answered(run: Run) -> Answer:
     """Carry out a command; what it raises on purpose becomes an answer."""
     try:
         found = run()
-    except InvalidValueError as error:
+    except (InvalidValueError, MissingLibraryError) as error:
         return Answer(ExitCode.MISTAKE, error=_line(error))
     except PalpateError as error:
         return Answer(ExitCode.UNFINISHED, error=f"{_line(error)}; the robot was stopped")

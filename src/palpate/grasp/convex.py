@@ -11,9 +11,9 @@ from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
 from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
 from palpate.grasp.least_violation import least_violation
+from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.statement import Objective
 
 __all__ = ["Convex"]
 

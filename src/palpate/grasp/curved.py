@@ -16,10 +16,10 @@ from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.convex import Convex
 from palpate.grasp.dual_newton import RESERVE
 from palpate.grasp.inscribed import inscribed
+from palpate.grasp.objective import Objective
 from palpate.grasp.programme import programme, solve
 from palpate.grasp.result import GraspForces, SolveStatus
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.statement import Objective
 
 __all__ = ["Curved"]
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import casadi
 
-from palpate.grasp.statement import CONTACT, FORCES, WRENCH, Objective, state_contact
+from palpate.grasp.objective import Objective
+from palpate.grasp.statement import CONTACT, FORCES, WRENCH, state_contact
 
 __all__ = ["LARGEST_FORCES", "proof_value"]
 

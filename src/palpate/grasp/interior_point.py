@@ -13,8 +13,9 @@ from palpate.grasp.attempts import ATTEMPTS, Attempt
 from palpate.grasp.compiled import Compiled, Executor
 from palpate.grasp.grasp_proof import proof_value
 from palpate.grasp.interior_answer import InteriorPointAnswer, InteriorPointStatus
+from palpate.grasp.objective import Objective
 from palpate.grasp.self_dual import SelfDual, self_dual
-from palpate.grasp.statement import CONTACT, FORCES, WRENCH, Objective
+from palpate.grasp.statement import CONTACT, FORCES, WRENCH
 
 __all__ = ["InteriorPoint", "InteriorPointAnswer", "InteriorPointStatus"]
 

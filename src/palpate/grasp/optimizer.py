@@ -10,16 +10,22 @@ A patent on solving grasp forces by barrier subproblems with dual-based stopping
 Wegbreit 2007) may still be in force. Neither method here is that one, but whoever sells a product should judge.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, numbers, positive
+from palpate.extras import require
 from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.convex import Convex
-from palpate.grasp.curved import Curved
+from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
-from palpate.grasp.statement import Objective
+
+if TYPE_CHECKING:
+    from palpate.grasp.convex import Convex
+    from palpate.grasp.curved import Curved
 
 __all__ = ["GraspForceOptimizer"]
 
@@ -45,6 +51,7 @@ class GraspForceOptimizer:
 
         Raises:
             InvalidValueError: An objective or a weight that does not exist.
+            MissingLibraryError: CasADi is not installed.
         """
         self.objective = _objective(objective)
         self._weight = positive("effort_weight", effort_weight, "")
@@ -69,7 +76,7 @@ class GraspForceOptimizer:
                 "max_margin: where force_max is infinite the margin grows for ever; give every contact one"
             )
         self._grasp = grasp
-        kind = Convex if grasp.is_convex else Curved
+        kind = _solver_for(grasp)
         if isinstance(self._solver, kind):
             self._solver.update(grasp)
         else:
@@ -95,6 +102,15 @@ class GraspForceOptimizer:
     def _invalid(self) -> GraspForces:
         nothing, nan = np.zeros((len(self._grasp), 4)), np.full(6, math.nan)
         return GraspForces(nothing, math.nan, np.zeros(len(nothing)), nan, nan, 0, SolveStatus.INVALID)
+
+
+def _solver_for(grasp: GraspContacts) -> type[Convex] | type[Curved]:
+    """Import what solves it, with CasADi, which only grasps need."""
+    require("casadi", "grasp", "finding grasp forces")
+    from palpate.grasp.convex import Convex
+    from palpate.grasp.curved import Curved
+
+    return Convex if grasp.is_convex else Curved
 
 
 def _objective(wanted: Objective | str) -> Objective:

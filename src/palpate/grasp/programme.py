@@ -7,7 +7,8 @@ import casadi
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.grasp.statement import CONTACT, FORCES, WRENCH, Objective, state_contact
+from palpate.grasp.objective import Objective
+from palpate.grasp.statement import CONTACT, FORCES, WRENCH, state_contact
 
 __all__ = ["programme"]
 

@@ -1,13 +1,21 @@
 """Least effort under limits of which a part is kept back: dual Newton steps, and an interior point behind them."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.extras import require
 from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
-from palpate.grasp.interior_point import InteriorPoint, InteriorPointStatus
+from palpate.grasp.interior_answer import InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
+from palpate.grasp.objective import Objective
 from palpate.grasp.scaled import ScaledGrasp
-from palpate.grasp.statement import Objective
+
+if TYPE_CHECKING:
+    from palpate.grasp.interior_point import InteriorPoint
 
 __all__ = ["ReservedEffort"]
 
@@ -32,7 +40,7 @@ class ReservedEffort:
         """Take another number of contacts; only more than ever before make it compile."""
         if contacts > self._room:
             self._room = contacts
-            self._behind = InteriorPoint(contacts, Objective.MIN_EFFORT, 0, self._weight)
+            self._behind = _interior_point(contacts, self._weight)
         if contacts != self._n:
             self._n, self._newton = contacts, None
 
@@ -65,3 +73,11 @@ class ReservedEffort:
             forces[:] = limits.forces(answer.forces[: self._n], size)
             return Outcome.SOLVED
         return Outcome.INFEASIBLE if answer.status is InteriorPointStatus.INFEASIBLE else Outcome.UNDECIDED
+
+
+def _interior_point(contacts: int, effort_weight: float) -> InteriorPoint:
+    """Import it, with CasADi, which only grasps need, and build one."""
+    require("casadi", "grasp", "finding grasp forces")
+    from palpate.grasp.interior_point import InteriorPoint
+
+    return InteriorPoint(contacts, Objective.MIN_EFFORT, 0, effort_weight)

@@ -26,8 +26,9 @@ import casadi
 from palpate.grasp.bordered import Bordered
 from palpate.grasp.contact_problem import kernel
 from palpate.grasp.contact_step import ContactStep
+from palpate.grasp.objective import Objective
 from palpate.grasp.record import Record
-from palpate.grasp.statement import CONTACT, FORCES, WRENCH, Objective, state_contact
+from palpate.grasp.statement import CONTACT, FORCES, WRENCH, state_contact
 
 __all__ = ["SelfDual", "self_dual"]
 

@@ -20,12 +20,13 @@ here.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import casadi
 
-__all__ = ["ContactStatement", "Objective", "cone_margin", "dual_cone_margin", "optimality", "state_contact"]
+from palpate.grasp.objective import Objective
+
+__all__ = ["ContactStatement", "cone_margin", "dual_cone_margin", "optimality", "state_contact"]
 
 CONTACT = 16
 """Numbers of a contact: place, n, t1, t2 (three each), spin length c, friction mu, f_min, f_max."""
@@ -35,19 +36,6 @@ FORCES = 4
 
 WRENCH = 6
 """Equations of equilibrium: forces, then moments."""
-
-
-class Objective(Enum):
-    """What is wanted of the forces."""
-
-    MIN_EFFORT = "min_effort"
-    """The least sum of f^2 + eps |u|^2: as little as holds the load."""
-    MAX_MARGIN = "max_margin"
-    """The largest margin to slip of the contact that is nearest to it; below zero the load cannot be held."""
-    MIN_PEAK = "min_peak"
-    """The least largest normal force."""
-    LOAD_FACTOR = "load_factor"
-    """The largest multiple of the load that can be held."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,11 +1,12 @@
 """Touch as an environment for those who learn: `gymnasium.make("palpate.learning:palpate/Touch-v0")`."""
 
+from palpate.extras import require
+
 try:
     import gymnasium
-except ImportError as missing:
-    raise ImportError(
-        'palpate.learning needs gymnasium, which is not installed: pip install "palpate[learn]"'
-    ) from missing
+except ImportError:
+    require("gymnasium", "learn", "palpate.learning")
+    raise
 
 from palpate.learning.explored_worlds import ExploredWorlds
 from palpate.learning.guarded_robot import GuardedRobot

@@ -19,6 +19,7 @@ from palpate.experiments.bench.study import Measure, Study
 from palpate.experiments.json_document import plain
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import lively
+from palpate.extras import require
 
 STUDIES: Mapping[StudyName, str] = {
     name: f"palpate.experiments.bench.{name}" for name in cast(tuple[StudyName, ...], get_args(StudyName))
@@ -36,11 +37,14 @@ def run_bench(config: BenchConfig, studies: Mapping[StudyName, str] = STUDIES) -
 
     Raises:
         InvalidValueError: The folder cannot be written.
+        MissingLibraryError: A study needs a library that is not installed.
         OSError: A file cannot be written.
     """
+    wanted = tuple(dict.fromkeys(config.studies or studies))
+    if "grasp" in wanted:
+        require("casadi", "grasp", "the study of grasps")
     make_folder(config.out)
     console = Console()
-    wanted = tuple(dict.fromkeys(config.studies or studies))
     done: list[Study] = []
     interrupted = False
     try:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from skimage.measure import find_contours
+from contourpy import contour_generator
 
 from palpate.controllers.paths import Point, Turn
 from palpate.errors import FloatArray, InvalidValueError
@@ -118,18 +118,9 @@ def drop(target: SceneObject, config: ExploreConfig) -> float:
 
 def _loops(surface: TipSurface, values: FloatArray, value: float, config: ExploreConfig) -> list[FloatArray]:
     """Closed curves [m] along which `values` are `value`, each longer than a touch, none of its points twice."""
-    found = []
-    for path in find_contours(values, value):  # type: ignore[no-untyped-call]
-        if len(path) > 3 and np.array_equal(path[0], path[-1]):
-            loop = np.column_stack(
-                [
-                    np.interp(path[:-1, 1], np.arange(len(surface.x)), surface.x),
-                    np.interp(path[:-1, 0], np.arange(len(surface.y)), surface.y),
-                ]
-            )
-            if _length(loop) > SHORTEST * min(config.tip):
-                found.append(loop)
-    return found
+    lines = contour_generator(surface.x, surface.y, np.ma.masked_invalid(values)).lines(value)
+    closed = (line[:-1] for line in lines if len(line) > 3 and np.array_equal(line[0], line[-1]))
+    return [loop for loop in closed if _length(loop) > SHORTEST * min(config.tip)]
 
 
 def _chosen(loops: list[FloatArray], config: ExploreConfig) -> FloatArray:

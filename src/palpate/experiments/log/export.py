@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.atomic_file import replacing
-from palpate.errors import InvalidValueError
+from palpate.extras import require
 from palpate.runtime.log import Level, Log
 from palpate.runtime.log.fields import Field, path_of, walk
 
@@ -82,15 +82,11 @@ class ParquetWriter:
         """Load pyarrow.
 
         Raises:
-            InvalidValueError: It is not installed.
+            MissingLibraryError: It is not installed.
         """
-        try:
-            self._arrow: Any = import_module("pyarrow")  # it has no types
-            self._parquet: Any = import_module("pyarrow.parquet")
-        except ImportError:
-            raise InvalidValueError(
-                'to = parquet: needs pyarrow, which is not installed; pip install "palpate[parquet]", or --to csv'
-            ) from None
+        require("pyarrow", "parquet", "--to parquet")
+        self._arrow: Any = import_module("pyarrow")  # it has no types
+        self._parquet: Any = import_module("pyarrow.parquet")
 
     def write(self, table: Table, path: Path, progress: Progress) -> None:
         """See `TableWriter`."""

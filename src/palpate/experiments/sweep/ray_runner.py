@@ -8,13 +8,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
-from importlib.util import find_spec
 from typing import Any
 
 import joblib
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.sweep.attempt import RunCase, attempt
+from palpate.extras import require
 from palpate.one_thread import ONE_THREAD
 from palpate.runtime.batch import BatchError, BatchProgress, Failure, FailureKind, Outcome, ShowProgress, Success
 
@@ -39,8 +39,6 @@ PATIENCE = 5.0
 
 LARGEST_PORT = 65535
 
-MISSING = 'ray is not installed: pip install "palpate[cluster]", on every node of the cluster'
-
 
 @dataclass(frozen=True, slots=True)
 class RayRunner:
@@ -63,7 +61,8 @@ class RayRunner:
         """See `palpate.experiments.sweep.runner.Runner.run`.
 
         Raises:
-            InvalidValueError: ray is not installed, or there is no such cluster.
+            MissingLibraryError: ray is not installed.
+            InvalidValueError: There is no such cluster.
         """
         if not cases:
             return
@@ -108,10 +107,10 @@ def check_ray(address: str) -> None:
     """Refuse at once what would fail after all that comes before, or after a minute of ray's own patience.
 
     Raises:
-        InvalidValueError: ray is not installed, or nothing listens at an address.
+        MissingLibraryError: ray is not installed.
+        InvalidValueError: Nothing listens at an address.
     """
-    if find_spec("ray") is None:
-        raise InvalidValueError(MISSING)
+    require("ray", "cluster", "--ray")
     if address in (AUTO, LOCAL):
         return
     host, colon, port = address.removeprefix("ray://").rpartition(":")

@@ -1,0 +1,26 @@
+"""Libraries that only some need: `pip install "palpate[EXTRA]"` brings them."""
+
+from importlib.util import find_spec
+
+from palpate.errors import PalpateError
+
+
+class MissingLibraryError(PalpateError, ImportError):
+    """A library that this needs is not installed: the message says how to install it."""
+
+
+def require(library: str, extra: str, what: str) -> None:
+    """Refuse what needs a library that is not there, before anything of it is imported.
+
+    Args:
+        library: Its name, as imported.
+        extra: Of palpate, that brings it.
+        what: What needs it, for the message.
+
+    Raises:
+        MissingLibraryError: It is not installed.
+    """
+    if find_spec(library) is None:
+        raise MissingLibraryError(
+            f'{what} needs {library}, which is not installed: pip install "palpate[{extra}]"', name=library
+        )
