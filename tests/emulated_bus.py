@@ -6,6 +6,7 @@ import select
 import sys
 import threading
 import time
+from dataclasses import fields
 
 import pytest
 
@@ -116,13 +117,18 @@ def still(position=0.0, velocity=0.0, current=0.0):
     return Still(state=ServoState(position, velocity, current))
 
 
+PROMPT = {its.name: its.default for its in fields(HandSettings) if its.name in ("answer_time", "silence")}
+"""As it is where nobody says otherwise: for tests of when something is noticed."""
+
+
 def settings(n=2, **given):
     """Settings of n fingers on 20 mm pinions; their servos' zeros are in the middle of the turn.
 
-    The watchdog waits longer than the default: this machine alone is silent for 0.1 s now and then.
+    All wait longer than by default: this machine alone is silent for 0.1 s now and then.
     """
     servos = given.pop("servos", tuple(ServoCalibration(i + 1) for i in range(n)))
-    return HandSettings(servos, FINGER, **{"opening": 0.04, "tip_along": 0.012, "watchdog": 0.4, **given})
+    patient = {"watchdog": 0.4, "answer_time": 0.03, "silence": 0.3}
+    return HandSettings(servos, FINGER, **{"opening": 0.04, "tip_along": 0.012, **patient, **given})
 
 
 def connected(emulated, **given):

@@ -19,14 +19,23 @@ Answer = Callable[[Mapping[str, object]], Mapping[str, object]]
 class ControlSocket:
     """The host's end."""
 
-    def __init__(self, answer: Answer) -> None:
-        """Listen on a free port.
+    def __init__(self, answer: Answer, port: int = 0) -> None:
+        """Listen.
 
         Args:
             answer: Does what a request asks for; `InvalidValueError` is told to who asked.
+            port: On which; 0: a free one.
+
+        Raises:
+            InvalidValueError: The port is not free.
         """
         self._answer = answer
-        self._listener = socket.create_server((LOOPBACK, 0))
+        try:
+            self._listener = socket.create_server((LOOPBACK, port))
+        except OSError as error:
+            raise InvalidValueError(
+                f"control_port = {port}: cannot listen there ({error.strerror}); take another, or 0 for a free one"
+            ) from None
         self._listener.setblocking(False)
         self._lines: dict[int, bytes] = {}
         self._sockets: dict[int, socket.socket] = {}

@@ -45,6 +45,7 @@ class Host:
         arm: ArmServer | None = None,
         hand: ServoServer | None = None,
         scale: float = 1.0,
+        control_port: int = 0,
     ) -> None:
         """Start the plant and let the devices know; they listen already.
 
@@ -54,9 +55,10 @@ class Host:
             arm: Whose velocities move the plant's arm; None: it stands still.
             hand: Whose goals drive the plant's servos; None: none.
             scale: Seconds of the plant per second of wall time.
+            control_port: Of the control socket; 0: a free one.
 
         Raises:
-            InvalidValueError: The scale is not above zero, or two devices have one name.
+            InvalidValueError: The scale is not above zero, two devices have one name, or the port is not free.
         """
         names = [server.name for server in servers]
         if len(set(names)) < len(names):
@@ -67,7 +69,7 @@ class Host:
         self._state = plant.start()
         for server in self._servers:
             server.take(self._state)
-        self._control = ControlSocket(self._answer)
+        self._control = ControlSocket(self._answer, control_port)
         self._running, self._closed = True, False
         self._steps = 0
         self._given_up = 0.0

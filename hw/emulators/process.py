@@ -38,21 +38,16 @@ class EmulatorProcess:
             DeviceError: It did not come up; the message says why.
         """
         context = multiprocessing.get_context("spawn")
-        ours, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(self._factory, theirs), daemon=True)
-        process.start()
-        self._process = process
-        theirs.close()
-        self._lifeline = ours
+        self._lifeline, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(self._factory, theirs), daemon=True)
         try:
-            answer = ours.recv() if ours.poll(_READY_WITHIN) else f"silent for {_READY_WITHIN:g} s"
-        except EOFError:
-            answer = "it ended at once; its own messages say why"
-        if isinstance(answer, str):
+            self._process.start()
+            theirs.close()
+            port, self._addresses = self._heard(self._lifeline)
+            self._control = Controls(port)
+        except BaseException:
             self.__exit__(None, None, None)
-            raise DeviceError("emulator", f"did not start: {answer}", "see that its address is free")
-        port, self._addresses = answer
-        self._control = Controls(port)
+            raise
         return self
 
     def __exit__(
@@ -64,7 +59,7 @@ class EmulatorProcess:
         if self._lifeline is not None:
             self._lifeline.close()
         process = self._process
-        if process is not None:
+        if process is not None and process.pid is not None:
             process.join(_ENDS_WITHIN)
             if process.is_alive():
                 process.kill()
@@ -93,6 +88,21 @@ class EmulatorProcess:
         if self._process is not None:
             self._process.kill()
             self._process.join(_ENDS_WITHIN)
+
+    def _heard(self, lifeline: Connection) -> tuple[int, dict[str, str]]:
+        """Return what it says once it listens: the port of its control, and where its devices are.
+
+        Raises:
+            DeviceError: It did not come up.
+        """
+        try:
+            answer = lifeline.recv() if lifeline.poll(_READY_WITHIN) else f"silent for {_READY_WITHIN:g} s"
+        except EOFError:
+            answer = "it ended at once; its own messages say why"
+        if isinstance(answer, str):
+            raise DeviceError("emulator", f"did not start: {answer}", "see that its address is free")
+        port, addresses = answer
+        return port, addresses
 
 
 def _serve(factory: Callable[[], Host], lifeline: Connection) -> None:

@@ -16,8 +16,9 @@ from palpate.spatial import Wrench
 TARE_TIME = 0.25
 """Least time over which a tare averages [s]: a dozen periods of mains hum, and some of an arm that swings."""
 
-_JOIN = 3.0
-"""Longest to wait for the reading thread at the end [s]: it is never away for longer than a dialogue takes."""
+_JOIN = 6.0
+"""Longest to wait for the reading thread at the end [s]: it is never away for longer than a dialogue takes. A
+Bota's has 1.5 s to boot in, then four questions and answers of 0.5 s each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,27 +195,31 @@ class StreamedSensor:
 
     def _read_on(self, ending: threading.Event) -> None:
         """Read until told to end; whatever happens is said by `read`."""
-        heard = asked = -float("inf")
+        silent, heard, asked = True, 0.0, -float("inf")
         link, again = self._link, self._settings.ask_again_after
         try:
             while not ending.is_set():
                 try:
                     now = monotonic()
-                    if now - heard > again and now - asked > again:
+                    if silent and now - asked > again:
                         asked = now
                         link.request()
-                        heard = monotonic()
+                        silent, heard = False, monotonic()
+                    # the wire is looked at after the clock: this computer may have slept, not the device
+                    now = monotonic()
                     records = link.receive()
                 except OSError as error:
                     self._trouble = error.strerror or str(error)
-                    heard = -float("inf")
+                    silent = True
                     ending.wait(0.01)
                     continue
                 for record in records:
                     self._take(record)
                 if records:
-                    heard = records[-1].arrival
+                    silent, heard = False, records[-1].arrival
                     self._trouble = ""
+                elif now - heard > again:
+                    silent = True
         except Exception as error:
             self._trouble, self._died = f"{type(error).__name__}: {error}", True
 

@@ -74,14 +74,18 @@ class Attendance:
 
         For the worker; returns when that has been published.
         """
-        command = self._exchange.command()
-        self._followed = 0 if command is None else command.number
-        self._wanted = self._resting = False
+        self.forget_commands()
         self._problem, self._refused_since = Problem.NONE, None
         self.phase = Phase.READY
         rounds = self._rounds
         while self._rounds < rounds + 2:  # one may have been on its way already
             sleep(1e-4)
+
+    def forget_commands(self) -> None:
+        """Follow none that was given before: after something that no command may end. For the worker, at rest."""
+        command = self._exchange.command()
+        self._followed = 0 if command is None else command.number
+        self._wanted = self._resting = False
 
     def round(self, now: float, session: Session | None) -> bool:
         """Look once at everything.

@@ -57,7 +57,8 @@ class Client:
         try:
             self.exchange = Exchange(memory)
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "palpate.hw.ur.client_process", str(theirs.fileno())],
+                # -P: files in the folder where somebody works may be called as modules of Python's are
+                [sys.executable, "-P", "-m", "palpate.hw.ur.client_process", str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,

@@ -92,6 +92,7 @@ def _perform(request: Request, session: Session, attendance: Attendance) -> None
             session.set_slider(*values)
         case Task.FREE:
             session.free()
+            attendance.forget_commands()  # to stand still, which came before: it would end it
         case Task.LEAVE:
             attendance.pause(Phase.LEAVING)
             session.leave()

@@ -1,11 +1,13 @@
 """`palpate emulate`: devices for other software, in the foreground, on loopback unless told otherwise."""
 
+import json
 import os
 import re
 import signal
 import socket
 import subprocess
 import sys
+import time
 from contextlib import contextmanager, suppress
 
 import psutil
@@ -116,6 +118,64 @@ def test_servos_answer_at_the_link_which_is_gone_afterwards(tmp_path):
     assert not link.is_symlink()
 
 
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
+
+
+def connected(port, longest=60.0):
+    """Return a connection to a port of this computer, as soon as somebody listens there."""
+    end = time.monotonic() + longest
+    while True:
+        try:
+            return socket.create_connection(("127.0.0.1", port), timeout=5.0)
+        except ConnectionRefusedError:
+            assert time.monotonic() < end, "nobody ever listened"
+            time.sleep(0.01)
+
+
+def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_words(capsys):
+    """All of it is ready when that port is, and the answer to --json is one document all the same."""
+    port, address = free_port(), "127.0.9.82"
+    typed = ("ur", "--address", address, "--control-port", str(port), "--json")
+    with subprocess.Popen(
+        [sys.executable, "-m", "palpate", "emulate", *typed], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as started:
+        try:
+            connected(port).close()
+            assert {(address, its) for its in (30004, 30003, 29999)} <= listening(started)
+            assert main(["emulate", "fault", str(port), "ur", "protective_stop"]) == 0
+            with emulated("netft", "--address", address, "--control-port", str(port)) as (second, told, _):
+                assert second.wait(10.0) == MISTAKE
+                assert f"control_port = {port}: cannot listen there" in told
+            connected(port).close()
+            started.send_signal(signal.SIGTERM)
+            said, _ = started.communicate(timeout=10.0)
+        finally:
+            started.kill()
+    assert json.loads(said)["control_port"] == port
+
+
+def test_one_that_ignores_hang_ups_goes_on_when_its_terminal_is_closed():
+    """As under nohup."""
+    port = free_port()
+    with subprocess.Popen(
+        [sys.executable, "-m", "palpate", "emulate", "dynamixel", "--control-port", str(port)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+    ) as started:
+        try:
+            connected(port).close()
+            started.send_signal(signal.SIGHUP)
+            time.sleep(0.3)  # three times as long as it takes to end
+            connected(port, 1.0).close()
+            started.send_signal(signal.SIGTERM)
+            assert started.wait(10.0) == 0
+        finally:
+            started.kill()
+
+
 @pytest.mark.parametrize("kind", [EmulateUrConfig, EmulateNetftConfig])
 def test_without_being_told_nobody_else_reaches_it(kind):
     assert kind().address.startswith("127.")
@@ -132,6 +192,8 @@ def test_without_being_told_nobody_else_reaches_it(kind):
         (EmulateDynamixelConfig, {"servos": 0}),
         (EmulateDynamixelConfig, {"scale": 100.0}),
         (EmulateDynamixelConfig, {"wall": float("inf")}),
+        (EmulateDynamixelConfig, {"control_port": 22}),
+        (EmulateUrConfig, {"control_port": 70000}),
         (EmulateNetftConfig, {"rate": 0.0}),
         (EmulateNetftConfig, {"load": (float("nan"), 0.0, 0.0, 0.0, 0.0, 0.0)}),
     ],

@@ -1,5 +1,6 @@
 """`palpate friction`: what is found of simulated surfaces, what is kept of it, and how it is asked for."""
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -397,6 +398,23 @@ def test_strokes_that_are_too_long_for_a_sphere_are_left_out_and_named():
 def test_a_library_that_is_not_there_is_refused_before_anything_moves():
     with pytest.raises(InvalidValueError, match=r"library = none\.yaml: cannot be read.*--library simulated"):
         library_of(FrictionConfig(library=Path("none.yaml")))
+
+
+def test_what_was_recorded_is_named_although_it_tells_of_no_friction(tmp_path, monkeypatch, capsys):
+    """A robot that was held fast, say: what it felt is not lost, and nothing that was typed was wrong."""
+
+    def found_by(*_):
+        raise InvalidValueError("the finger does not move in this stroke")
+
+    monkeypatch.setattr("palpate.experiments.friction.run.found_by", found_by)
+    code = main(["friction", "--quick", "--loads", "1", "--out", str(tmp_path / "run"), "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert (code, told["exit_code"], told["status"]) == (1, 1, "unfinished")
+    (log,) = told["files"]
+    assert "does not move" in told["error"]
+    assert log in told["error"]
+    assert told["ending"] == "done"
+    assert read_log(Path(log)).heading.period > 0.0
 
 
 def test_help_teaches_and_mistakes_are_told(capsys):

@@ -213,6 +213,18 @@ def test_time_goes_on(step_back):
     assert supervisor.trip.measure == "time of the sample"
 
 
+@pytest.mark.parametrize("age", [0.02, 0.1, 0.3])
+def test_periods_may_be_as_far_apart_as_samples_may_be_old_but_always_a_tenth_of_a_second(age):
+    """A rig on a busy computer that is allowed older samples does not trip over the pauses that make them old."""
+    longest = max(0.1, age)
+    supervisor = started(Limits(sample_age=age))
+    assert supervisor.admits(observation(time=1.0))
+    assert supervisor.admits(observation(time=1.0 + longest))
+    assert not supervisor.admits(observation(time=1.001 + 2.0 * longest))
+    assert supervisor.trip.measure == "time since the last sample"
+    assert supervisor.trip.limit == f"{longest:g} s"
+
+
 def test_the_time_stamp_of_a_device_does_not_go_back():
     supervisor = started()
     assert supervisor.admits(stale(finger=0.001, time=0.100))

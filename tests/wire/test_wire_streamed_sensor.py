@@ -13,9 +13,20 @@ from palpate.hw.emulators.server import Server
 from palpate.hw.ft_stream import Record, StreamCounts, StreamedSensor, StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings, Scales
 from palpate.hw.serial_ft import Bota, Resense, SerialSensor
+from waiting import until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
-SETTINGS = StreamSettings(NOISE, start_within=0.3)
+SETTINGS = StreamSettings(NOISE, silent_after=0.5, start_within=3.0)
+"""A busy machine stands still for tens of milliseconds."""
+
+
+def refused(ft: StreamedSensor) -> str:
+    """What a reading is refused for; empty if it is not."""
+    try:
+        ft.read()
+    except DeviceError as error:
+        return str(error)
+    return ""
 
 
 class MadeUpLink:
@@ -78,9 +89,7 @@ def test_a_bug_in_the_reading_thread_is_told_and_a_new_start_helps() -> None:
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
     link.failure = ZeroDivisionError("a bug")
-    time.sleep(0.06)
-    with pytest.raises(DeviceError, match="thread has ended: ZeroDivisionError: a bug"):
-        ft.read()
+    until(lambda: "thread has ended: ZeroDivisionError: a bug" in refused(ft))
     ft.start()
     assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
     ft.close()
@@ -101,7 +110,7 @@ def test_a_device_that_begins_anew_is_stamped_by_its_new_count() -> None:
         restarted = False
 
     link = Counting()
-    ft = StreamedSensor(link, StreamSettings(NOISE))
+    ft = StreamedSensor(link, SETTINGS)
     ft.start()
     for _ in range(2):
         ages = []
@@ -109,7 +118,7 @@ def test_a_device_that_begins_anew_is_stamped_by_its_new_count() -> None:
             time.sleep(0.002)
             ages.append(time.monotonic() - ft.read().time)
         assert min(ages) > -1e-6
-        assert sorted(ages)[125] < 0.004
+        assert sorted(ages)[25] < 0.004  # the youngest tenth: a busy machine makes the others older
         assert ft.counter_rate == pytest.approx(1e6, rel=2e-3)
         link.restarted = link.anew = True
     ft.close()
@@ -133,7 +142,7 @@ def test_a_tare_that_goes_silent_keeps_the_old_zero() -> None:
     with pytest.raises(DeviceError, match="silent"):
         ft.tare()
     link.silent = False
-    time.sleep(0.02)
+    until(lambda: not refused(ft))
     assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
     ft.close()
 
@@ -142,13 +151,12 @@ def test_a_broken_wire_is_tried_again_and_said_meanwhile() -> None:
     link = MadeUpLink()
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
+    begun = time.monotonic()
     link.failure = OSError("no route")
-    time.sleep(0.3)
-    with pytest.raises(DeviceError, match="no route"):
-        ft.read()
-    assert 2 <= link.counts.requests <= 5  # every tenth of a second
+    until(lambda: "no route" in refused(ft) and link.counts.requests >= 3)
+    assert link.counts.requests <= 2 + (time.monotonic() - begun) / 0.1  # every tenth of a second
     link.failure = None
-    time.sleep(0.05)
+    until(lambda: not refused(ft))
     assert ft.read().healthy
     ft.close()
 
@@ -158,5 +166,31 @@ def test_what_is_none_of_its_records_is_told_from_silence() -> None:
     link.silent = True
     link.counts.refused = 7
     with pytest.raises(DeviceError, match="7 pieces of what arrived"):
-        StreamedSensor(link, SETTINGS).start()
+        StreamedSensor(link, StreamSettings(NOISE, start_within=0.3)).start()
     assert link.closed >= 1
+
+
+def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept() -> None:
+    """What has come meanwhile lies there: it is read before the device is taken for silent."""
+
+    class Asleep(tuple[Record, ...]):
+        """Records after which the reading thread is not run for a while."""
+
+        def __getitem__(self, i):
+            time.sleep(0.2)
+            return super().__getitem__(i)
+
+    class Held(MadeUpLink):
+        sleeps = 0
+
+        def receive(self) -> Sequence[Record]:
+            records = super().receive()
+            self.sleeps += 1
+            return Asleep(records) if self.sleeps % 5 == 0 else records
+
+    link = Held()
+    ft = StreamedSensor(link, SETTINGS)
+    ft.start()
+    until(lambda: link.sleeps > 20)
+    ft.close()
+    assert link.counts.requests == 1

@@ -19,6 +19,7 @@ from palpate.hw.emulators.ur import ControllerVersion, Fault, UrServer
 from palpate.hw.emulators.ur.framing import PackageReader, PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from ur_wire_sessions import own_address
+from waiting import until
 
 ADDRESS = own_address(4)
 SCRIPT = b'def rtde_control():\n  textmsg("RTDE Control Script Loaded")\nend\n'
@@ -28,7 +29,7 @@ class Serving:
     """A controller served by a thread."""
 
     def __init__(self, period: float = 0.002) -> None:
-        server = UrServer(ADDRESS, unlock_delay=0.1)
+        server = UrServer(ADDRESS, unlock_delay=0.5)
         self.host = Host(SimplePlant(period=period), [server], arm=server)
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
@@ -238,10 +239,10 @@ def test_a_protective_stop_is_unlocked_by_the_dashboard_later(serving: Serving) 
     serving.control.fault("ur", Fault.PROTECTIVE_STOP)
     assert serving.told()["safety"] == "PROTECTIVE_STOP"
     assert talk("unlock protective stop")[1].startswith("Cannot unlock")
-    time.sleep(0.2)
     upload()
-    assert talk("unlock protective stop", "programState", "running")[1:] == [
-        "Protective stop releasing",
+    until(lambda: talk("unlock protective stop")[1] == "Protective stop releasing")
+    serving.becomes(safety="NORMAL")
+    assert talk("programState", "running")[1:] == [
         "PAUSED",
         "Program running: false",
     ]

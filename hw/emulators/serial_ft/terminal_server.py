@@ -47,7 +47,13 @@ class SerialFault(StrEnum):
 
 
 class TerminalServer(ABC):
-    """A `Server` for one serial sensor; its rate is one of wall time."""
+    """A `Server` for one serial sensor; its rate is one of wall time.
+
+    Attributes:
+        sent: Frames.
+        left_out: Frames that were due while this loop stood still.
+        unread: Pieces that the terminal did not take, since nobody reads.
+    """
 
     def __init__(self, name: str, sensor: int, rate: float, link: Path | None) -> None:
         """Open a terminal.
@@ -71,6 +77,7 @@ class TerminalServer(ABC):
         self._terminal: Terminal | None = None
         self._address = ""
         self.sent = 0
+        self.left_out = 0
         self.unread = 0
         self._plug_in()
 
@@ -86,7 +93,7 @@ class TerminalServer(ABC):
 
     def told(self) -> Mapping[str, object]:
         """Return what goes on, for tests."""
-        return {"sent": self.sent, "unread": self.unread, "streams": self._streams}
+        return {"sent": self.sent, "left_out": self.left_out, "unread": self.unread, "streams": self._streams}
 
     def lines(self) -> list[str]:
         """Return nothing: it hears nothing that is worth a line."""
@@ -116,7 +123,9 @@ class TerminalServer(ABC):
             self._idle(now)
             return
         if now - self.due() > LATEST:
-            self._slot += int((now - self.due()) * self._rate)
+            late = int((now - self.due()) * self._rate)
+            self._slot += late
+            self.left_out += late
         for _ in range(MOST_AT_ONCE):
             due = self.due()
             if due > now:

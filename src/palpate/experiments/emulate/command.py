@@ -57,16 +57,17 @@ def run_emulate(config: EmulateConfig) -> Answer:
             arm=server if isinstance(server, UrServer) else None,
             hand=server if isinstance(server, DynamixelBus) else None,
             scale=scale,
+            control_port=config.control_port,
         )
     except BaseException:
         server.close()
         raise
-    console.print(told)
-    console.print(f"Faults: palpate emulate fault {host.control_port} {server.name!r} NAME VALUE")
-    console.print(f"  NAME: {', '.join(faults)}")
-    console.print("Runs until Ctrl-C.")
     facts = {"device": server.name, "about": told, "control_port": host.control_port, "faults": faults}
     with _stopped_by_signals(host):
+        console.print(told)
+        console.print(f"Faults: palpate emulate fault {host.control_port} {server.name!r} NAME VALUE")
+        console.print(f"  NAME: {', '.join(faults)}")
+        console.print("Runs until Ctrl-C.")
         host.run()
     console.print("Ended.")
     return Answer(outcome="Ended.", facts=facts)
@@ -149,7 +150,8 @@ def _stopped_by_signals(host: Host) -> Iterator[None]:
     def stop(number: int, frame: FrameType | None) -> None:
         host.stop()
 
-    asked = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    hung_up = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)  # ignored: nohup
+    asked = (signal.SIGINT, signal.SIGTERM, *hung_up)
     before = [signal.signal(number, stop) for number in asked]
     try:
         yield

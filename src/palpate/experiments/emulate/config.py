@@ -15,6 +15,11 @@ FastFaults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NA
 SLOWEST, FASTEST = 0.01, 10.0
 """Seconds of the device per second of wall time."""
 
+ControlPort = Annotated[int, tyro.conf.arg(metavar="PORT")]
+
+LEAST_PORT = 1024
+"""Below, only the system's own services may listen."""
+
 MOST_SERVOS = 16
 """On one bus; hands have fewer."""
 
@@ -44,9 +49,13 @@ class EmulateUrConfig:
     """Seconds of the robot per second of wall time."""
     fault: FastFaults = ()
     """Faults from the beginning, with their values. More can be switched while it runs: palpate emulate fault."""
+    control_port: ControlPort = 0
+    """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
+    which is told in words at the beginning, and with --json at the end."""
 
     def __post_init__(self) -> None:
         checked_address(self.address)
+        checked_control_port(self.control_port)
         checked_scale(self.scale)
         if self.plane is not None and not math.isfinite(self.plane):
             raise InvalidValueError(f"plane = {self.plane}: must be a height [m]")
@@ -77,12 +86,16 @@ class EmulateDynamixelConfig:
     """Of faults that are drawn."""
     fault: FastFaults = ()
     """Faults from the beginning, with their values."""
+    control_port: ControlPort = 0
+    """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
+    which is told in words at the beginning, and with --json at the end."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.servos <= MOST_SERVOS:
             raise InvalidValueError(f"servos = {self.servos}: must be from 1 to {MOST_SERVOS}")
         if self.wall is not None and not math.isfinite(self.wall):
             raise InvalidValueError(f"wall = {self.wall}: must be an angle [rad]")
+        checked_control_port(self.control_port)
         checked_scale(self.scale)
 
 
@@ -104,9 +117,13 @@ class EmulateNetftConfig:
     """What it shows: three forces [N] and three moments [N m]."""
     fault: FastFaults = ()
     """Faults from the beginning, with their values."""
+    control_port: ControlPort = 0
+    """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
+    which is told in words at the beginning, and with --json at the end."""
 
     def __post_init__(self) -> None:
         checked_address(self.address)
+        checked_control_port(self.control_port)
         positive("rate", self.rate, "1/s")
         if not all(map(math.isfinite, self.load)):
             raise InvalidValueError(f"load = {self.load}: must be six finite numbers [N, N m]")
@@ -146,6 +163,17 @@ def checked_address(address: str) -> str:
         return str(ipaddress.IPv4Address(address))
     except ValueError:
         raise InvalidValueError(f"address = {address!r}: must be an IPv4 address, such as 127.0.0.2") from None
+
+
+def checked_control_port(port: int) -> int:
+    """Return a port on which anybody may listen, or 0 for a free one.
+
+    Raises:
+        InvalidValueError: It is none.
+    """
+    if port and not LEAST_PORT <= port < 65536:
+        raise InvalidValueError(f"control_port = {port}: must be from {LEAST_PORT} to 65535, or 0 for a free one")
+    return port
 
 
 def checked_scale(scale: float) -> float:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from rich.console import Console
 
+from palpate.errors import InvalidValueError
 from palpate.experiments.answer import Answer, ExitCode, report_answer
 from palpate.experiments.earlier_run import earlier_told
 from palpate.experiments.friction.config import FrictionConfig
@@ -17,17 +18,18 @@ from palpate.experiments.progress import doing
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
 from palpate.experiments.sweep.rubbed import figures_of
 from palpate.reporting.friction_report import friction_table
-from palpate.runtime import Ending
+from palpate.runtime import Ending, RunResult
 
 
 def run_friction(config: FrictionConfig) -> Answer:
     """Rub, record, write the files and print the summary, also after a Ctrl-C.
 
     Returns:
-        What was found; it is done if it finished, a surface that never slipped included.
+        What was found; it is done if it finished, a surface that never slipped included. If the strokes tell
+        nothing, as of a robot that did not move, where the log is.
 
     Raises:
-        InvalidValueError: The configuration cannot be realised, or the folder not be written.
+        InvalidValueError: The configuration cannot be realised, or the folder not be written; nothing moved.
         KeyboardInterrupt: While nothing had been rubbed yet, or while the report was made.
         OSError: A file cannot be written.
     """
@@ -43,8 +45,11 @@ def run_friction(config: FrictionConfig) -> Answer:
         console, planned.expected_duration, lambda observer: attempt.run((observer,), (log,))
     )
     with kept_if_interrupted(result):
-        with doing(console, "evaluating"):
-            rubbing = attempt.found(result)
+        try:
+            with doing(console, "evaluating"):
+                rubbing = attempt.found(result)
+        except InvalidValueError as error:  # wrong is what was felt, not what was typed
+            return replace(_untold(console, result, error, interrupted=interrupted), warnings=notes)
         with doing(console, "drawing the report"):
             files = write_rubbing(rubbing, config.out)
     report = friction_report(rubbing)
@@ -63,3 +68,18 @@ def run_friction(config: FrictionConfig) -> Answer:
         recognition=None if report.recognition is None else report.recognition.words,
     )
     return replace(answer, warnings=notes)
+
+
+def _untold(console: Console, result: RunResult, error: InvalidValueError, *, interrupted: bool) -> Answer:
+    """Say how a run went whose strokes tell nothing, and what is kept of it: its log."""
+    files = written(result, ())
+    console.print(str(result), highlight=False, markup=False, soft_wrap=True)
+    tell_of(console, result, files)
+    kept = f"its log is kept: {files[0]} (palpate view shows it)" if files else "there is no log"
+    return Answer(
+        ExitCode.INTERRUPTED if interrupted else ExitCode.UNFINISHED,
+        outcome=str(result),
+        facts={"ending": result.ending.value},
+        files=files,
+        error=f"what was rubbed tells of no friction: {error}; {kept}",
+    )

@@ -110,7 +110,7 @@ CLOCK_SLACK = 1e-9
 
 LONGEST_GAP = 0.1
 """[s] from period to period: by then the robot's own watchdog (20 to 100 ms) has stopped it, or it has gone on
-with an old command for as long."""
+with an old command for as long. Where older samples are believed, commands may be as old, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +118,7 @@ class FreshSamples:
     """Time goes on, and no device's sample is older than `longest_age` [s], by the device's own time stamp.
 
     A device that is read faster than it samples repeats itself: that is in order until its sample grows too old.
+    From period to period no more time passes than `LONGEST_GAP`, or `longest_age` where that is more.
     """
 
     longest_age: float
@@ -138,8 +139,9 @@ class FreshSamples:
             return self._aged("the hand", time - now.hand.time)
         if before is None:
             return None
-        if not time - before.time <= LONGEST_GAP:
-            return Finding("time since the last sample", f"{time - before.time:.4g} s", f"{LONGEST_GAP:g} s")
+        gap = max(LONGEST_GAP, self.longest_age)
+        if not time - before.time <= gap + CLOCK_SLACK:
+            return Finding("time since the last sample", f"{time - before.time:.4g} s", f"{gap:g} s")
         joints, last_joints = len(now.arm.joint_position), len(before.arm.joint_position)
         if joints != last_joints:
             return Finding("number of the arm's joints", f"{joints}", f"as before, {last_joints}")

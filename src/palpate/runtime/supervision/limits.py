@@ -35,7 +35,8 @@ class Limits:
         acceleration: Change of the commanded velocity per time [m/s^2].
         angular_speed: Of the tip frame, commanded and measured [rad/s].
         angular_acceleration: Change of the commanded angular velocity per time [rad/s^2].
-        sample_age: From when any device's sample was taken to the period that uses it [s].
+        sample_age: From when any device's sample was taken to the period that uses it [s]; if above 0.1 s, also
+            from period to period.
         workspace_lower: Smallest position of the tip frame, base frame [m].
         workspace_upper: Largest position of the tip frame, base frame [m].
         joint_lower: Smallest position of each joint of the arm [rad or m]; empty: not limited.
