@@ -3,7 +3,7 @@
 import contextlib
 import threading
 from dataclasses import dataclass
-from time import monotonic
+from time import monotonic, sleep
 
 from palpate.errors import InvalidValueError, positive
 from palpate.hw.devices import DeviceError, SensorReading
@@ -15,6 +15,10 @@ from palpate.spatial import Wrench
 
 TARE_TIME = 0.25
 """Least time over which a tare averages [s]: a dozen periods of mains hum, and some of an arm that swings."""
+
+_GLANCES = 3
+"""Times to look again, a millisecond apart, before a sensor is called silent: after a stall of the whole machine
+it may be the loop that runs first, and what the sensor sent meanwhile has not been read yet."""
 
 _JOIN = 6.0
 """Longest to wait for the reading thread at the end [s]: it is never away for longer than a dialogue takes. A
@@ -111,18 +115,12 @@ class StreamedSensor:
             raise
 
     def read(self) -> SensorReading:
-        """Return the newest record at once.
+        """Return the newest record, at once unless it is too old.
 
         Raises:
             DeviceError: There has been none for too long.
         """
-        newest = self._newest
-        if newest is None:
-            raise self._silence("not a record so far")
-        time, record = newest
-        silence = monotonic() - record.arrival
-        if not silence <= self._settings.silent_after:
-            raise self._silence(f"silent for {1e3 * silence:.0f} ms")
+        time, record = self._fresh()
         wrench = tuple([value - zero for value, zero in zip(record.wrench, self._offset, strict=True)])
         return SensorReading(time, wrench, not self._link.problem(record.status), self._link.counts.lost)
 
@@ -161,6 +159,19 @@ class StreamedSensor:
             thread.join(_JOIN)
         self._newest = None
         self._link.close()
+
+    def _fresh(self) -> tuple[float, Record]:
+        """Return when the newest record was sampled, and it, if it came a short while ago."""
+        for glance in range(_GLANCES + 1):
+            newest = self._newest
+            if newest is None:
+                raise self._silence("not a record so far")
+            silence = monotonic() - newest[1].arrival
+            if silence <= self._settings.silent_after:
+                return newest
+            if glance < _GLANCES and not self._died:
+                sleep(1e-3)
+        raise self._silence(f"silent for {1e3 * silence:.0f} ms")
 
     def _silence(self, since: str) -> DeviceError:
         if self._thread is None:

@@ -1,5 +1,6 @@
 """What every streaming sensor does, on a link that is made up."""
 
+import threading
 import time
 from collections.abc import Sequence
 
@@ -10,7 +11,7 @@ from palpate.hw.devices import DeviceError, SensorDevice
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
 from palpate.hw.emulators.server import Server
-from palpate.hw.ft_stream import Record, StreamCounts, StreamedSensor, StreamSettings
+from palpate.hw.ft_stream import Record, StreamCounts, StreamedSensor, StreamSettings, streamed_sensor
 from palpate.hw.netft import NetFt, NetFtSettings, Scales
 from palpate.hw.serial_ft import Bota, Resense, SerialSensor
 from waiting import until
@@ -194,3 +195,25 @@ def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept() -> No
     until(lambda: link.sleeps > 20)
     ft.close()
     assert link.counts.requests == 1
+
+
+def test_a_sensor_is_not_called_silent_because_this_computer_slept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop may run first afterwards: it looks again before it believes that nothing came."""
+
+    class Gated(MadeUpLink):
+        open_gate = threading.Event()
+
+        def receive(self) -> Sequence[Record]:
+            self.open_gate.wait()
+            return super().receive()
+
+    monkeypatch.setattr(streamed_sensor, "_GLANCES", 5000)  # seconds, in which any machine runs the other thread
+    link = Gated()
+    link.open_gate.set()
+    ft = StreamedSensor(link, SETTINGS)
+    ft.start()
+    link.open_gate.clear()
+    time.sleep(1.5 * SETTINGS.silent_after)
+    link.open_gate.set()
+    assert ft.read().healthy
+    ft.close()
