@@ -98,7 +98,7 @@ $(LINKS):
 	ln -s ../../$(@F) $@
 
 $(VENV)/.run: $(BIN)/python pyproject.toml constraints.txt | $(LINKS)
-	$(PIP) --editable '.[grasp]'
+	$(PIP) --editable '.[grasp,render]'
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.run

@@ -1,6 +1,7 @@
 """What a run was made with: a replay is bit for bit the same only with the same."""
 
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from palpate.yaml_text import yaml_text
@@ -8,24 +9,27 @@ from palpate.yaml_text import yaml_text
 VERSIONS_TEXT = "versions.yaml"
 """Under this name a log keeps them."""
 
-PACKAGES = ("palpate", "numpy", "scipy", "numba", "llvmlite", "mujoco")
-"""Whose arithmetic the numbers of a run depend on."""
+PACKAGES = {
+    **{name: name for name in ("palpate", "numpy", "scipy", "numba", "llvmlite")},
+    "mujoco": "mujoco-core",  # the whole of MuJoCo but its editor, and so what an install without extras has
+}
+"""Whose arithmetic the numbers of a run depend on, each with what it is installed as."""
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return Python's and the packages' versions."""
+    return {"python": platform.python_version(), **{name: _version(home) for name, home in PACKAGES.items()}}
 
 
 def versions_text() -> str:
     """Return Python's, the machine's and the packages' versions as YAML."""
-    return yaml_text(
-        {
-            "python": platform.python_version(),
-            "machine": platform.machine(),
-            "system": platform.system(),
-            **{name: _version(name) for name in PACKAGES},
-        }
-    )
+    python = {"python": platform.python_version()}
+    return yaml_text(python | {"machine": platform.machine(), "system": platform.system()} | versions())
 
 
-def _version(name: str) -> str:
+def _version(package: str) -> str:
     try:
-        return version(name)
+        return version(package)
     except PackageNotFoundError:
         return "not installed as a package"

@@ -4,13 +4,11 @@ import platform
 import time
 import traceback
 from dataclasses import dataclass
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from palpate.experiments.sweep.record import RunRecord, RunStatus
 from palpate.experiments.sweep.swept import EXPERIMENTS
-from palpate.experiments.versions import PACKAGES
+from palpate.experiments.versions import versions
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,16 +77,3 @@ def without_result(case: RunCase, status: RunStatus, error: str, trace: str = ""
 def one_line(text: str) -> str:
     """Return a text without line breaks."""
     return " ".join(text.split())
-
-
-@cache
-def versions() -> dict[str, str]:
-    """Return Python's and the packages' versions, as far as figures depend on them."""
-    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed as a package"
