@@ -51,6 +51,11 @@ FORCE = 4.0
 GAIN = 0.005
 """Of the loop that holds it [m/s per N]: with the plane's 2000 N/m it settles in 0.1 s."""
 
+UPWARDS, DOWNWARDS = 0.02, 0.005
+"""With which the tip goes off the plane and onto it at most [m/s]: while the loop stands still, on a busy machine
+for as long as the longest watchdog waits (1 s), it presses by 10 N more, and the sensor has 17. A robot with a
+sensor out of its range does not start, and nobody would draw this one back."""
+
 SLIDING = 0.01
 """With which the tip goes to and fro along the plane [m/s]."""
 
@@ -226,7 +231,7 @@ class Cell:
         down = 0.0
         if sample is not None:
             # the tool hangs: its z axis points down, and what it presses on pushes it along -z
-            down = max(-0.02, min(0.02, GAIN * (FORCE + sample.wrenches[0].wrench[2])))
+            down = max(-UPWARDS, min(DOWNWARDS, GAIN * (FORCE + sample.wrenches[0].wrench[2])))
         aside = SLIDING if self.steps // 250 % 2 else -SLIDING
         self.steps += 1
         self.sample = None  # what is older than a fault is not to be used after it

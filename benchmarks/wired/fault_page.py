@@ -10,7 +10,7 @@ from wired.fault_table import NOTICED
 from wired.procedures import Borne, Lost, NotStarted, PowerLost, Refused
 from wired.tried import Tried
 
-FOLDER = re.compile(r"\S*/palpate-wire-\w+/")
+FOLDER = re.compile(r"[^\s']*/palpate-wire-\w+/")
 """Of emulated terminals: another one each time."""
 
 INTRODUCTION = """# Faults on the wire
