@@ -35,11 +35,7 @@ def accuracy_row(config: ExploreConfig, found: Exploration) -> list[str]:
     radius = "-"
     if found.sphere is not None and config.object == "sphere":
         radius = f"{1e3 * (found.sphere.radius - config.size[0]):+.3f}"
-    noise = (
-        "none"
-        if config.force_noise == 0.0
-        else f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mNm"
-    )
+    noise = "none" if not any(config.noise) else f"{1e3 * config.noise[0]:g} mN, {1e3 * config.noise[1]:g} mNm"
     outside = ~found.scanning
     peak = np.nanmax(found.true_normal_force[outside])
     return [

@@ -24,9 +24,9 @@ from rich.progress import track
 from rich.table import Table
 from unseen_meshes import CASES, MeshCase
 
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.explore.run import Exploration, explore
-from palpate.experiments.robot.values import config_for
 
 ROBOTS, STRATEGIES = ("stage", "ur5e"), ("raster", "spiral")
 FORCE_RMS, MAP_RMS, COVERED = 0.05, 1e-5, 0.90
@@ -118,8 +118,8 @@ def explored(
 ) -> Exploration:
     """Explore the middle of a mesh, with white noise of the force [N] and of the moment [N m]."""
     size = {"radius": 0.5 * case.side} if way == "spiral" else {"width": 2.0 * case.side, "depth": 0.5 * case.side}
-    config = config_for(
-        robot,
+    config = ExploreConfig(
+        robot=robot,
         object="mesh",
         file=case.write(folder),
         scale=case.unit,

@@ -16,7 +16,6 @@ from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.explore.run import Attempt, Exploration
 from palpate.experiments.finger_sensor import sensor_for
-from palpate.experiments.robot.values import config_for
 from palpate.runtime import Ending
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from palpate.sim import MujocoBackend, SceneObject, Target, build_scene
@@ -75,7 +74,7 @@ def in_truth(planned: ExplorationPlan, truth: Truth) -> ExplorationPlan:
     target = scene.target if truth.object is None else truth.object(planned.target)
     other = build_scene(scene.tip, target, law, start, scene.carrier, fidelity)
     sensor = sensor_for(planned.robot, config)
-    return replace(planned, backend=MujocoBackend(other, config.period, sensor, planned.backend.pacer))
+    return replace(planned, backend=MujocoBackend(other, planned.period, sensor, planned.backend.pacer))
 
 
 def carried_out(config: ExploreConfig, truth: Truth, robot: Robot | None = None) -> Exploration:
@@ -146,7 +145,7 @@ class Hostile:
         drifts = self.drift != ZERO
         kind = f"{robot}-nano17" if drifts else {"ur5e": "ur5e-sim"}.get(robot, robot)
         fields = {} if drifts else {"force_noise": NANO17[0], "moment_noise": NANO17[1]}
-        config = config_for(kind, object="sphere", size=(0.03,), strategy=way, **size, **fields)
+        config = ExploreConfig(robot=kind, object="sphere", size=(0.03,), strategy=way, **size, **fields)
         return carried_out(config, self.truth, drifting(kind, self.drift) if drifts else None)
 
     def missed(self, found: Exploration) -> list[str]:
@@ -203,8 +202,8 @@ class Wall:
         bounds = (((-0.03, -0.01, -0.02), (0.006, 0.01, 0.0)), ((0.00601, -0.01, -0.02), (0.03, 0.01, 0.006)))
         whole = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])
         target = SharpMesh(Triangles(np.asarray(whole.vertices), np.asarray(whole.faces)))
-        config = config_for(
-            {"ur5e": "ur5e-sim"}.get(self.robot, self.robot),
+        config = ExploreConfig(
+            robot={"ur5e": "ur5e-sim"}.get(self.robot, self.robot),
             object="box",
             size=(0.06, 0.02, 0.04),
             tip=(0.004,),

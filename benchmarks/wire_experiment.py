@@ -24,6 +24,7 @@ from rich.table import Table
 
 from palpate.experiments.emulated.backend import EmulatedBackend
 from palpate.experiments.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import Attempt, Exploration
@@ -31,7 +32,6 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from palpate.experiments.replay.run import replay_log
-from palpate.experiments.robot.values import config_for
 from palpate.experiments.run_told import log_writer
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
@@ -107,7 +107,7 @@ def explored(planned: ExplorationPlan, observers=(), sinks=()) -> Exploration:
 
 def explorations(seed: int, scale: float, folder: Path) -> tuple[dict[str, Exploration], Watch, bool]:
     """Return the exploration on each back end, how old the wire's samples were, and whether its log replays."""
-    config = config_for("emulated-ur5e", seed=seed, out=folder, **PART)
+    config = ExploreConfig(robot="emulated-ur5e", seed=seed, out=folder, **PART)
     emulated, simulated = robots(scale)
     wired = plan(config, emulated)
     assert isinstance(wired.backend, EmulatedBackend)

@@ -16,14 +16,14 @@ import numpy as np
 import trimesh
 import tyro
 
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.run import explore, write_exploration
-from palpate.experiments.robot.values import config_for
 
 
 def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: float = 0.01) -> None:
     """Explore so much of an ellipsoid [m], and write what was found into a folder."""
-    config = config_for(
-        "stage",  # what carries the fingertip: `palpate robot list` names them all
+    config = ExploreConfig(
+        robot="stage",  # what carries the fingertip: `palpate robot list` names them all
         object="ellipsoid",
         size=(0.05, 0.04, 0.03),  # semi-axes [m]
         force=2.0,  # to press with [N]

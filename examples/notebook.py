@@ -18,15 +18,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from palpate import Ellipsoid, contact_from_wrench
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.run import explore
-from palpate.experiments.robot.values import config_for
 
 tip = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))  # [m], in the sensor frame
 contact = contact_from_wrench(tip, [0.3, 0.1, -2.0, 0.004, 0.008, 0.003])  # [N, N m]
 contact
 
 # %% An exploration: 12 x 4 mm of a sphere, with 2 N and 50 mm/s
-config = config_for("stage-nano17", object="sphere", width=0.012, depth=0.004, speed=0.05)
+config = ExploreConfig(robot="stage-nano17", object="sphere", width=0.012, depth=0.004, speed=0.05)
 found = explore(config)
 found
 
@@ -38,8 +38,9 @@ over_time.plot(record.time, found.true_normal_force, label="true")
 over_time.set(xlabel="time [s]", ylabel="normal force [N]")
 over_time.legend()
 error = (record.normal_force - found.set_force)[found.scanning]
-density = np.abs(np.fft.rfft(error - error.mean())) * np.sqrt(2.0 * config.period / len(error))
-spectrum.loglog(np.fft.rfftfreq(len(error), config.period)[1:], density[1:])
+period = found.run.timing.period  # [s]
+density = np.abs(np.fft.rfft(error - error.mean())) * np.sqrt(2.0 * period / len(error))
+spectrum.loglog(np.fft.rfftfreq(len(error), period)[1:], density[1:])
 spectrum.set(xlabel="frequency [Hz]", ylabel="[N / sqrt(Hz)]")
 figure
 

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.run import carry_out
 from palpate.experiments.replay.run import replay_log
-from palpate.experiments.robot.values import config_for
 from palpate.experiments.run_told import log_writer
 
 STUDY = (
@@ -34,7 +34,7 @@ STUDY = (
 
 def record(folder: Path) -> None:
     """Explore a sphere, and leave the log in a folder."""
-    planned = plan(config_for("stage-nano17", speed=0.05, width=0.01, depth=0.004, out=folder))
+    planned = plan(ExploreConfig(robot="stage-nano17", speed=0.05, width=0.01, depth=0.004, out=folder))
     print(carry_out(planned, sinks=(log_writer(planned),)).run)
 
 

@@ -13,15 +13,15 @@ real time.
 
 import tyro
 
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.run import Exploration, explore
-from palpate.experiments.robot.values import config_for
 
 
 def experiment(robot: str) -> Exploration:
     """Explore a sphere; nothing in here knows which robot it is."""
     return explore(
-        config_for(
-            robot,
+        ExploreConfig(
+            robot=robot,
             object="sphere",
             size=(0.04,),  # radius [m]
             force=2.0,  # to press with [N]

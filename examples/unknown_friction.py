@@ -16,16 +16,15 @@ from dataclasses import replace
 import tyro
 
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan
-from palpate.experiments.grasp.run import Grasp, carry_out
+from palpate.experiments.grasp.run import Grasp, grasp
 
 
-def report(name: str, grasp: Grasp) -> None:
+def report(name: str, done: Grasp) -> None:
     """Print how a grasp went."""
-    print(f"{name}: {grasp.run}; {'dropped' if grasp.dropped else 'held'}")
-    slip, spin = 1e6 * grasp.slip_aloft, math.degrees(grasp.spin_aloft)
-    print(f"  grip {grasp.grip_ratio:.2f} times the least; slipped {slip:.1f} um, spun {spin:.3f} degrees")
-    for found in grasp.nudged:
+    print(f"{name}: {done.run}; {'dropped' if done.dropped else 'held'}")
+    slip, spin = 1e6 * done.slip_aloft, math.degrees(done.spin_aloft)
+    print(f"  grip {done.grip_ratio:.2f} times the least; slipped {slip:.1f} um, spun {spin:.3f} degrees")
+    for found in done.nudged:
         mu = "unknown" if found.friction is None else f"{found.friction:.3f}"
         e = "unknown" if found.spin_length is None else f"{1e3 * found.spin_length:.2f} mm"
         print(f"  finger {found.finger} found mu {mu}, e {e}")
@@ -41,8 +40,8 @@ def main(friction: float = 0.4, spin_length: float = 0.004, pull: float = 3.0, s
         known="nudged",
         seed=seed,  # of sensor noise, and of what is believed at first
     )
-    report("nudged", carry_out(plan(true)))
-    report("untouched", carry_out(plan(replace(true, known="untouched"))))
+    report("nudged", grasp(true))
+    report("untouched", grasp(replace(true, known="untouched")))
 
 
 if __name__ == "__main__":

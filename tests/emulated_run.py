@@ -4,16 +4,16 @@ import sys
 
 import psutil
 
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.robot.in_scene import build
-from palpate.experiments.robot.values import config_for
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 
 
 def main() -> None:
     path = sys.argv[1]
-    task = plan(config_for(path, width=0.02, depth=0.004)).task
+    task = plan(ExploreConfig(robot=path, width=0.02, depth=0.004)).task
     with build(load_robot(path), task).backend as backend:
         backend.start()
         backend.pacer.start()

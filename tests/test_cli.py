@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import pytest
 
 from palpate import __version__
-from palpate.cli import COMMANDS, INTERRUPTED, MISTAKE, UNFINISHED, Command, Group, main
+from palpate.cli import COMMANDS, Command, Group, main
 from palpate.errors import InvalidValueError, OverrunError
+from palpate.experiments.answer import ExitCode
 from palpate.runtime.robot import shipped_robots
 from typed_mistakes import answer_to
 
@@ -150,7 +151,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, capsys):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     started = time.monotonic()
-    assert main(["explore", "--out", str(blocked)]) == MISTAKE
+    assert main(["explore", "--out", str(blocked)]) == ExitCode.MISTAKE
     assert str(blocked) in capsys.readouterr().err
     assert time.monotonic() - started < 5.0, "found out only after the exploration"
 
@@ -170,7 +171,8 @@ def test_a_shown_robot_is_a_start_for_your_own(tmp_path, capsys):
     assert re.search(r"limits\.force +12 N\n", capsys.readouterr().out)
     assert main(["explore", *SMALL, "--robot", str(mine), "--out", str(tmp_path / "run")]) == 0
     assert (
-        main(["explore", *SMALL, "--robot", str(mine), "--force", "10", "--out", str(tmp_path / "run")]) == MISTAKE
+        main(["explore", *SMALL, "--robot", str(mine), "--force", "10", "--out", str(tmp_path / "run")])
+        == ExitCode.MISTAKE
     )
     assert "robot's limit of 12 N" in capsys.readouterr().err
 
@@ -196,7 +198,7 @@ def test_a_sensor_file_can_be_shown_too(capsys):
         (["stage", "--sensor", "0"], "no sensor file"),
         (["stage", "--sensor", "1"], "last finger is 0"),
     ):
-        assert main(["robot", "show", *words]) == MISTAKE
+        assert main(["robot", "show", *words]) == ExitCode.MISTAKE
         assert reason in capsys.readouterr().err
 
 
@@ -211,8 +213,8 @@ def test_an_experiment_file_and_what_is_typed(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["explore", "--config", str(file), "--help"])
     shown = capsys.readouterr().out
-    assert "(default: 3.0)" in shown, "help shows what holds with these files"
-    assert "(default: 0.003125)" in shown
+    assert "(default: 3.0)" in shown, "help shows what holds with this file"
+    assert "what the robot file says" in " ".join(shown.split())
 
 
 @pytest.mark.parametrize(
@@ -233,7 +235,7 @@ def test_an_experiment_file_and_what_is_typed(tmp_path, capsys):
 def test_what_is_wrong_with_a_file_is_said_in_one_line(arguments, words, tmp_path, capsys):
     bad = tmp_path / "bad.yaml"
     bad.write_text(shipped_robots()["stage"].read_text().replace("mass_kg: 5", "mas_kg: 5"))
-    assert main([str(bad) if word == "BAD" else word for word in arguments]) == MISTAKE
+    assert main([str(bad) if word == "BAD" else word for word in arguments]) == ExitCode.MISTAKE
     said = capsys.readouterr().err
     assert said.startswith("palpate: ")
     assert said.count("\n") == 1
@@ -273,15 +275,23 @@ def ending(monkeypatch):
     [
         (0, 0, ""),
         (1, 1, ""),
-        (InvalidValueError("a = 1 m:\n  must be 2;\ntake 2"), MISTAKE, "palpate: a = 1 m: must be 2; take 2\n"),
-        (OverrunError("late by 3 ms"), UNFINISHED, "palpate: late by 3 ms; the robot was stopped\n"),
-        (OSError(28, "No space left on device"), UNFINISHED, "palpate: [Errno 28] No space left on device\n"),
+        (
+            InvalidValueError("a = 1 m:\n  must be 2;\ntake 2"),
+            ExitCode.MISTAKE,
+            "palpate: a = 1 m: must be 2; take 2\n",
+        ),
+        (OverrunError("late by 3 ms"), ExitCode.UNFINISHED, "palpate: late by 3 ms; the robot was stopped\n"),
+        (
+            OSError(28, "No space left on device"),
+            ExitCode.UNFINISHED,
+            "palpate: [Errno 28] No space left on device\n",
+        ),
         (
             KeyboardInterrupt("interrupted; the robot was stopped"),
-            INTERRUPTED,
+            ExitCode.INTERRUPTED,
             "palpate: interrupted; the robot was stopped\n",
         ),
-        (KeyboardInterrupt(), INTERRUPTED, "palpate: interrupted\n"),
+        (KeyboardInterrupt(), ExitCode.INTERRUPTED, "palpate: interrupted\n"),
     ],
 )
 def test_every_ending_has_its_exit_code_and_one_line(result, code, said, ending, capsys):
@@ -305,7 +315,28 @@ def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     said, _ = process.communicate(timeout=60)
-    assert process.returncode == INTERRUPTED
+    assert process.returncode == ExitCode.INTERRUPTED
     assert "interrupted" in said
     assert "the robot was stopped" in said or "the robot is at rest" in said
     assert "Traceback" not in said
+
+
+def test_a_folder_whose_name_looks_like_markup_is_named_as_it_is(tmp_path, capsys):
+    out = tmp_path / "[bold]a[" / "]"
+    assert main(["explore", *SMALL, "--out", str(out)]) == 0
+    assert str(out / "report.html") in capsys.readouterr().out
+    assert main(["log", "export", str(out), "--out", str(out / "[/b]")]) == 0
+    assert str(out / "[/b]" / "period.csv") in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["explore", "regulate", "friction"])
+def test_a_robot_file_that_cannot_be_read_is_wrong_input_everywhere(command, tmp_path, monkeypatch, capsys):
+    file = tmp_path / "mine.yaml"
+    file.write_text(shipped_robots()["stage"].read_text())
+
+    def refused(path, what):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("palpate.runtime.robot.load_text", refused)
+    assert main([command, "--robot", str(file), "--dry-run"]) == ExitCode.MISTAKE
+    assert "cannot be read: Permission denied" in capsys.readouterr().err

@@ -11,7 +11,8 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from cli_samples import SMALL
-from palpate.cli import INTERRUPTED, main
+from palpate.cli import main
+from palpate.experiments.answer import ExitCode
 
 pytestmark = pytest.mark.xdist_group("wire")  # they wait for real time, as the tests of devices do
 
@@ -104,8 +105,8 @@ def test_ctrl_c_in_a_run_still_gives_a_document_with_what_there_was(tmp_path):
         process.wait(3.0)
     process.send_signal(signal.SIGINT)
     told, _ = process.communicate(timeout=120)
-    assert process.returncode == INTERRUPTED
+    assert process.returncode == ExitCode.INTERRUPTED
     found = json.loads(told)
-    assert (found["status"], found["exit_code"]) == ("interrupted", INTERRUPTED)
+    assert (found["status"], found["exit_code"]) == ("interrupted", ExitCode.INTERRUPTED)
     assert found["figures"]["simulated_s"] > 0.0
     assert any(file.endswith(".mcap") for file in found["files"])

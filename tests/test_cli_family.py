@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from cli_samples import SAMPLES, leaves, prepared
-from palpate.cli import COMMANDS, MISTAKE, Group, main
+from palpate.cli import COMMANDS, Group, main
 from palpate.experiments.answer import ExitCode
 from palpate.hw.rig import Rig
 from palpate.runtime.robot import shipped_robots
@@ -107,13 +107,13 @@ def test_a_command_succeeds_and_its_document_is_all_there_is_on_standard_output(
 def test_a_mistake_is_refused_in_words_and_as_a_document_and_nothing_is_written(name, here, capsys):
     sample, before = SAMPLES[name], listing(here)
     typed = [*name.split(), *sample.mistake.split()]
-    assert ended(typed) == MISTAKE
+    assert ended(typed) == ExitCode.MISTAKE
     told = capsys.readouterr()
     assert told.out in ("", "planning\n"), "more than what was being done when it came out"
     assert "Traceback" not in told.err
     for word in sample.named:
         assert word in words_of(told.err)
-    assert ended([*typed, "--json"]) == MISTAKE
+    assert ended([*typed, "--json"]) == ExitCode.MISTAKE
     found = json.loads(capsys.readouterr().out)
     assert (found["command"], found["status"], found["exit_code"]) == (name, "wrong_input", 2)
     for word in sample.named:
@@ -123,7 +123,7 @@ def test_a_mistake_is_refused_in_words_and_as_a_document_and_nothing_is_written(
 
 
 def test_a_word_that_is_no_command_is_a_document_too(capsys):
-    assert ended(["explor", "--json"]) == MISTAKE
+    assert ended(["explor", "--json"]) == ExitCode.MISTAKE
     found = json.loads(capsys.readouterr().out)
     assert found["status"] == "wrong_input"
     assert "explore" in found["error"]
@@ -163,9 +163,9 @@ def test_a_dry_run_refuses_what_the_run_would_refuse(name, here, capsys):
     typed = [name, *SAMPLES[name].success.split(), "--dry-run", "--json"]
     blocked = here / "blocked"
     blocked.write_text("in the way")
-    assert main([*typed, "--out", str(blocked / "run")]) == MISTAKE
+    assert main([*typed, "--out", str(blocked / "run")]) == ExitCode.MISTAKE
     assert str(blocked) in json.loads(capsys.readouterr().out)["error"]
-    assert ended([name, *SAMPLES[name].mistake.split(), "--dry-run"]) == MISTAKE
+    assert ended([name, *SAMPLES[name].mistake.split(), "--dry-run"]) == ExitCode.MISTAKE
 
 
 def check_figures(name, told, done):
@@ -187,7 +187,7 @@ def test_a_path_that_leaves_the_workspace_is_refused_before_anything_moves(here,
     text = shipped_robots()["stage"].read_text()
     narrow = text.replace("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.01, 1, 1]")
     (here / "narrow.yaml").write_text(narrow)
-    assert main(["explore", "--robot", "narrow.yaml", "--dry-run"]) == MISTAKE
+    assert main(["explore", "--robot", "narrow.yaml", "--dry-run"]) == ExitCode.MISTAKE
     assert "leaves the robot's workspace" in capsys.readouterr().err
 
 

@@ -6,7 +6,8 @@ from itertools import pairwise
 import pytest
 
 from cli_samples import leaves
-from palpate.cli import COMMANDS, MISTAKE, main
+from palpate.cli import COMMANDS, main
+from palpate.experiments.answer import ExitCode
 from typed_mistakes import answer_to
 
 NARROW = 80
@@ -50,7 +51,7 @@ def test_what_is_no_slip_of_that_kind_gets_no_advice(typed, capsys):
 
 
 def test_a_word_that_is_no_command_is_wrong_input_in_one_line(capsys):
-    assert main(["explor"]) == MISTAKE
+    assert main(["explor"]) == ExitCode.MISTAKE
     assert capsys.readouterr().err.count("\n") == 1
 
 

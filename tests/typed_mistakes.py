@@ -2,7 +2,8 @@
 
 import re
 
-from palpate.cli import MISTAKE, main
+from palpate.cli import main
+from palpate.experiments.answer import ExitCode
 
 
 def answer_to(typed, capsys):
@@ -11,5 +12,5 @@ def answer_to(typed, capsys):
         code = main(typed)
     except SystemExit as left:  # what the options alone tell is refused while they are read
         code = left.code
-    assert code == MISTAKE
+    assert code == ExitCode.MISTAKE
     return " ".join(re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split())

@@ -13,7 +13,7 @@ import tyro
 from palpate import __version__
 from palpate.errors import InvalidValueError
 from palpate.experiments import start_up
-from palpate.experiments.answer import Answer, ExitCode
+from palpate.experiments.answer import Answer
 from palpate.experiments.bench.config import BenchConfig
 from palpate.experiments.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.experiments.colours import HELP_WORDS, parser_colours
@@ -49,7 +49,7 @@ DESCRIPTION = (
     "Try `palpate explore`, then open the report it names; `palpate explore --help` explains every option.\n\n"
     "Every command takes --json; where something moves, --dry-run says what it would do. "
     "Exit code: 0 done; 1 not finished, or something is not as it should be; 2 wrong input, nothing was done; "
-    "130 interrupted by Ctrl-C.\n\n"
+    "130 interrupted by Ctrl-C. palpate --version says which palpate this is.\n\n"
     "Example: palpate explore --object ellipsoid --force 2 --out runs/first"
 )
 
@@ -267,18 +267,9 @@ COMMANDS: Mapping[str, Command | Group] = {
     ),
 }
 
-MISTAKE = ExitCode.MISTAKE
-"""Exit code for wrong input."""
-
-UNFINISHED = ExitCode.UNFINISHED
-"""Exit code for an experiment that did not finish."""
-
-INTERRUPTED = ExitCode.INTERRUPTED
-"""Exit code after Ctrl-C."""
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code, see `ExitCode`."""
+    """Run the command line; returns the exit code, see `palpate.experiments.answer.ExitCode`."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")

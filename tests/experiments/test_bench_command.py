@@ -117,7 +117,7 @@ def test_a_report_escapes_shows_units_and_is_self_contained():
     text = bench_html([made_up()], "palpate bench", ("grasp",))
     assert "<script" not in text
     assert "interrupted before: grasp" in text
-    assert "1\N{NO-BREAK SPACE}µs" in text
+    assert '<td class="value">1</td><td class="unit">µs</td>' in text
     assert not any(f'{attribute}="http' in text for attribute in ("src", "href"))
 
 
@@ -160,6 +160,24 @@ def test_ctrl_c_keeps_what_is_finished(studies, tmp_path):
     assert rows[0]["error_typical_m"] == 1e-9
     assert rows[1]["error_typical_m"] is None
     assert "interrupted before: mapping" in (tmp_path / "bench.html").read_text()
+
+
+def test_a_study_that_breaks_down_costs_none_that_is_finished(studies, tmp_path, monkeypatch):
+    def broken(quick, seed, tell):
+        raise RuntimeError("no convergence")
+
+    monkeypatch.setattr(sys.modules["made_up_second"], "measure", broken)
+    with pytest.raises(RuntimeError):
+        run_bench(BenchConfig(out=tmp_path), studies)
+    assert list(json.loads((tmp_path / "bench.json").read_text())["studies"]) == ["contact"]
+
+
+def test_ctrl_c_before_any_is_finished_leaves_the_last_report_as_it_was(studies, tmp_path):
+    run_bench(BenchConfig(studies=("contact",), out=tmp_path), studies)
+    before = (tmp_path / "bench.html").read_bytes()
+    with pytest.raises(KeyboardInterrupt):
+        run_bench(BenchConfig(studies=("mapping",), out=tmp_path), studies)
+    assert (tmp_path / "bench.html").read_bytes() == before
 
 
 def test_studies_are_chosen_by_name_and_done_once(studies, tmp_path):

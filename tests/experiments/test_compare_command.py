@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate.cli import MISTAKE, main
+from palpate.cli import main
+from palpate.experiments.answer import ExitCode
 from palpate.mapping import TouchCloud, write_cloud_csv, write_cloud_ply
 
 
@@ -79,7 +80,7 @@ def test_a_reference_elsewhere_is_remarked_on(folder, capsys):
     ],
 )
 def test_mistakes_are_said_in_one_line(folder, words, said, capsys):
-    assert main(["compare", *(str(folder / word) for word in words)]) == MISTAKE
+    assert main(["compare", *(str(folder / word) for word in words)]) == ExitCode.MISTAKE
     error = capsys.readouterr().err
     assert said in error
     assert error.count("\n") == 1

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import select
+import signal
 import subprocess
 import sys
 import tracemalloc
@@ -17,10 +18,12 @@ import pytest
 
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
 from palpate.errors import InvalidValueError
+from palpate.experiments.answer import ExitCode
 from palpate.experiments.contact.config import ContactConfig
 from palpate.experiments.contact.tool import answer_contact, fingertip, run_contact
 from palpate.experiments.wrench_csv import LONGEST_LINE, WrenchReader
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
+from waiting import until
 
 HEADER = "fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm"
 WRENCHES = np.array([[0.3, 0.1, -2.0, 0.004, 0.008, 0.001], [0.0, -0.2, -1.0, -0.002, 0.001, 0.0005]])
@@ -511,3 +514,25 @@ def test_fuzzed_files_give_contacts_or_one_line_never_a_crash(tmp_path):
 @pytest.mark.slow
 def test_ten_thousand_fuzzed_files(tmp_path):
     assert survive(tmp_path, 10_000, seed=2) > 500
+
+
+@pytest.mark.parametrize("form", [(), ("--json",)])
+def test_ctrl_c_ends_a_live_source_and_its_file_has_what_came(tmp_path, form):
+    out = tmp_path / "contacts.csv"
+    typed = ["contact", "-", "--sphere", "0.01", "--out", str(out), *form]
+    tool = subprocess.Popen(
+        [sys.executable, "-m", "palpate", *typed],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    tool.stdin.write(f"{HEADER}\n{ROW}\n{ROW}\n".encode())
+    tool.stdin.flush()
+    until(lambda: any(part.stat().st_size for part in tmp_path.glob("*.part")), within=60.0)
+    tool.send_signal(signal.SIGINT)
+    said, err = tool.communicate(timeout=60)
+    assert tool.returncode == ExitCode.INTERRUPTED
+    assert b"Traceback" not in err
+    assert len(out.read_text().splitlines()) == 3
+    if form:
+        assert json.loads(said)["files"] == [str(out)]

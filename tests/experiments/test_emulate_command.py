@@ -14,7 +14,8 @@ import psutil
 import pytest
 import serial
 
-from palpate.cli import MISTAKE, main
+from palpate.cli import main
+from palpate.experiments.answer import ExitCode
 from palpate.experiments.emulate.config import (
     EmulateDynamixelConfig,
     EmulateNetftConfig,
@@ -76,11 +77,11 @@ def test_an_arm_listens_where_it_says_has_its_faults_and_ends_in_good_order(caps
             lines.write("is in remote control\n")
             lines.flush()
             assert lines.readline().strip() == "true"
-        assert main(["emulate", "fault", str(port), "ur", "nonsense"]) == MISTAKE
+        assert main(["emulate", "fault", str(port), "ur", "nonsense"]) == ExitCode.MISTAKE
         assert "protective_stop" in capsys.readouterr().err
         process.send_signal(signal.SIGINT)
         assert process.wait(10.0) == 0
-    assert main(["emulate", "fault", str(port), "ur", "drop_fin"]) == MISTAKE
+    assert main(["emulate", "fault", str(port), "ur", "drop_fin"]) == ExitCode.MISTAKE
     assert "no emulator is there" in capsys.readouterr().err
 
 
@@ -98,7 +99,7 @@ def test_a_box_sends_records_of_its_load_and_a_second_one_is_refused():
             records = [RECORD.unpack(client.recv(100)) for _ in range(3)]
         assert [record[3:] for record in records] == [(1_000_000, 0, -5_000_000, 0, 0, 10_000_000)] * 3
         with emulated("netft", "--address", "127.0.9.81") as (second, told, _):
-            assert second.wait(10.0) == MISTAKE
+            assert second.wait(10.0) == ExitCode.MISTAKE
             assert "cannot listen" in told
         process.send_signal(signal.SIGTERM)
         assert process.wait(10.0) == 0
@@ -146,7 +147,7 @@ def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_word
             assert {(address, its) for its in (30004, 30003, 29999)} <= listening(started)
             assert main(["emulate", "fault", str(port), "ur", "protective_stop"]) == 0
             with emulated("netft", "--address", address, "--control-port", str(port)) as (second, told, _):
-                assert second.wait(10.0) == MISTAKE
+                assert second.wait(10.0) == ExitCode.MISTAKE
                 assert f"control_port = {port}: cannot listen there" in told
             connected(port).close()
             started.send_signal(signal.SIGTERM)
@@ -218,5 +219,5 @@ def test_versions_may_be_short():
     ],
 )
 def test_mistakes_end_it_with_what_would_be_right(typed, right, capsys):
-    assert main(["emulate", *typed.split()]) == MISTAKE
+    assert main(["emulate", *typed.split()]) == ExitCode.MISTAKE
     assert right in capsys.readouterr().err

@@ -8,6 +8,7 @@ import pytest
 from palpate.cli import main
 from palpate.controllers import Admittance, DirectForce
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.identified import (
     IDENTIFIED_TEXT,
     IdentifiedForce,
@@ -19,7 +20,6 @@ from palpate.experiments.explore.pressing import prepared, pressing_of
 from palpate.experiments.explore.report import settings
 from palpate.experiments.explore.run import carry_out
 from palpate.experiments.replay.run import replay_log
-from palpate.experiments.robot.values import config_for
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 
@@ -31,7 +31,7 @@ FOUND = IdentifiedForce(20e3, 30.0, 14e3, 0.00123456789012345, 86.7, 4.1, 8.3, 6
 @pytest.fixture(scope="module", params=["stage", "ur5e-sim"])
 def both(request):
     """The same exploration with the gain as assumed, and as pressing has found it."""
-    config = config_for(request.param, identify=True, **SMALL, **NOISE)
+    config = ExploreConfig(robot=request.param, identify=True, **SMALL, **NOISE)
     planned = plan(config)
     return carry_out(planned), carry_out(prepared(plan(config)))
 
@@ -85,14 +85,14 @@ def test_what_was_identified_is_read_back_as_it_was_written():
 
 
 def test_changes_of_the_gain_are_checked_against_what_was_identified():
-    planned = plan(config_for("stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
+    planned = plan(ExploreConfig(robot="stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
     with pytest.raises(InvalidValueError, match=r"change after 1 s: force_gain = 0\.0016 m/s/N: must lie between"):
         planned.with_identified(replace(FOUND, mass=0.0, damping=1400.0, delay=0.05))
 
 
 @pytest.mark.parametrize("force", [0.3, 2.0, 15.0])
 def test_it_presses_about_the_set_force_within_touch_and_limit(force):
-    planned = plan(config_for("stage", force=force, identify=True, **SMALL))
+    planned = plan(ExploreConfig(robot="stage", force=force, identify=True, **SMALL))
     pressing = pressing_of(planned)
     assert planned.touch_force < pressing.low < force < pressing.high < planned.limits.force
     assert 2.0 * pressing.swing <= pressing.high - pressing.low

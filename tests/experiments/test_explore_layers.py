@@ -14,7 +14,6 @@ from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report, settings
 from palpate.experiments.explore.run import explore, write_exploration
 from palpate.experiments.explore.tables import layer_rows
-from palpate.experiments.robot.values import config_for
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.layer_picture import LOOKS
 from palpate.runtime import Ending
@@ -153,7 +152,7 @@ def test_files_report_and_summary_have_the_layers(swung, tmp_path, monkeypatch):
 @pytest.mark.parametrize("robot", ["stage", "stage-nano17", "ur5e-sim"])
 @pytest.mark.parametrize("name", ["sphere", "bumps", "box"])
 def test_stiffness_on_both_robots_and_with_a_real_sensor(name, robot):
-    found = explore(config_for(robot, object=name, depth=0.012, force_swing=0.5))
+    found = explore(ExploreConfig(robot=robot, object=name, depth=0.012, force_swing=0.5))
     layer = found.map.stiffness
     known = np.isfinite(layer.mean)
     if known.any():

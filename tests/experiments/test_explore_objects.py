@@ -18,7 +18,6 @@ from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import carry_out
 from palpate.experiments.heights_file import heights_text, load_heights, read_heights_text
-from palpate.experiments.robot.values import config_for
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
@@ -61,7 +60,7 @@ def described(files, name):
 
 @pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
 def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
-    found = carry_out(plan(config_for("stage", **SMALL, **described(files, name))))
+    found = carry_out(plan(ExploreConfig(robot="stage", **SMALL, **described(files, name))))
     assert found.run.ending is Ending.DONE
     assert found.truth.touching[found.scanning].all()
     assert found.force_rms < 0.20
@@ -77,7 +76,9 @@ def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
 @pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
 def test_whole_objects_on_both_robots(name, files, robot):
     size = {"ring": {"width": 0.034, "depth": 0.034}, "heights": {"depth": 0.02}}.get(name, {})
-    found = carry_out(plan(config_for(robot, speed=0.02, spacing=0.01, **{**size, **described(files, name)})))
+    found = carry_out(
+        plan(ExploreConfig(robot=robot, speed=0.02, spacing=0.01, **{**size, **described(files, name)}))
+    )
     assert found.run.ending is Ending.DONE
     assert found.truth.touching[found.scanning].all()
     assert found.force_rms < 0.20
@@ -85,7 +86,7 @@ def test_whole_objects_on_both_robots(name, files, robot):
 
 
 def test_a_ur5e_explores_bumps():
-    found = carry_out(plan(config_for("ur5e-sim", object="bumps", **SMALL)))
+    found = carry_out(plan(ExploreConfig(robot="ur5e-sim", object="bumps", **SMALL)))
     assert found.run.ending is Ending.DONE
     assert found.truth.touching[found.scanning].all()
     assert found.force_rms < 0.20
@@ -367,6 +368,12 @@ def test_configurations_that_contradict_themselves_are_refused(fields, message):
         ("i.csv", "# width_m=0.1 depth_m=0.1\n0,0\n0,0\n", "heights has shape (2, 2)"),
         ("j.npy", "not numpy", "cannot be read as an array of numbers"),
         ("k.csv", "# width_m=0.1 depth_m=0.1\n0,0,0,0\n" + "0,0,nan,0\n" * 3, "heights[1, 2] = nan"),
+        (
+            "l.csv",
+            "# width_m=0.06 depth_m=0.04\n" + "0,1.5,1.5,0\n" * 4,
+            "1.5 m, must be at most 1 m up or down",
+        ),
+        ("m.csv", "# width_m=0.06 depth_m=0.04\n" + "-3,-2.5,-2.5,-3\n" * 4, "give --scale 0.001"),
     ],
 )
 def test_files_of_heights_that_are_none_are_refused_by_name(name, text, message, tmp_path):

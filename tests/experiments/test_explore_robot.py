@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tyro
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.cli import COMMANDS
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
 from palpate.experiments.explore.config import ExploreConfig
@@ -19,7 +21,7 @@ from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.run import carry_out, explore
 from palpate.experiments.known_truth import known_scene
 from palpate.experiments.robot.in_scene import check
-from palpate.experiments.robot.values import config_for, values_of
+from palpate.experiments.robot.values import on_robot, values_of
 from palpate.runtime import Command, Ending
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime.robot_backend import StageEntry
@@ -51,13 +53,28 @@ def felt(planned, periods=50):
 
 
 def test_the_shipped_stage_says_what_holds_without_a_file():
-    default = ExploreConfig()
+    default = plan(ExploreConfig()).config
     assert values_of(STAGE) == {name: getattr(default, name) for name in values_of(STAGE)}
     assert default.robot == "stage"
     entry = STAGE.file.backend
     assert isinstance(entry, StageEntry)
     assert Stage(entry.mass, entry.bandwidth, entry.leash) == Stage()
     assert felt(plan(default)) == felt(plan(default, STAGE))
+
+
+@pytest.mark.parametrize("name", ["stage-nano17", "turning-stage", "ur5e-sim", "FILE"])
+def test_a_script_that_names_a_robot_gets_what_its_file_says(name, tmp_path):
+    if name == "FILE":
+        text = STAGE.texts[ROBOT_TEXT].replace("period_s: 0.001", "period_s: 0.002")
+        (tmp_path / "mine.yaml").write_text(text.replace("radius_m: 0.008", "radius_m: 0.011"))
+        name = str(tmp_path / "mine.yaml")
+    asked, said = ExploreConfig(robot=name, **SMALL), values_of(load_robot(name))
+    planned = plan(asked)
+    assert {field: getattr(planned.config, field) for field in said} == said
+    assert planned.backend.period == planned.period == said["period"]
+    assert planned.asked is asked, "what was asked is known still: a report repeats that"
+    own = replace(asked, force_noise=0.004, tip=(0.009,))
+    assert (plan(own).config.force_noise, plan(own).config.tip) == (0.004, (0.009,)), "what is given goes before"
 
 
 # --- precedence ---
@@ -74,31 +91,28 @@ def test_each_source_beats_those_before_it(field, tmp_path):
     robot, experiment, typed = LAYERS[field]
     file = tmp_path / "e.yaml"
     file.write_text(f"{field}: {experiment!r}\n")
-    named = ["--robot", "stage-nano17"]
-    assert getattr(default_options([]), field) == getattr(ExploreConfig(), field)
-    assert getattr(default_options(named), field) == robot
-    assert getattr(default_options([*named, "--config", str(file)]), field) == experiment
-    assert getattr(default_options([*named, f"--config={file}"]), field) == experiment
-    import tyro
 
-    from palpate.cli import COMMANDS, Command
+    def settled(*words):
+        options = tyro.cli(COMMANDS["explore"].config, default=default_options(words), args=words)
+        assert type(options.settled) is ExploreConfig
+        return getattr(on_robot(options.settled, load_robot(options.robot)), field)
 
-    words = [*named, "--config", str(file), f"--{field.replace('_', '-')}", repr(typed)]
-    command = COMMANDS["explore"]
-    assert isinstance(command, Command)
-    options = tyro.cli(command.config, default=default_options(words), args=words)
-    assert getattr(options.settled, field) == typed
-    assert type(options.settled) is ExploreConfig
+    named, filed = ["--robot", "stage-nano17"], ["--config", str(file)]
+    assert settled() == values_of(STAGE)[field]
+    assert settled(*named) == robot
+    assert settled(*named, *filed) == experiment
+    assert settled(*named, f"--config={file}") == experiment
+    assert settled(*named, *filed, f"--{field.replace('_', '-')}", repr(typed)) == typed
 
 
 def test_an_experiment_file_may_name_the_robot_next_to_it(tmp_path):
     (tmp_path / "mine.yaml").write_text(STAGE.texts[ROBOT_TEXT].replace("radius_m: 0.008", "radius_m: 0.011"))
     (tmp_path / "e.yaml").write_text("robot: mine.yaml\nforce: 3\n")
     options = default_options(["--config", str(tmp_path / "e.yaml")])
-    assert options.tip == (0.011,)
     assert options.force == 3.0
     assert options.robot == str(tmp_path / "mine.yaml")
-    assert default_options(["--config", str(tmp_path / "e.yaml"), "--robot", "stage"]).tip == (0.008,)
+    assert plan(options.settled).config.tip == (0.011,)
+    assert plan(replace(options.settled, robot="stage")).config.tip == (0.008,)
 
 
 def test_values_that_only_fit_together_with_what_is_typed_are_not_refused_too_early(tmp_path):
@@ -205,7 +219,7 @@ def test_a_configuration_names_its_experiment_and_is_refused_without():
 
 @pytest.mark.parametrize("robot", [STAGE, NANO17], ids=["stage", "nano17"])
 def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
-    config = replace(config_for("stage-nano17", **SMALL, seed=5), robot="gone.yaml")
+    config = ExploreConfig(robot="gone.yaml", **SMALL, seed=5)
     planned = plan(config, changed(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
     again = plan_from_texts(planned.texts())
     assert again.config == planned.config
@@ -251,7 +265,7 @@ def test_the_robot_file_makes_the_stage():
 
 
 def test_limits_of_the_robot_hold_and_only_its_workspace_is_narrowed():
-    limits = plan(config_for("stage-nano17"), NANO17).limits
+    limits = plan(ExploreConfig(robot="stage-nano17"), NANO17).limits
     assert limits.force == 10.0
     assert limits.spin_torque == 0.1
     for axis in range(3):
@@ -332,7 +346,7 @@ def test_check_refuses_what_no_experiment_could_do():
 
 
 def test_a_nano17_feels_the_sphere_too():
-    found = explore(config_for("stage-nano17", **SMALL))
+    found = explore(ExploreConfig(robot="stage-nano17", **SMALL))
     assert found.run.ending is Ending.DONE
     assert found.force_rms < 0.15
     assert found.point_rms < 2e-5

@@ -6,9 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from palpate.cli import MISTAKE, main
+from palpate.cli import main
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
+from palpate.experiments.answer import ExitCode
 from palpate.experiments.experiment_file import config_text, read_config
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
@@ -240,7 +241,7 @@ def test_mistakes_of_a_newcomer_are_answered_with_what_to_do(typed, said, capsys
 
 def test_a_strategy_that_there_is_not_is_answered_with_the_nearest(tmp_path, capsys):
     (tmp_path / "e.yaml").write_text("strategy: contuor\n")
-    assert main(["explore", "--config", str(tmp_path / "e.yaml")]) == MISTAKE
+    assert main(["explore", "--config", str(tmp_path / "e.yaml")]) == ExitCode.MISTAKE
     assert "did you mean contour?" in capsys.readouterr().err
     with pytest.raises(InvalidValueError, match="strategy = 'zigzag': must be one of raster, spiral"):
         ExploreConfig(strategy="zigzag")

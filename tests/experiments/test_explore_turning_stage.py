@@ -3,10 +3,10 @@
 import pytest
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.run import carry_out
 from palpate.experiments.robot.in_scene import check
-from palpate.experiments.robot.values import config_for
 from palpate.runtime import Ending
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import TurningStageEntry
@@ -15,7 +15,7 @@ from palpate.sim import TurningStage
 
 
 def test_it_holds_the_force_and_finds_the_surface():
-    config = config_for("turning-stage", object="sphere", size=(), speed=0.02, spacing=0.02, width=0.04)
+    config = ExploreConfig(robot="turning-stage", object="sphere", size=(), speed=0.02, spacing=0.02, width=0.04)
     found = carry_out(plan(config))
     assert found.run.ending is Ending.DONE
     assert found.run.stopped
@@ -25,7 +25,7 @@ def test_it_holds_the_force_and_finds_the_surface():
 
 
 def test_it_can_be_planned_again_from_its_texts():
-    planned = plan(config_for("turning-stage", width=0.01, depth=0.004))
+    planned = plan(ExploreConfig(robot="turning-stage", width=0.01, depth=0.004))
     again = plan_from_texts(planned.texts())
     assert again.parameters == planned.parameters
     assert again.limits == planned.limits

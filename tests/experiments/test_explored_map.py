@@ -16,7 +16,6 @@ from palpate.experiments.explore.tables import shape_rows
 from palpate.experiments.map_budget import map_budget
 from palpate.experiments.named_shape import named_shape
 from palpate.experiments.reachable_surface import ReachableSurface
-from palpate.experiments.robot.values import config_for
 from palpate.experiments.scans import scan_on
 from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh
@@ -32,7 +31,7 @@ QUICK = ("sphere", "bumps")
 @functools.cache
 def found(name, robot="stage", noise=(0.0, 0.0), seed=0):
     values = {} if robot != "stage" else {"force_noise": noise[0], "moment_noise": noise[1]}
-    return explore(config_for(robot, object=name, seed=seed, **SMALL, **values))
+    return explore(ExploreConfig(robot=robot, object=name, seed=seed, **SMALL, **values))
 
 
 # --- errors and what is claimed of them ---
@@ -125,6 +124,12 @@ def test_too_few_contacts_have_no_shape():
     assert named_shape(few, 1.0, found("sphere").map.budget, SurfaceModel()) is None
 
 
+def test_a_shape_is_shown_in_a_line_without_the_contacts_of_every_fit():
+    shown = repr(found("sphere").map.shape)
+    assert "SPHERE" in shown
+    assert len(shown) < 200
+
+
 # --- friction ---
 
 
@@ -192,7 +197,7 @@ def test_the_files_of_a_map_hold_its_uncertainty_and_friction(tmp_path):
 def test_claims_hold_for_every_seed(name, robot):
     for seed in range(5):
         values = {"force_noise": 0.01, "moment_noise": 1e-4} if robot == "stage" else {}
-        run = explore(config_for(robot, object=name, seed=seed, **values))
+        run = explore(ExploreConfig(robot=robot, object=name, seed=seed, **values))
         assert run.map.covered >= 0.95
         assert run.map.observed_share >= 0.95
         assert run.map.rms < 5e-6

@@ -18,7 +18,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.heaviest import heaviest_load
 from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
 from palpate.experiments.grasp.plan import PERIOD, plan, plan_from_texts
-from palpate.experiments.grasp.run import GraspAttempt, carry_out, write_grasp
+from palpate.experiments.grasp.run import GraspAttempt, carry_out, grasp, write_grasp
 from palpate.experiments.grasp.scene import scene_of, sensor_of
 from palpate.experiments.grasp.text import grasp_text, read_grasp
 from palpate.experiments.grasp.truth import STAGES
@@ -41,7 +41,7 @@ QUICK = {"rise": 0.4, "lift_height": 0.02, "offset": 0.006}
 @pytest.fixture(scope="module")
 def grasped():
     """A pull that grows, and the same with a control that ignores spin, on a high enough lift to turn in."""
-    return carry_out(plan(GraspConfig(rise=0.4, lift_height=0.04, against_ignoring_spin=True)))
+    return grasp(GraspConfig(rise=0.4, lift_height=0.04, against_ignoring_spin=True))
 
 
 # --- what is measured

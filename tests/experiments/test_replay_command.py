@@ -14,17 +14,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from palpate.cli import INTERRUPTED, MISTAKE, main
+from palpate.cli import main
 from palpate.errors import InvalidValueError
+from palpate.experiments.answer import ExitCode
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.replay import EXPLORATION
 from palpate.experiments.explore.run import Attempt
-from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.option_words import option_unit
 from palpate.experiments.regulate.replay import REGULATION
-from palpate.experiments.replay.report import UNITS, version_differences
+from palpate.experiments.replay.report import version_differences
 from palpate.experiments.replay.run import replay_log
-from palpate.experiments.replay.settings import CHANGEABLE, EXPLORATION, FIXED
-from palpate.experiments.robot.values import config_for
 from palpate.experiments.run_told import log_writer
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
@@ -51,7 +51,7 @@ def nano(tmp_path_factory):
     """A run of five seconds with a sensor file, noise and live changes."""
     folder = tmp_path_factory.mktemp("nano")
     values = {"width": 0.01, "depth": 0.008, "speed": 0.03, "change": CHANGES, "seed": 5, "out": folder}
-    assert record(config_for("stage-nano17", **values)) is Ending.DONE
+    assert record(ExploreConfig(robot="stage-nano17", **values)) is Ending.DONE
     return folder
 
 
@@ -59,7 +59,7 @@ def nano(tmp_path_factory):
 def two_seconds(tmp_path_factory):
     """The log of a shorter run like that."""
     folder = tmp_path_factory.mktemp("short")
-    assert record(config_for("stage-nano17", **SMALL, change=CHANGES, out=folder)) is Ending.DONE
+    assert record(ExploreConfig(robot="stage-nano17", **SMALL, change=CHANGES, out=folder)) is Ending.DONE
     return (folder / "latest.mcap").read_bytes()
 
 
@@ -180,7 +180,7 @@ def test_a_run_of_a_minute_comes_out_bit_for_bit(robot, tmp_path):
     noise = {"force_noise": 0.01, "moment_noise": 1e-4} if robot == "stage" else {}
     values = {"width": 0.04, "depth": 0.04, "spacing": 0.002, "speed": 0.02, **noise, "seed": 7, "out": tmp_path}
     changes = ((5.0, "force", 3.0), (20.0, "speed", 0.014), (30.0, "force_gain", 1.5e-3), (45.0, "force", 1.0))
-    assert record(config_for(robot, **values, change=changes)) is Ending.DONE
+    assert record(ExploreConfig(robot=robot, **values, change=changes)) is Ending.DONE
     found = replay_log(tmp_path)
     check_identical(found, 60_000)
     assert len(found.log.changes) == 4
@@ -433,7 +433,7 @@ MISTAKES = {
     "twice": (["LOG", "--set", "force=3", "force=4"], ["force is given twice"]),
     "misspelt": (["LOG", "--set", "frce=3"], ["frce", "no such setting", "did you mean force?"]),
     "with a unit": (["LOG", "--set", "force_N=3"], ["force_N", "did you mean force?"]),
-    "unknown": (["LOG", "--set", "xyzzy=3"], ["a replay can change", *CHANGEABLE]),
+    "unknown": (["LOG", "--set", "xyzzy=3"], ["a replay can change", *EXPLORATION.names]),
     "no number": (["LOG", "--set", "force=two"], ["force", "two"]),
     "no YAML": (["LOG", "--set", "force=[3"], ["--set force=[3", "YAML"]),
     "impossible": (["LOG", "--set", "force=100"], ["force = 100 N", "15 N"]),
@@ -453,7 +453,7 @@ MISTAKES = {
     "syntax": (["LOG", "--controller", "broken:make"], ["importing broken raised SyntaxError", "line 1"]),
     "missing import": (["LOG", "--controller", "lacking:make"], ["lacking", "no_such_library"]),
     "no folder": (["LOG", "--set", "force=3", "--out", "TEXT"], ["out =", "choose another folder (--out)"]),
-    **{name: (["LOG", "--set", f"{name}=1"], [name, "a replay cannot change it"]) for name in FIXED},
+    **{name: (["LOG", "--set", f"{name}=1"], [name, "a replay cannot change it"]) for name in EXPLORATION.fixed},
 }
 
 
@@ -468,7 +468,7 @@ def test_mistakes_are_named_with_what_would_be_right(name, small, controllers, c
     arguments, words = MISTAKES[name]
     typed = [stands_for.get(word, word.replace("MINE", controllers)) for word in arguments]
     try:
-        assert main(["replay", *typed]) == MISTAKE
+        assert main(["replay", *typed]) == ExitCode.MISTAKE
     finally:
         for module in ("broken", "lacking"):
             sys.modules.pop(module, None)
@@ -494,12 +494,12 @@ def test_a_replay_that_is_interrupted_speaks_of_no_robot(nano, capsys, monkeypat
         return Command()
 
     monkeypatch.setattr("palpate.controllers.ExploreController.step", interrupt)
-    assert main(["replay", str(nano)]) == INTERRUPTED
+    assert main(["replay", str(nano)]) == ExitCode.INTERRUPTED
     assert capsys.readouterr().err == "palpate: interrupted\n"
 
 
 def test_every_setting_of_an_exploration_is_either_changeable_or_has_a_reason():
-    assert {*CHANGEABLE, *FIXED} == set(ExploreConfig.__dataclass_fields__)
+    assert {*EXPLORATION.names, *EXPLORATION.fixed} == set(ExploreConfig.__dataclass_fields__)
 
 
 def units_said(kind):
@@ -509,9 +509,9 @@ def units_said(kind):
     return {ast.unparse(a): set(re.findall(r"\[([NHms][A-Za-z/]*)\]", ast.unparse(b))) for a, b in fields}
 
 
-@pytest.mark.parametrize(("kind", "may"), [(ExploreConfig, EXPLORATION), (RegulateConfig, REGULATION)])
-def test_a_setting_is_reported_in_the_unit_in_which_it_is_explained(kind, may):
-    said = units_said(kind)
+@pytest.mark.parametrize(("experiment", "may"), [("explore", EXPLORATION), ("regulate", REGULATION)])
+def test_a_setting_is_reported_in_the_unit_in_which_it_is_explained(experiment, may):
+    said = units_said(may.kind)
     assert said["force"] == {"N"}
     for name in may.names:
-        assert said[name] == ({UNITS[name]} if name in UNITS else set()), name
+        assert said[name] == {option_unit(experiment, name)} - {""}, name

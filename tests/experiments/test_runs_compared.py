@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.cli import MISTAKE, main
+from palpate.cli import main
 from palpate.errors import InvalidValueError
+from palpate.experiments.answer import ExitCode
 from palpate.experiments.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.experiments.compare.runs_compared_report import comparison_report
 from palpate.experiments.explore.config import ExploreConfig
@@ -107,7 +108,7 @@ def test_as_people_type_it(explored, regulated, tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["figures"]["felt_normal_force_mean_n"] == pytest.approx([1.0, 3.0], rel=0.02)
     assert told["figures"]["points_to_true_surface_rms_m"][0] < 1e-4, "SI units"
-    assert main(["compare", first, str(regulated)]) == MISTAKE
+    assert main(["compare", first, str(regulated)]) == ExitCode.MISTAKE
     assert "only runs of the same experiment" in capsys.readouterr().err
 
 
@@ -118,3 +119,29 @@ def test_a_command_is_what_was_not_left_out():
     assert "--speed" not in line
     assert command_line("regulate", RegulateConfig()) == "palpate regulate"
     assert "'a $(rm) b'" in command_line("regulate", RegulateConfig(out=Path("a $(rm) b")))
+
+
+@pytest.mark.parametrize("typed", [("--align",), ("--within", "0.002"), ("--map-unit", "mm")])
+def test_options_that_are_for_maps_are_refused_with_runs(explored, typed, capsys):
+    assert main(["compare", *map(str, explored), *typed]) == ExitCode.MISTAKE
+    said = capsys.readouterr().err
+    assert typed[0] in said
+    assert "leave" in said
+
+
+def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_set(tmp_path):
+    places = []
+    for name, change in (("steady", ()), ("changed", ((1.5, "force", 3.0),))):
+        (tmp_path / name).mkdir()
+        asked = RegulateConfig(duration=1.5, drift=60.0, robot="stage-nano17", change=change, out=tmp_path / name)
+        planned, found = pressed(plan_regulation(asked))
+        done = carry_out(planned, found, (), (log_writer(planned),))
+        places.append(tmp_path / name)
+    runs = read_runs(places)
+    ((name, (steady, changed)),) = changed_fields(runs)
+    assert (name, steady) == ("change", None)
+    assert changed.startswith("force 3 at 1.5")
+    np.testing.assert_allclose(runs[1].set_force[done.holding], done.set_force[done.holding])
+    assert np.nanmax(runs[1].set_force) == pytest.approx(3.0)
+    settings = dict(comparison_report(runs, tmp_path).settings)
+    assert settings["drift"] == "60 N/min", "of a grasp it is N/s"

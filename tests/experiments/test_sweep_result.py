@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.option_words import UNITS
 from palpate.experiments.sweep.figure import Figure
 from palpate.experiments.sweep.picture import _panels, pictures, summary_picture, write_summary
 from palpate.experiments.sweep.record import RunRecord, RunStatus
 from palpate.experiments.sweep.report import combination_rows, failure_rows, report_html, setting_rows
 from palpate.experiments.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
 from palpate.experiments.sweep.scale import scale_of
-from palpate.experiments.sweep.swept import EXPERIMENTS, UNITS
+from palpate.experiments.sweep.swept import EXPERIMENTS
 from palpate.experiments.sweep.tables import columns_of, rows_of, write_csv, write_parquet
 from palpate.experiments.sweep.words import time_text
 from sweep_runs import planned
@@ -270,7 +271,7 @@ def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path)
     text = report_html(SweepResult(result.plan, (odd, *result.records[1:]), result.figures))
     assert "numpy &lt;i&gt;9&lt;/i&gt; and 2.0" in text
     assert "<i>" not in text
-    assert "<script>alert" not in text  # the page may have a script of its own
+    assert "<script" not in text
     assert "<b>it" not in text
     assert "&lt;b&gt;it &amp; fell&lt;/b&gt;" in text
     assert not re.search(r'(src|href)="(?!data:)', text)

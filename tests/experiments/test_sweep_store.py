@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.experiments.sweep.record import RunRecord, RunStatus, read_record, record_text
 from palpate.experiments.sweep.store import SweepFolder
+from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot
 from sweep_runs import SHORT, planned
 
 LARGE = 1_000_000
@@ -147,3 +148,16 @@ def write_for_ever(plan, folder):
                 folder.keep(record_for(plan, turn % 4, message=str(turn % 10) * LARGE))
     finally:
         os._exit(1)
+
+
+def test_a_sensor_file_that_a_robot_file_names_must_be_the_same(tmp_path):
+    robot, folder = load_robot("stage-nano17"), SweepFolder(tmp_path / "out")
+    (tmp_path / "mine.yaml").write_text(robot.texts[ROBOT_TEXT].replace("sensors/nano17.yaml", "sensor.yaml"))
+    sensor = tmp_path / "sensor.yaml"
+    sensor.write_text(robot.texts[SENSOR_TEXT.format(0)])
+    asked = {"fixed": (f"robot={tmp_path / 'mine.yaml'}",)}
+    folder.begin(planned("force=1,2", **asked))
+    folder.begin(planned("force=1,2", **asked))
+    sensor.write_text(sensor.read_text() + "# another comment\n")
+    with pytest.raises(InvalidValueError, match="typed alike, but not the same"):
+        folder.begin(planned("force=1,2", **asked))

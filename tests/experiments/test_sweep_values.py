@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan as plan_exploration
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.sweep.config import SweepConfig
@@ -127,7 +128,7 @@ def test_an_experiment_file_goes_before_defaults_and_behind_what_is_typed(tmp_pa
 
 def test_a_robot_brings_its_own_values_whether_set_or_varied():
     plan = planned("robot=stage,stage-nano17", experiment="explore", fixed=())
-    perfect, honest = (run.case.config for run in plan.runs)
+    perfect, honest = (plan_exploration(run.case.config).config for run in plan.runs)
     assert perfect.force_noise == 0.0
     assert honest.force_noise > 0.0
     (alone,) = planned(experiment="explore", fixed=("robot=stage-nano17",)).runs

@@ -9,8 +9,9 @@ import sys
 import pytest
 from rich.console import Console
 
-from palpate.cli import INTERRUPTED, main
+from palpate.cli import main
 from palpate.experiments import progress
+from palpate.experiments.answer import ExitCode
 from palpate.experiments.friction import command as friction_command
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan
@@ -133,7 +134,7 @@ def test_a_command_whose_report_is_interrupted_names_its_log(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(module, writer, interrupted)
-    assert main([*arguments, "--out", str(tmp_path)]) == INTERRUPTED
+    assert main([*arguments, "--out", str(tmp_path)]) == ExitCode.INTERRUPTED
     said = capsys.readouterr().err
     (log,) = (path for path in tmp_path.glob("*.mcap") if not path.is_symlink())
     assert f"its log is kept: {log} (palpate view shows it)" in said
@@ -147,7 +148,7 @@ def test_a_control_beside_that_is_interrupted_leaves_the_report_of_the_first(
         raise KeyboardInterrupt(run_over)
 
     monkeypatch.setattr(grasp_command, "without_spin", interrupted)
-    assert main(["grasp", *JUST_HELD, "--against-ignoring-spin", "--out", str(tmp_path)]) == INTERRUPTED
+    assert main(["grasp", *JUST_HELD, "--against-ignoring-spin", "--out", str(tmp_path)]) == ExitCode.INTERRUPTED
     assert "the report is of the first run alone" in " ".join(capsys.readouterr().out.split())
     assert "neither slipped nor spun" in " ".join((tmp_path / "report.html").read_text().split())
 
@@ -166,7 +167,7 @@ print("still here", flush=True)
 @pytest.mark.parametrize(
     ("before", "within", "code", "out", "err"),
     [
-        ("", "", INTERRUPTED, "", "palpate: interrupted\n"),
+        ("", "", ExitCode.INTERRUPTED, "", "palpate: interrupted\n"),
         ("", "start_up.over()", -signal.SIGINT, "", "KeyboardInterrupt"),
         ("signal.signal(signal.SIGINT, signal.SIG_IGN)", "", 0, "still here\n", ""),
     ],
@@ -181,5 +182,5 @@ def test_ctrl_c_while_it_starts_is_one_line(before, within, code, out, err):
     )
     assert done.returncode == code
     assert done.stdout == out
-    assert done.stderr.endswith(err) if code == INTERRUPTED else err in done.stderr
+    assert done.stderr.endswith(err) if code == ExitCode.INTERRUPTED else err in done.stderr
     assert ("Traceback" in done.stderr) is (within != "")

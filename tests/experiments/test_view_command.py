@@ -1,5 +1,6 @@
 """`palpate view` as people type it, mistakes included."""
 
+import json
 import os
 import signal
 import subprocess
@@ -10,12 +11,14 @@ import urllib.request
 import pytest
 from PIL import Image, ImageSequence
 
+from palpate.cli import main
 from palpate.errors import InvalidValueError
+from palpate.experiments.answer import ExitCode
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.run import Attempt
 from palpate.experiments.run_told import log_writer
-from palpate.experiments.view.command import FAILED, run_view
+from palpate.experiments.view.command import run_view
 from palpate.experiments.view.config import ViewConfig
 from palpate.experiments.view.plan import view_scene, watched_plan
 from palpate.runtime.pacing import SimulatedTime
@@ -79,7 +82,7 @@ def test_a_log_is_shown_until_ctrl_c(folder, tmp_path):
 
 def test_an_exploration_is_watched_recorded_and_stays_open(tmp_path):
     words = (*SMALL, "object=ellipsoid", "size=0.05,0.04,0.03", f"out={tmp_path / 'run'}")
-    process, said = started(tmp_path, f"set={words!r}, port=0, speed=float('inf')", "stays open")
+    process, said = started(tmp_path, f"set={words!r}, port=0, time_scale=float('inf')", "stays open")
     assert "Finished" in said
     assert list((tmp_path / "run").glob("*.mcap"))
     with urllib.request.urlopen(url_in(said)) as page:
@@ -90,7 +93,7 @@ def test_an_exploration_is_watched_recorded_and_stays_open(tmp_path):
 @pytest.mark.slow
 def test_ctrl_c_in_the_run_ends_it_with_the_shells_code(tmp_path):
     words = (*SMALL, f"out={tmp_path / 'run'}")
-    process, _ = started(tmp_path, f"set={words!r}, port=0, speed=0.1", "View:")
+    process, _ = started(tmp_path, f"set={words!r}, port=0, time_scale=0.1", "View:")
     time.sleep(1.0)
     code, out, err = ended(process)
     assert code == 130, err
@@ -107,9 +110,10 @@ def test_a_picture_into_no_folder_is_refused_before_it_is_drawn(folder, tmp_path
 
 def test_pictures_of_a_log(folder, tmp_path, capsys):
     still, video = tmp_path / "a.png", tmp_path / "a.gif"
-    config = ViewConfig(folder, speed=4.0, picture=still, video=video)
-    if run_view(config).exit_code == FAILED:
-        pytest.skip(capsys.readouterr().err)
+    config = ViewConfig(folder, time_scale=4.0, picture=still, video=video)
+    answer = run_view(config)
+    if answer.error:
+        pytest.skip(answer.error)
     with Image.open(still) as picture:
         assert picture.size == (640, 480)
         assert len(picture.getcolors(640 * 480)) > 50, "something is in it"
@@ -121,7 +125,10 @@ def test_pictures_of_a_log(folder, tmp_path, capsys):
 
 def test_without_a_renderer_the_remedy_is_told(folder, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(render_gl.ctypes.util, "find_library", lambda name: None)
-    assert run_view(ViewConfig(folder, picture=tmp_path / "a.png")).exit_code == FAILED
+    typed = ["view", str(folder), "--picture", str(tmp_path / "a.png")]
+    assert main([*typed, "--json"]) == ExitCode.UNFINISHED
+    assert "apt install libegl1" in json.loads(capsys.readouterr().out)["error"]
+    assert main(typed) == ExitCode.UNFINISHED
     said = capsys.readouterr().err
     assert "apt install libegl1" in said
     assert "robot was stopped" not in said
@@ -131,13 +138,13 @@ def test_without_a_renderer_the_remedy_is_told(folder, tmp_path, monkeypatch, ca
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"speed": 0.0}, "speed = 0"),
+        ({"time_scale": 0.0}, "time_scale = 0"),
         ({"port": 70000}, "port = 70000"),
         ({"video": "a.gif"}, "name one"),
         ({"log": "a", "set": ("force=3",)}, "leave them out"),
         ({"log": "a", "video": "a.mp4"}, r"must end in \.gif"),
         ({"log": "a", "picture": "a.jpg"}, r"must end in \.png"),
-        ({"log": "a", "video": "a.gif", "speed": float("inf")}, "finite"),
+        ({"log": "a", "video": "a.gif", "time_scale": float("inf")}, "finite"),
     ],
 )
 def test_mistakes(wrong, message):
@@ -171,3 +178,21 @@ def test_values_go_before_the_file_and_that_before_the_robot(tmp_path):
 def test_the_scene_has_the_tip_and_the_object():
     planned = watched_plan((*SMALL, "object=box"), None, 1.0)
     assert sorted(part.body for part in view_scene(planned).parts) == ["", "tip"]
+
+
+def test_set_takes_what_it_takes_elsewhere():
+    config = watched_plan((*SMALL, "mu=0.5", "tip=0.008,0.008,0.012", "object=ellipsoid"), None, 1.0).asked
+    assert (config.friction, config.tip, config.object) == (0.5, (0.008, 0.008, 0.012), "ellipsoid")
+    with pytest.raises(InvalidValueError, match=r"--config FILE\.YAML"):
+        watched_plan(("config=a.yaml",), None, 1.0)
+
+
+def test_ctrl_c_while_the_run_is_evaluated_names_its_log(tmp_path, monkeypatch, capsys):
+    def interrupted(attempt, result, tell):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Attempt, "found", interrupted)
+    typed = ["view", "--time-scale", "inf", "--port", "0", "--set", *SMALL, f"out={tmp_path}"]
+    assert main(typed) == ExitCode.INTERRUPTED
+    (log,) = (path for path in tmp_path.glob("*.mcap") if not path.is_symlink())
+    assert f"its log is kept: {log}" in capsys.readouterr().err

@@ -11,7 +11,7 @@ from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan, plan
 from palpate.experiments.regulate.run import carry_out
 from palpate.experiments.view import command as view_command
-from palpate.experiments.view.command import FAILED, run_view
+from palpate.experiments.view.command import run_view
 from palpate.experiments.view.config import ViewConfig
 from palpate.experiments.view.plan import recorded_plan, view_scene
 from palpate.runtime.log import LogWriter, read_log
@@ -66,10 +66,11 @@ def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("log", ["still", "moving"])
-def test_a_picture_of_it(log, request, tmp_path, capsys):
+def test_a_picture_of_it(log, request, tmp_path):
     still_picture = tmp_path / "a.png"
-    if run_view(ViewConfig(request.getfixturevalue(log), picture=still_picture)).exit_code == FAILED:
-        pytest.skip(capsys.readouterr().err)
+    answer = run_view(ViewConfig(request.getfixturevalue(log), picture=still_picture))
+    if answer.error:
+        pytest.skip(answer.error)
     with Image.open(still_picture) as picture:
         assert len(picture.getcolors(640 * 480)) > 50, "something is in it"
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan as plan_exploration
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction
@@ -11,7 +12,6 @@ from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.known_truth import scene_of
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
-from palpate.experiments.robot.values import config_for
 from palpate.experiments.view.plan import simulated_model, view_scene
 from palpate.experiments.view.twin import shown_plan
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
@@ -23,7 +23,7 @@ from palpate.viewing.frames import FrameLayout, Frames
 
 JOINTS = (0.1, -1.5, 1.6, -1.7, -1.5, 0.2)
 PLANS = {
-    "explore": lambda: plan_exploration(config_for("ur5e-netft", object="box")),
+    "explore": lambda: plan_exploration(ExploreConfig(robot="ur5e-netft", object="box")),
     "regulate": lambda: plan_regulation(RegulateConfig(robot="ur5e-netft")),
     "friction": lambda: plan_friction(FrictionConfig(robot="ur5e-netft", quick=True)),
 }

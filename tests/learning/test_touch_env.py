@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from emulated_file import unhurried_file
 from palpate.errors import InvalidValueError
-from palpate.experiments.robot.values import config_for
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.learning import ExploredWorlds, GuardedRobot, HoldWhileSliding, TouchEnv, World
 from palpate.learning.guarded_robot import SLEW
 from palpate.runtime import (
@@ -421,7 +421,9 @@ def test_a_robot_that_is_guarded_stands_still_after_a_trip_until_it_is_started_a
 @pytest.mark.slow
 @pytest.mark.xdist_group("wire")
 def test_an_emulated_robot_is_learnt_with_as_well_and_nothing_is_left_running(tmp_path):
-    config = config_for(unhurried_file(tmp_path, "127.0.0.80"), object="sphere", strategy="spiral", radius=0.01)
+    config = ExploreConfig(
+        robot=unhurried_file(tmp_path, "127.0.0.80"), object="sphere", strategy="spiral", radius=0.01
+    )
     env = TouchEnv(ExploredWorlds(config, spread=0.0), duration=1.0)
     before = set(psutil.Process().children(recursive=True))
     states, rewards, info = episode(env, Proportional(), seed=0)

@@ -20,6 +20,7 @@ import pytest
 from palpate.experiments.emulated.backend import EmulatedBackend
 from palpate.experiments.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
 from palpate.experiments.emulated.scene import simulated_twin
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import Attempt
@@ -28,7 +29,6 @@ from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import GraspAttempt
 from palpate.experiments.replay.run import replay_log
 from palpate.experiments.robot.in_scene import build
-from palpate.experiments.robot.values import config_for
 from palpate.experiments.run_told import log_writer
 from palpate.hw.devices import DeviceError
 from palpate.runtime import Ending
@@ -94,7 +94,7 @@ def free(address):
 
 @pytest.mark.slow
 def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
-    config = config_for("emulated-ur5e", width=0.01, depth=0.004, out=tmp_path)
+    config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004, out=tmp_path)
     wired = robot("127.0.9.42")
     found = {}
     for name, its in (("wire", wired), ("direct", simulated_twin(wired))):
@@ -120,7 +120,7 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
 
 @pytest.mark.slow
 def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
-    config = config_for("emulated-ur5e", width=0.01, depth=0.004)
+    config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
     planned = plan(config, robot("127.0.9.43"))
     backend = planned.backend
     assert isinstance(backend, EmulatedBackend)
@@ -142,7 +142,7 @@ def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
 
 @pytest.mark.slow
 def test_a_killed_emulator_is_told_and_a_new_start_works():
-    config = config_for("emulated-ur5e", width=0.01, depth=0.004)
+    config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
     its = robot("127.0.9.44")
     with build(its, plan(config, its).task).backend as backend:
         assert isinstance(backend, EmulatedBackend)

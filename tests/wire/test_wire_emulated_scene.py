@@ -14,11 +14,11 @@ from palpate.experiments.emulated.backend import EmulatedBackend
 from palpate.experiments.emulated.scene import simulated_twin
 from palpate.experiments.emulated.scene_plant import ScenePlant
 from palpate.experiments.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.scene import scene_of
 from palpate.experiments.robot.in_scene import build
-from palpate.experiments.robot.values import config_for
 from palpate.experiments.truth_numbers import (
     hand_of_numbers,
     numbers_of_hand,
@@ -65,7 +65,7 @@ def robot_with(**changed):
 
 
 def task():
-    return plan(config_for("emulated-ur5e", width=0.02, depth=0.004), robot_with()).task
+    return plan(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004), robot_with()).task
 
 
 def scene():

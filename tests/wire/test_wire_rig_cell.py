@@ -14,6 +14,7 @@ import pytest
 from palpate.cli import main
 from palpate.experiments.doctor.command import run_doctor
 from palpate.experiments.doctor.config import DoctorConfig
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import carry_out, write_exploration
@@ -23,7 +24,6 @@ from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.experiments.regulate.report import regulation_report
 from palpate.experiments.regulate.run import carry_out as regulate
 from palpate.experiments.robot.rig_built import assembled
-from palpate.experiments.robot.values import config_for
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
@@ -128,8 +128,8 @@ def test_it_goes_where_it_is_told_and_every_sample_has_its_own_time(cell):
 @pytest.mark.slow
 def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     _, path = cell
-    config = config_for(
-        path,
+    config = ExploreConfig(
+        robot=path,
         object="box",
         size=(0.04, 0.04, 0.02),
         width=0.006,

@@ -7,6 +7,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.experiments.doctor.command import run_doctor
 from palpate.experiments.doctor.config import DoctorConfig
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.known_truth import scene_of
 from palpate.experiments.regulate.config import RegulateConfig
@@ -15,7 +16,7 @@ from palpate.experiments.robot.config import RobotCheckConfig
 from palpate.experiments.robot.in_scene import check
 from palpate.experiments.robot.rig_built import assembled, parts_of
 from palpate.experiments.robot.tool import run_check
-from palpate.experiments.robot.values import config_for, values_of
+from palpate.experiments.robot.values import values_of
 from palpate.experiments.truth_recorder import TruthRecorder
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
@@ -62,7 +63,7 @@ def test_what_the_file_says_is_what_devices_are_told(tmp_path):
 
 def test_a_rig_stands_ready_and_nobody_knows_the_truth(tmp_path):
     robot = rig(tmp_path)
-    planned = plan(config_for(str(tmp_path / "rig.yaml"), force=1.0), robot)
+    planned = plan(ExploreConfig(robot=str(tmp_path / "rig.yaml"), force=1.0), robot)
     assert isinstance(planned.backend, FreshlyTared)
     assert isinstance(planned.backend.backend.arm, ArmFromHere)
     assert scene_of(planned.backend) is None
@@ -72,14 +73,14 @@ def test_a_rig_stands_ready_and_nobody_knows_the_truth(tmp_path):
 
 def test_an_arm_whose_place_is_known_must_be_at_the_start(tmp_path):
     robot = rig(tmp_path, ("    watchdog_s", "    foot: {position_m: [-0.4, 0.0, 0.0]}\n    watchdog_s"))
-    backend = plan(config_for(str(tmp_path / "rig.yaml")), robot).backend
+    backend = plan(ExploreConfig(robot=str(tmp_path / "rig.yaml")), robot).backend
     assert isinstance(backend, FreshlyTared)
     assert type(backend.backend.arm) is ArmAtPlace
 
 
 def test_without_a_tare_it_is_the_rig_itself(tmp_path):
     robot = rig(tmp_path, ("  kind: rig", "  kind: rig\n  tare_at_start: false"))
-    assert isinstance(plan(config_for(str(tmp_path / "rig.yaml")), robot).backend, Rig)
+    assert isinstance(plan(ExploreConfig(robot=str(tmp_path / "rig.yaml")), robot).backend, Rig)
 
 
 def test_a_hand_has_a_sensor_per_finger_and_its_own_rate():
@@ -150,7 +151,7 @@ def test_what_an_experiment_cannot_do_with_it_is_refused(tmp_path):
     armless = msgspec.structs.replace(robot.file.backend, arm=None)
     file = msgspec.structs.replace(robot.file, backend=armless)
     with pytest.raises(InvalidValueError, match=r"backend\.arm"):
-        plan(config_for(str(tmp_path / "rig.yaml")), type(robot)(file, robot.sensors, robot.texts))
+        plan(ExploreConfig(robot=str(tmp_path / "rig.yaml")), type(robot)(file, robot.sensors, robot.texts))
     moving = RegulateConfig(robot=str(tmp_path / "rig.yaml"), surface="sine")
     with pytest.raises(InvalidValueError, match="surface = sine"):
         plan_regulation(moving, robot)
@@ -165,7 +166,7 @@ def test_noise_of_an_exploration_is_that_of_the_sensor_file(tmp_path):
 
 
 def test_of_a_robot_nobody_knows_the_truth_of_any_period(tmp_path):
-    planned = plan(config_for(str(rig_path(tmp_path))))
+    planned = plan(ExploreConfig(robot=str(rig_path(tmp_path))))
     watch = TruthRecorder(planned.backend)
     observation = Observation(0.0, STANDING, ())
     for _ in range(3):

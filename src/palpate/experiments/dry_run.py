@@ -8,6 +8,7 @@ from rich.console import Console
 from palpate.experiments.answer import Answer, ExitCode, shown_figures
 from palpate.experiments.earlier_run import earlier_run
 from palpate.experiments.output_folder import check_folder
+from palpate.experiments.said import say
 from palpate.reporting import KeyFigure
 from palpate.reporting.terminal import key_figures
 from palpate.runtime import Limits
@@ -52,9 +53,9 @@ def foretell(
     console = Console()
     console.print(key_figures(f"{task} (dry run)", outcome, (KeyFigure("robot", "", "", robot), *figures)))
     for warning in warnings:
-        console.print(f"Note: {warning}", highlight=False, markup=False, soft_wrap=True)
+        say(console, f"Note: {warning}")
     would = ", ".join(str(file) for file in files)
-    console.print(f"Would be written: {would}", highlight=False, markup=False, soft_wrap=True)
+    say(console, f"Would be written: {would}")
     values, notes = shown_figures(figures)
     facts = {"dry_run": True, "task": task, "robot": robot}
     return Answer(ExitCode.DONE, outcome, values, notes, facts, files, warnings)

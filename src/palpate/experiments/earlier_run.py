@@ -11,6 +11,7 @@ from palpate.experiments.experiment_file import EXPERIMENT_TEXT
 from palpate.experiments.friction.text import FRICTION_TEXT
 from palpate.experiments.grasp.text import GRASP_TEXT
 from palpate.experiments.regulate.file import REGULATION_TEXT
+from palpate.experiments.said import say
 from palpate.runtime.log import log_in
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, attachment_of
 
@@ -64,7 +65,7 @@ def earlier_told(console: Console, folder: Path, command: str, names: Sequence[s
     """Print what `earlier_run` says, as a note, and return it."""
     said = earlier_run(folder, command, names)
     for text in said:
-        console.print(f"Note: {text}", highlight=False, markup=False, soft_wrap=True)
+        say(console, f"Note: {text}")
     return said
 
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.control_period import period_of
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_file import FingerEntry
@@ -71,7 +72,7 @@ def sensor_for(robot: Robot, config: ExploreConfig) -> SeededSensor:
     """
     finger = robot.file.fingers[0]
     model = model_with_noise(finger, config.force_noise, config.moment_noise)
-    _check_fine_enough(finger, model, config)
+    _check_fine_enough(finger, model, config, period_of(config, robot))
     return SeededSensor(model, config.seed)
 
 
@@ -106,9 +107,9 @@ def _lost_in_a_row(probability: float) -> int:
     return 0 if probability == 0.0 else math.ceil(math.log(UNLIKELY) / math.log(probability))
 
 
-def _check_fine_enough(finger: FingerEntry, model: SensorModel, config: ExploreConfig) -> None:
+def _check_fine_enough(finger: FingerEntry, model: SensorModel, config: ExploreConfig, period: float) -> None:
     """Refuse a sensor that does not feel where on the fingertip it touches."""
-    between = config.period if model.clock is None else max(config.period, 1.0 / model.clock.rate)
+    between = period if model.clock is None else max(period, 1.0 / model.clock.rate)
     force, moment = max(model.noise_sd[:3]), max(model.noise_sd[3:])
     reach, smallest = math.hypot(*finger.surface.center) + max(config.tip), min(config.tip)
     # of where it touches, times the set force: a wrong force goes for a wrong lever, too [N m]

@@ -16,6 +16,14 @@ EXTENT = re.compile(r"# *width_m *= *([^\s,]+) *,? *depth_m *= *([^\s,]+) *")
 NAMED = re.compile(r"[xyz](\W|_|$).*", re.IGNORECASE)
 """A column of points: `x_m`, and `x`, `X [mm]` or `x_mm`, to say what it must be called."""
 
+TALLEST = 1.0
+"""Largest height [m], up or down: robots reach so far; of a larger number the unit is another."""
+
+OTHER_UNIT = (
+    "is it in another unit? For a file in millimetres give --scale 0.001 (--size is in metres all the same)"
+)
+"""What may be wrong with what is too large."""
+
 LEAST_SAMPLES = 4
 """Along each side of a grid, as a `HeightField` wants them."""
 
@@ -96,8 +104,12 @@ def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightFie
     largest = max(*size, float(np.ptp(heights)) if heights.size and np.isfinite(heights).all() else 0.0)
     if not SMALLEST <= largest <= LARGEST:
         raise InvalidValueError(
-            f"{name}: {largest:.4g} m across, must be {SMALLEST:g} to {LARGEST:g} m; is it in another unit? For a "
-            "file in millimetres give --scale 0.001 (--size is in metres all the same)"
+            f"{name}: {largest:.4g} m across, must be {SMALLEST:g} to {LARGEST:g} m; {OTHER_UNIT}"
+        )
+    highest = float(np.abs(heights[np.isfinite(heights)]).max(initial=0.0))
+    if highest > TALLEST:
+        raise InvalidValueError(
+            f"{name}: a height of {highest:.4g} m, must be at most {TALLEST:g} m up or down; {OTHER_UNIT}"
         )
     try:
         return HeightField(heights, size[0], size[1])

@@ -22,13 +22,12 @@ STATUS: Mapping[int, str] = {
 }
 
 
-def document(command: str, answer: Answer, *, dry_run: bool = False) -> str:
+def document(command: str, answer: Answer) -> str:
     """Return an answer as text, one line end at its end.
 
     Args:
         command: As typed, without the program's name: "explore", "robot check"; "" if none was recognised.
         answer: Of the command.
-        dry_run: Whether nothing was to be done.
     """
     told: dict[str, object] = {
         "schema": SCHEMA,
@@ -37,8 +36,6 @@ def document(command: str, answer: Answer, *, dry_run: bool = False) -> str:
         "status": STATUS.get(answer.exit_code, "unfinished"),
         "exit_code": int(answer.exit_code),
     }
-    if dry_run:
-        told["dry_run"] = True
     if answer.error:
         told["error"] = answer.error
     told |= {

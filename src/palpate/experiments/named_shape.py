@@ -1,7 +1,7 @@
 """Which shape an object is, judged by what the finger may be off."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class NamedShape:
     """
 
     kind: PrimitiveKind | None
-    choice: PrimitiveChoice
+    choice: PrimitiveChoice = field(repr=False)  # every contact of every fit: a screen full
     limit: float
     limit_tilt: float
     common: float

@@ -2,11 +2,12 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from palpate.experiments.said import say
 from palpate.runtime import Command, Observation, Observer, Sample
 
 REFRESH = 0.1
@@ -28,7 +29,7 @@ def doing(console: Console, what: str) -> Iterator[None]:
         with console.status(what):
             yield
     else:
-        _line(console, what)
+        say(console, what)
         yield
 
 
@@ -40,7 +41,7 @@ def run_progress(console: Console, expected_duration: float) -> AbstractContextM
 @contextmanager
 def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]:
     shown = time.perf_counter()
-    _line(console, f"running, about {expected_duration:.0f} s on the robot's clock")
+    say(console, f"running, about {expected_duration:.0f} s on the robot's clock")
 
     def observe(sample: Sample, now: Observation, command: Command) -> None:
         nonlocal shown
@@ -49,15 +50,9 @@ def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]
             shown = wall
             foretold = now.time <= expected_duration
             goal = f" of about {expected_duration:.0f} s" if foretold else " s, longer than expected,"
-            _line(console, f"{now.time:.0f}{goal} on the robot's clock, {command.phase.value}")
+            say(console, f"{now.time:.0f}{goal} on the robot's clock, {command.phase.value}")
 
     yield observe
-
-
-def _line(console: Console, text: str) -> None:
-    # whoever reads the output may have had enough, upon which rich exits: that must cost neither run nor report
-    with suppress(OSError, SystemExit):
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
 @contextmanager
@@ -87,7 +82,7 @@ def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
 def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
     """Show which of some steps is being worked on; yields what is told the name of each when it begins."""
     if not lively(console):
-        yield lambda step: _line(console, step)
+        yield lambda step: say(console, step)
         return
     columns = (
         TextColumn("{task.description}"),

@@ -10,13 +10,11 @@ from rich.console import Console
 
 from palpate.errors import OverrunError
 from palpate.experiments.progress import run_progress
+from palpate.experiments.said import say
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
 from palpate.hw.devices import DeviceError
 from palpate.runtime import Observer, RunResult, result_until
 from palpate.runtime.log import LogWriter, new_log_path
-
-INTERRUPTED = 130
-"""128 + SIGINT, the shell's convention: the run was cut short."""
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
 """Said at once after a Ctrl-C."""
@@ -73,13 +71,13 @@ def run_shown(
             until = result_until(interruption)
             if until is None:
                 raise
-            console.print(STOPPED)
+            say(console, STOPPED)
             return until, True
 
 
 @contextmanager
 def kept_if_interrupted(result: RunResult) -> Iterator[None]:
-    """While figures and report are made of a run: say after a Ctrl-C what there is of it without them.
+    """While a run is evaluated, and its report made: say after a Ctrl-C what there is of it without them.
 
     Raises:
         KeyboardInterrupt: At a Ctrl-C, with what is to be said.
@@ -92,7 +90,7 @@ def kept_if_interrupted(result: RunResult) -> Iterator[None]:
         path = None if recording is None else recording.path
         kept = "there is no log" if path is None else f"its log is kept: {path} (palpate view shows it)"
         raise KeyboardInterrupt(
-            f"interrupted while the report was made, which is not finished; the run was over, {rest}; {kept}"
+            f"interrupted while it was evaluated, which is not finished; the run was over, {rest}; {kept}"
         ) from None
 
 
@@ -109,13 +107,12 @@ def tell_of(console: Console, result: RunResult, files: tuple[Path, ...]) -> Non
     A device, or a deadline, says itself what is wrong; of any other exception it matters where it came from.
     """
     if isinstance(result.error, DeviceError | OverrunError):
-        console.print(str(result.error), markup=False, highlight=False, soft_wrap=True)
+        say(console, str(result.error))
     elif result.error is not None:
         import traceback
 
-        trace = "".join(traceback.format_exception(result.error))
-        console.print(trace, markup=False, highlight=False, soft_wrap=True)
+        say(console, "".join(traceback.format_exception(result.error)))
     recording = result.recording
     if recording is not None and recording.path is not None:
-        console.print(f"Log: {recording}", highlight=False, markup=False, soft_wrap=True)
-    console.print("Written: " + ", ".join(str(file) for file in files), highlight=False, soft_wrap=True)
+        say(console, f"Log: {recording}")
+    say(console, "Written: " + ", ".join(map(str, files)))

@@ -7,7 +7,6 @@ import numpy as np
 from palpate.errors import not_negative
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.robot.values import config_for
 from palpate.learning.world import World
 from palpate.spatial import scale
 
@@ -20,7 +19,7 @@ SEEDS = 2**31
 
 def sphere_under_nano17() -> ExploreConfig:
     """Return what is explored by default: a sphere of 40 mm radius, by a stage with a fingertip on a Nano17."""
-    return config_for("stage-nano17", object="sphere", strategy="spiral", radius=DISC)
+    return ExploreConfig(robot="stage-nano17", object="sphere", strategy="spiral", radius=DISC)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,8 +30,7 @@ class ExploredWorlds:
     as far as the path would go and a bit beyond. Where it goes, how fast and with which force is the agent's.
 
     Attributes:
-        config: As `palpate.experiments.robot.values.config_for` returns it for any robot; a spiral begins in the
-            middle.
+        config: Of any robot; a spiral begins in the middle.
         spread: How far from its middle an episode begins, at most, along x and y [m].
     """
 

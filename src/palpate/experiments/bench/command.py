@@ -1,9 +1,10 @@
-"""`palpate bench`: all studies with their progress; what is finished is written, also after a Ctrl-C."""
+"""`palpate bench`: all studies with their progress; what is finished is kept, whatever happens then."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
+from pathlib import Path
 from typing import cast, get_args
 
 from rich.console import Console
@@ -19,6 +20,7 @@ from palpate.experiments.bench.study import Measure, Study
 from palpate.experiments.json_document import plain
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import lively
+from palpate.experiments.said import say
 from palpate.extras import require
 
 STUDIES: Mapping[StudyName, str] = {
@@ -30,13 +32,14 @@ FILES = ("bench.html", "bench.json")
 
 
 def run_bench(config: BenchConfig, studies: Mapping[StudyName, str] = STUDIES) -> Answer:
-    """Measure, print a table for each study, and write report and figures.
+    """Measure, print a table for each study, and write report and figures, anew after each study.
 
     Returns:
         The figures; interrupted if not all studies are finished.
 
     Raises:
         InvalidValueError: The folder cannot be written.
+        KeyboardInterrupt: Before any study was finished; nothing is written.
         MissingLibraryError: A study needs a library that is not installed.
         OSError: A file cannot be written.
     """
@@ -46,38 +49,48 @@ def run_bench(config: BenchConfig, studies: Mapping[StudyName, str] = STUDIES) -
     make_folder(config.out)
     console = Console()
     done: list[Study] = []
-    interrupted = False
+    files: tuple[Path, ...] = ()
     try:
         for name in wanted:
             with _progress(console, len(done), len(wanted)) as tell:
                 measure: Measure = import_module(studies[name]).measure
                 done.append(measure(config.quick, config.seed, tell))
+            files = _write(config, done, wanted[len(done) :])
             console.print(_table(done[-1]))
     except KeyboardInterrupt:
-        interrupted = True
-        console.print("Stopping: what is finished is being written", highlight=False)
+        if not done:
+            raise
+        files = _write(config, done, wanted[len(done) :])  # the last one may not have been yet
+    say(console, "Written: " + ", ".join(map(str, files)))
     left_out = wanted[len(done) :]
-    facts = {study.name: study_facts(study) for study in done}
+    return Answer(
+        ExitCode.INTERRUPTED if left_out else ExitCode.DONE,
+        outcome=f"{len(done)} of {len(wanted)} studies finished",
+        facts={"studies": _facts(done), "left_out": left_out},
+        files=files,
+    )
+
+
+def _write(config: BenchConfig, done: Sequence[Study], left_out: Sequence[str]) -> tuple[Path, ...]:
+    """Write what is finished: whatever ends a bench, that is kept."""
     html, data = (config.out / name for name in FILES)
     with replacing(html) as file:
         file.write(bench_html(done, _typed(config), left_out).encode("utf-8"))
     with replacing(data) as file:
-        told = {"palpate_bench": 1, "quick": config.quick, "seed": config.seed, "studies": facts}
+        told = {"palpate_bench": 1, "quick": config.quick, "seed": config.seed, "studies": _facts(done)}
         file.write((json.dumps(plain(told), indent=1, allow_nan=False) + "\n").encode("ascii"))
-    console.print(f"Written: {html}, {data}", highlight=False, markup=False, soft_wrap=True)
-    return Answer(
-        ExitCode.INTERRUPTED if interrupted else ExitCode.DONE,
-        outcome=f"{len(done)} of {len(wanted)} studies finished",
-        facts={"studies": facts, "left_out": left_out},
-        files=(html, data),
-    )
+    return html, data
+
+
+def _facts(done: Sequence[Study]) -> dict[str, object]:
+    return {study.name: study_facts(study) for study in done}
 
 
 @contextmanager
 def _progress(console: Console, finished: int, total: int) -> Iterator[Callable[[str], None]]:
     """Show how many studies are finished, and what is being done; yields what is told that."""
     if not lively(console):
-        yield lambda step: console.print(step, highlight=False, markup=False, soft_wrap=True)
+        yield lambda step: say(console, step)
         return
     columns = (
         TextColumn("{task.description}"),

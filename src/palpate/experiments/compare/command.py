@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,17 @@ from palpate.atomic_file import replacing
 from palpate.errors import InvalidValueError
 from palpate.experiments.answer import Answer
 from palpate.experiments.compare.config import CompareConfig
-from palpate.experiments.output_folder import make_folder
+from palpate.experiments.output_folder import check_folder, make_folder
+from palpate.experiments.said import say
 
 if TYPE_CHECKING:
     from palpate.mapping.compare import Comparison, Spread
     from palpate.mapping.compare_surface import TriangleSurface
 
 _METRES = {"m": 1.0, "mm": 1e-3}
+
+OF_MAPS = ("map_unit", "reference_unit", "within", "region", "align", "samples")
+"""Options that mean nothing to runs."""
 
 ELSEWHERE = (
     "Nothing of the reference is near the map: is it in another place? `palpate explore` sets a mesh on z = 0, "
@@ -39,6 +44,7 @@ def run_compare(config: CompareConfig) -> Answer:
     """
     places = (config.map, config.reference, *config.others)
     if any(place.is_dir() or place.suffix == ".mcap" for place in places):
+        _refuse_options_of_maps(config)
         from palpate.experiments.compare.runs_compared_command import (
             compare_runs,  # logs and plans take a second to import
         )
@@ -49,7 +55,7 @@ def run_compare(config: CompareConfig) -> Answer:
     _need_file("map", config.map)
     _need_file("reference", config.reference)
     folder = config.map.resolve().parent if config.out is None else config.out
-    make_folder(folder)
+    check_folder(folder)
     # compiled kernels, meshes and pictures take seconds to import: a wrong name is said before
     from palpate.experiments.compare.report import comparison_html, key_figures
     from palpate.experiments.progress import doing
@@ -69,6 +75,7 @@ def run_compare(config: CompareConfig) -> Answer:
             aligned=config.align,
             samples=config.samples,
         )
+    make_folder(folder)
     table = Table(title=Text(f"{config.map.name} against {config.reference.name}"), show_header=False)
     table.add_column("name")
     table.add_column("value", justify="right", style="bold")
@@ -79,7 +86,7 @@ def run_compare(config: CompareConfig) -> Answer:
     console.print(table)
     warnings = (ELSEWHERE,) if found.coverage == 0.0 and not config.align else ()
     for warning in warnings:
-        console.print(warning, highlight=False, markup=False, soft_wrap=True)
+        say(console, warning)
     with doing(console, "drawing the report"):
         text = comparison_html(found, reference, config)
         with replacing(folder / "compare.html") as file:
@@ -88,8 +95,17 @@ def run_compare(config: CompareConfig) -> Answer:
             file.write(json.dumps(result(found, reference, config), indent=2, allow_nan=False).encode("ascii"))
     files = (folder / "compare.html", folder / "compare.json")
     for path in files:
-        console.print(f"Written: {path}", highlight=False, markup=False, soft_wrap=True)
+        say(console, f"Written: {path}")
     return Answer(figures=result(found, reference, config), files=files, warnings=warnings)
+
+
+def _refuse_options_of_maps(config: CompareConfig) -> None:
+    given = [
+        each.name for each in fields(config) if each.name in OF_MAPS and getattr(config, each.name) != each.default
+    ]
+    if given:
+        typed = ", ".join(f"--{name.replace('_', '-')}" for name in given)
+        raise InvalidValueError(f"{typed}: for a map and a mesh; runs take --out alone, leave the rest out")
 
 
 def _need_file(name: str, path: Path) -> None:

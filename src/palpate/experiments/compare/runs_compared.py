@@ -21,6 +21,9 @@ from palpate.sensing.contact import ContactStatus
 LOG_ENDING = ".mcap"
 """Of the files that runs are recorded in."""
 
+CHANGE = "change"
+"""Field of changes of live parameters, which plans of logs do not have: the log has them."""
+
 LEFT_OUT = ("out",)
 """Fields of a configuration that ask for nothing of the run."""
 
@@ -120,7 +123,7 @@ def changed_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, tuple[object
     """Return what was asked differently: name of the option, and what was asked of each run."""
     found = []
     for name in _asked_fields(runs[0]):
-        values = tuple(getattr(run.planned.config, name) for run in runs)
+        values = tuple(_asked(run, name) for run in runs)
         if any(value != values[0] for value in values[1:]):
             found.append((name, values))
     return tuple(found)
@@ -130,11 +133,20 @@ def common_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, object], ...]
     """Return what was asked of every run alike."""
     changed = {name for name, _ in changed_fields(runs)}
     names = [name for name in _asked_fields(runs[0]) if name not in changed]
-    return tuple((name, getattr(runs[0].planned.config, name)) for name in names)
+    return tuple((name, _asked(runs[0], name)) for name in names)
 
 
 def _asked_fields(run: ComparedRun) -> list[str]:
     return [field.name for field in fields(run.planned.config) if field.name not in LEFT_OUT]
+
+
+def _asked(run: ComparedRun, name: str) -> object:
+    """An option of a run; of its live parameters, what they were changed to by the log, None if they were not."""
+    if name != CHANGE:
+        return getattr(run.planned.config, name)
+    first = run.log.heading.first_time
+    told = (f"{each.name} {each.value:g} at {each.time - first:.3g} s" for each in run.log.changes)
+    return "; ".join(told) or None
 
 
 def _names(places: Sequence[Path], paths: Sequence[Path]) -> list[str]:
@@ -171,7 +183,7 @@ def _points(planned: ViewedPlan, record: Record) -> FloatArray:
         planned.finger,
         half_compliance=planned.half_compliance,
         sensed_force=planned.config.force,
-        force_noise=planned.config.force_noise,
+        force_noise=planned.config.noise[0],
     )
     return np.asarray(planned.target.signed_distance(felt.cloud.position)) if len(felt.cloud) else np.zeros(0)
 
@@ -190,5 +202,8 @@ def _set_force(planned: ViewedPlan, record: Record, log: Log) -> FloatArray:
         held = np.flatnonzero(record.phase == Phase.HOLD.value)
         if len(held):
             since = record.time[held] - record.time[held[0]]
-            wanted[held] = [planned.profile.at(time)[0] for time in since.tolist()]
+            # a profile moves with the force that is asked for while it runs
+            live = np.array(live_values("force", planned.controller().live, log.changes, record.time.tolist()))
+            asked = np.array([planned.profile.at(time)[0] for time in since.tolist()])
+            wanted[held] = asked + live[held] - planned.parameters.force
     return wanted

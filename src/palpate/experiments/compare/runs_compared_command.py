@@ -12,6 +12,7 @@ from palpate.experiments.compare.runs_compared import read_runs
 from palpate.experiments.compare.runs_compared_report import comparison_report
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import doing
+from palpate.experiments.said import say
 from palpate.reporting.comparison_data import ComparedFigure, ComparisonReport
 from palpate.reporting.comparison_report import compared_heads, write_comparison_report
 
@@ -44,7 +45,7 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> Answer:
     path = folder / FILE_NAME
     with doing(console, "drawing the report"):
         write_comparison_report(report, path)
-    console.print(f"Written: {path}", highlight=False, markup=False, soft_wrap=True)
+    say(console, f"Written: {path}")
     return Answer(
         outcome=report.outcome,
         figures=dict(_in_si(figure) for figure in report.figures),

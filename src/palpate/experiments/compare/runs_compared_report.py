@@ -12,7 +12,7 @@ from palpate.experiments.compare.runs_compared import ComparedRun, changed_field
 from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.grasp.plan import GraspPlan
-from palpate.experiments.replay.report import UNITS
+from palpate.experiments.option_words import has_unit, option_unit, option_words
 from palpate.reporting.comparison_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
 from palpate.runtime import Phase
 
@@ -34,31 +34,6 @@ DASHES = (
 LIGHTEST = 0.1
 """Below this share of the median force no ratio of forces is taken: landing and lifting are noise over noise."""
 
-OPTION_UNITS = {
-    **UNITS,
-    "force_noise": "N",
-    "moment_noise": "N m",
-    "spin_length": "m",
-    "period": "s",
-    "mass": "kg",
-    "pull": "N",
-    "pull_before": "N",
-    "rise": "s",
-    "shake_frequency": "Hz",
-    "offset": "m",
-    "loads": "N",
-    "speeds": "m/s",
-    "travel": "m",
-    "most_travel": "m",
-    "drift": "N/s",
-    "surface_amplitude": "m",
-    "surface_speed": "m/s",
-    "leave_time": "s",
-    "mount_stiffness": "N/m",
-    "mount_mass": "kg",
-}
-"""Of the options that have one."""
-
 
 def comparison_report(runs: Sequence[ComparedRun], out: Path) -> ComparisonReport:
     """Return the report on two or more runs of the same experiment.
@@ -76,7 +51,8 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> ComparisonRepor
         outcome=outcome(runs, figures),
         names=names,
         differences=tuple(
-            (name, _unit(name, values), *(_shown(value) for value in values)) for name, values in changed
+            (name, _unit(runs, name, values), *(option_words(value) for value in values))
+            for name, values in changed
         ),
         figures=figures,
         overlays=_overlays(runs),
@@ -89,7 +65,8 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> ComparisonRepor
             ),
         ),
         settings=tuple(
-            (name, f"{_shown(value)} {_unit(name, (value,))}".rstrip()) for name, value in common_fields(runs)
+            (name, f"{option_words(value)} {_unit(runs, name, (value,))}".rstrip())
+            for name, value in common_fields(runs)
         )
         + tuple((f"log of {run.name}", str(run.log.path)) for run in runs),
     )
@@ -250,15 +227,5 @@ def _mean(values: FloatArray) -> float:
     return float(finite.mean()) if len(finite) else math.nan
 
 
-def _shown(value: object) -> str:
-    if value is None or value == ():
-        return "left out"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    each = value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
-    return " x ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in each)
-
-
-def _unit(name: str, values: Sequence[object]) -> str:
-    numbers = [each for each in values if each is not None and each != () and not isinstance(each, str | bool)]
-    return OPTION_UNITS.get(name, "") if numbers else ""
+def _unit(runs: Sequence[ComparedRun], name: str, values: Sequence[object]) -> str:
+    return option_unit(runs[0].kind.experiment, name) if any(map(has_unit, values)) else ""

@@ -13,7 +13,9 @@ end
 function __palpate_at  # the command line begins with these words
     set -l typed (__palpate_words)
     test (count $typed) -ge (count $argv); or return 1
-    test (count $argv) -eq 0; or test "$typed[1..(count $argv)]" = "$argv"
+    test (count $argv) -eq 0; and return
+    set -l begun $typed[1..(count $argv)]
+    test "$begun" = "$argv"
 end
 function __palpate_only  # it has these words and no further ones yet
     test (count (__palpate_words)) -eq (count $argv); and __palpate_at $argv

@@ -45,8 +45,8 @@ class ContactConfig:
     the status is not OK there is no contact and its numbers are left empty (null in JSON).
 
     Wrong input ends with exit code 2 and one line that names the line at fault. A file given with --out then does
-    not appear. From a file to standard output nothing appears either; from standard input, which
-    may be live, rows before the fault may be out already.
+    not appear. From a file to standard output nothing appears either; from standard input, which may be live, rows
+    before the fault may be out already. Ctrl-C ends a live source: what has come by then is kept.
 
     Example: palpate contact wrenches.csv --sphere 0.01 --force-noise 0.01 --moment-noise 1e-4 --out contacts.csv
     """

@@ -84,7 +84,7 @@ def answer_contact(config: ContactConfig) -> Answer:
         code = ExitCode.INTERRUPTED
     figures = {"wrenches": counts.total(), **{f"status_{name.lower()}": n for name, n in counts.items()}}
     if config.out != STANDARD_STREAM:
-        files = (config.out,) if code is ExitCode.DONE else ()
+        files = (config.out,) if code is ExitCode.DONE or config.source == STANDARD_STREAM else ()
         return Answer(code, figures=figures, files=files, warnings=unexplained(counts))
     found = [json.loads(line) for line in rows.getvalue().splitlines()]
     return Answer(code, figures=figures, facts={"contacts": found}, warnings=unexplained(counts))
@@ -198,14 +198,23 @@ def _opened(config: ContactConfig) -> Iterator[ByteSource]:
 def _destination(config: ContactConfig) -> Iterator[_ByteSink]:
     """Yield where the contacts go.
 
-    A file appears whole or not at all. So does standard output when the input is a file: rows wait in a temporary
-    file until the last line has been found right. From standard input, which may be live, rows pass at once.
+    A file appears whole or not at all; where Ctrl-C ends a live source, that is all that has come. Standard output
+    gets all or nothing, too, when the input is a file: rows wait in a temporary file until the last line has been
+    found right. From standard input, which may be live, rows pass at once.
     """
     if config.out != STANDARD_STREAM:
         if config.source != STANDARD_STREAM and config.out.exists() and config.out.samefile(config.source):
             raise InvalidValueError(f"out = {config.out}: is the input; give another file")
+        ended: KeyboardInterrupt | None = None
         with replacing(config.out) as file:
-            yield file
+            try:
+                yield file
+            except KeyboardInterrupt as interruption:
+                if config.source != STANDARD_STREAM:
+                    raise
+                ended = interruption  # how a live source is ended: what has come is kept
+        if ended is not None:
+            raise ended
         return
     if config.source == STANDARD_STREAM:
         yield sys.stdout.buffer

@@ -18,6 +18,7 @@ from palpate.experiments.progress import step_progress
 from palpate.experiments.robot.devices import with_devices
 from palpate.experiments.robot.rig_built import RigParts, check_rig, parts_of
 from palpate.experiments.robot.values import load_named_robot
+from palpate.experiments.said import say
 from palpate.hw.devices import DeviceError
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import RigEntry
@@ -119,7 +120,5 @@ def _print(console: Console, robot: Robot, found: tuple[Finding, ...], fit: bool
     to_do = [one for one in found if one.fix]
     for one in sorted(to_do, key=lambda each: each.verdict is not Verdict.BAD):
         word = "Fix" if one.verdict is Verdict.BAD else "Note"
-        console.print(
-            f"{word}: {one.device}, {one.what}: {one.fix}", highlight=False, markup=False, soft_wrap=True
-        )
-    console.print(FIT if fit else UNFIT, highlight=False)
+        say(console, f"{word}: {one.device}, {one.what}: {one.fix}")
+    say(console, FIT if fit else UNFIT)

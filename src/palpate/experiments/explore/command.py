@@ -17,6 +17,7 @@ from palpate.experiments.explore.run import Attempt, write_exploration
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import doing, step_progress
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.experiments.said import say
 from palpate.experiments.sweep.explored import figures_of
 from palpate.reporting import summary_table
 from palpate.runtime import Ending
@@ -73,4 +74,4 @@ def _warn_of_walls(console: Console, planned: ExplorationPlan) -> None:
     """Say that the next object may have a wall, where nobody knows what it is like."""
     config, wall = planned.config, planned.wall
     if config.speed > wall.speed and (config.beyond or config.object in FROM_FILE):
-        console.print(f"A wall or step in the way would have been {wall}", highlight=False, soft_wrap=True)
+        say(console, f"A wall or step in the way would have been {wall}")

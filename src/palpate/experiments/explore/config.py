@@ -105,8 +105,9 @@ class ExploreConfig:
     z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy)."""
     scale: float = 1.0
     """Metres per unit of that file: 0.001 if it is in millimetres."""
-    tip: tuple[float, ...] = (0.008,)
-    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid."""
+    tip: tuple[float, ...] = ()
+    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
+    noise and period below: what the robot file says."""
     force: float = 2.0
     """Normal force to hold [N]."""
     force_swing: float = 0.0
@@ -166,21 +167,20 @@ class ExploreConfig:
     stiffness: float = 20e3
     """Contact stiffness [N/m]. The compliance correction uses it as known, and without --identify the controller's
     gain."""
-    force_noise: float = 0.0
+    force_noise: float | None = None
     """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float = 0.0
+    moment_noise: float | None = None
     """Standard deviation of the sensor's moment noise [N m], each axis."""
     seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
-    period: float = 1e-3
+    period: float | None = None
     """Control period [s]."""
     change: tuple[tuple[float, str, float], ...] = ()
     """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
     as in --change 5 force 3 6 speed 0.05. The start is that of the run, landing included. The change is ramped, so
     that nothing jumps."""
     robot: str = "stage"
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. It says
-    fingertip, noise and period, too, where they are not given here."""
+    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
     out: Path = Path("runs/explore")
     """Folder for the report, the points and the map."""
 
@@ -190,7 +190,7 @@ class ExploreConfig:
         check_file(self.object, self.file, self.scale)
         if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
             raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
-        if len(self.tip) not in (1, 3):
+        if len(self.tip) not in (0, 1, 3):
             raise InvalidValueError(
                 f"tip = {spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
             )
@@ -198,7 +198,8 @@ class ExploreConfig:
             check_length("tip", length)
         if not 0 <= self.seed <= LARGEST_SEED:
             raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
-        not_negative("moment_noise", self.moment_noise, "N m")
+        if self.moment_noise is not None:
+            not_negative("moment_noise", self.moment_noise, "N m")
         self._check_force()
         if not 0.0 < self.speed <= FASTEST:
             hint = f"; for {self.speed:g} mm/s give {self.speed / 1e3:g}" if 1.0 <= self.speed <= 100.0 else ""
@@ -206,8 +207,7 @@ class ExploreConfig:
                 f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
             )
         self._check_strategy()
-        positive("period", self.period, "s")
-        if self.period > LONGEST_PERIOD:
+        if self.period is not None and positive("period", self.period, "s") > LONGEST_PERIOD:
             raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
         width, depth = self.extent
         points = (width / self.map_spacing + 1.0) * (depth / self.map_spacing + 1.0)
@@ -258,9 +258,14 @@ class ExploreConfig:
         return self.gap / 4.0
 
     @property
+    def noise(self) -> tuple[float, float]:
+        """Of force [N] and moment [N m], standard deviations of each axis; 0 where that is left to the robot."""
+        return self.force_noise or 0.0, self.moment_noise or 0.0
+
+    @property
     def touch_force(self) -> float:
         """Force that counts as a touch [N]."""
-        return max(TOUCH_FORCE, TOUCH_DEVIATIONS * self.force_noise)
+        return max(TOUCH_FORCE, TOUCH_DEVIATIONS * self.noise[0])
 
     @property
     def least_force(self) -> float:
@@ -275,7 +280,7 @@ class ExploreConfig:
     def _check_force(self) -> None:
         not_negative("force_swing", self.force_swing, "N")
         positive("force_period", self.force_period, "s")
-        check_force_noise(self.force_noise)
+        check_force_noise(self.noise[0])
         least = LEAST_FORCE * self.touch_force
         noise = f" with a force noise of {self.force_noise:g} N" if self.force_noise else ""
         if not least * (1.0 - 1e-12) <= self.force <= MOST_FORCE:

@@ -27,7 +27,6 @@ def foretell_explore(config: ExploreConfig) -> Answer:
 
     Raises:
         InvalidValueError: It cannot be realised, or the folder not be written.
-        OSError: A file of the robot cannot be read.
     """
     planned = plan(config)
     return foretell(

@@ -1,4 +1,7 @@
-"""Where the values of an exploration come from: default < robot file < experiment file < command line."""
+"""Where the values of an exploration come from: default < robot file < experiment file < command line.
+
+What a robot file says of fingertip, noise and period, the plan takes from there where nothing else is said.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.typed_options import option, settled, unchecked
+from palpate.experiments.typed_options import from_file, settled
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,26 +29,5 @@ class ExploreOptions(ExploreConfig):
 
 
 def default_options(arguments: Sequence[str]) -> ExploreOptions:
-    """Return what holds if nothing more is typed than the files that are named.
-
-    It is not checked as a whole, for what is typed comes on top.
-
-    Raises:
-        InvalidValueError: A file cannot be read, or something in it is wrong.
-    """
-    values: dict[str, object] = {}
-    config, robot = option("config", arguments), option("robot", arguments)
-    overlay: dict[str, object] = {}
-    if config is not None:
-        from palpate.experiments.experiment_file import load_overlay
-
-        overlay = load_overlay(Path(config), ExploreConfig)
-        values["config"] = Path(config)
-    robot = robot if robot is not None else overlay.get("robot")  # type: ignore[assignment]
-    if isinstance(robot, str):
-        # only now: it loads the compiled kernels, and the defaults are those of the default robot
-        from palpate.experiments.robot.values import load_named_robot, values_of
-
-        values |= values_of(load_named_robot(robot))
-        overlay["robot"] = robot
-    return unchecked(ExploreOptions, {**values, **overlay})
+    """Return what holds if nothing more is typed than the file that is named."""
+    return from_file(ExploreOptions, ExploreConfig, arguments)

@@ -21,6 +21,7 @@ from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.landing import moved_mass
 from palpate.controllers.paths import PathPlane, Strategy
 from palpate.errors import InvalidValueError
+from palpate.experiments.control_period import period_of
 from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
 from palpate.experiments.explore.checks import (
     check_changes,
@@ -41,12 +42,13 @@ from palpate.experiments.finger_sensor import sensor_for
 from palpate.experiments.known_truth import scene_of
 from palpate.experiments.robot.in_scene import build
 from palpate.experiments.robot.simulated_stage import Task, only_finger
+from palpate.experiments.robot.values import load_named_robot, on_robot
 from palpate.experiments.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.experiments.scans import ContourScan, Effort, Scan, scan_on
 from palpate.experiments.wall_bound import WallBound
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
-from palpate.runtime.robot import Robot, load_robot, read_robot
+from palpate.runtime.robot import Robot, read_robot
 from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.runtime.robot_rig import RigEntry
 from palpate.sim import SceneObject
@@ -72,7 +74,8 @@ class ExplorationPlan:
     """An exploration that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
-        config: What was asked for.
+        asked: What was asked for.
+        config: The same, with what the robot file says where it left something out.
         robot: What carries it out.
         target: What is touched.
         scan: Where it goes, for the middle of the tip.
@@ -91,6 +94,7 @@ class ExplorationPlan:
         identified: What pressing has found; None: the gain is made for what is assumed.
     """
 
+    asked: ExploreConfig
     config: ExploreConfig
     robot: Robot
     target: SceneObject
@@ -109,15 +113,20 @@ class ExplorationPlan:
     wall: WallBound
     identified: IdentifiedForce | None = None
 
+    @property
+    def period(self) -> float:
+        """Of control [s]."""
+        return self.task.period
+
     def strategy(self) -> Strategy:
         """Return a fresh strategy for it."""
         return self.scan.strategy(self.plane, self.effort)
 
     def controller(self) -> ExploreController:
         """Return a fresh controller for it, with a fresh strategy."""
-        period, found = self.config.period, self.identified
-        law = None if found is None else found.law(period)
-        return ExploreController(self.parameters, self.strategy(), period, law=law, profile=self.profile)
+        found = self.identified
+        law = None if found is None else found.law(self.period)
+        return ExploreController(self.parameters, self.strategy(), self.period, law=law, profile=self.profile)
 
     @property
     def profile(self) -> ForceProfile | None:
@@ -190,16 +199,15 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     """Check and build everything that an exploration needs.
 
     Args:
-        config: What to do. Fingertip, noise and period are its own, not the robot file's:
-            `palpate.experiments.robot.values.config_for` takes them from there.
+        config: What to do. Fingertip, noise and period that it leaves out the robot file says.
         robot: What carries it out; the one that `config.robot` names, if not given.
         target: What is touched; the one that `config.object` names, from its file if there is one, if not given.
 
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
-        OSError: A file of the robot cannot be read.
     """
-    robot = robot or load_robot(config.robot)
+    robot = robot or load_named_robot(config.robot)
+    asked, config = config, on_robot(config, robot)
     target = target or scene_object(config)
     scan = scan_on(target, config)
     half_compliance = 0.5 / config.stiffness
@@ -221,7 +229,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
         target=target,
         law=law,
         start=(first_x - x, first_y - y, top - z),
-        period=config.period,
+        period=period_of(config, robot),
         sensor=sensor_for(robot, config),
         touch_force=config.touch_force,
     )
@@ -240,7 +248,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     least = LEAST_FORCE * ready.touch_force
     check_least_force(config, least)
     sensing_delay = ready.finger.pipeline().delay
-    delay = tracking_delay(config.period, ready.response, sensing_delay)
+    delay = tracking_delay(task.period, ready.response, sensing_delay)
     series, mass = series_stiffness(config.stiffness, ready.stiffness), moved_mass(ready.stiffness, ready.response)
     landing = LandingModel(series, delay, config.stiffness, mass)
     acceleration = _acceleration(config, scan)
@@ -249,7 +257,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
         speed=config.speed,
         acceleration=acceleration,
         gain=force_gain(series, delay),
-        lead=tracking_delay(config.period, ready.lag, sensing_delay),
+        lead=tracking_delay(task.period, ready.lag, sensing_delay),
         landing_speed=min(FASTEST_LANDING, landing.speed(config.force, ready.touch_force)),
         approach_distance=descent,
         force_range=_force_range(config, least, limits),
@@ -262,6 +270,7 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     gap = max(top - below - config.tip[-1], CLEARANCE)
     effort = Effort(parameters, gap, descent)
     return ExplorationPlan(
+        asked,
         config,
         robot,
         target,

@@ -27,7 +27,7 @@ def pressed(planned: ExplorationPlan) -> IdentifiedForce:
         InvalidValueError: It did not get so far.
     """
     wanted = pressing_of(planned)
-    controller = IdentifyController(wanted, planned.config.period)
+    controller = IdentifyController(wanted, planned.period)
     longest = wanted.approach_distance / wanted.landing_speed + PRESSING
     result = run(
         planned.another_backend(),

@@ -72,7 +72,7 @@ def exploration_report(exploration: Exploration) -> ExplorationReport:
         error_note=CONTACT_NOTE if known and exploration.point_error.max(initial=0.0) > OUTSIDE else "",
         asked=_asked(config),
         advice=advice_on_exploration(exploration),
-        repeat=repeat_commands("explore", config, result),
+        repeat=repeat_commands("explore", exploration.asked, result),
     )
 
 
@@ -239,11 +239,11 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         (f"contact stiffness, {'simulated and ' if known else ''}assumed", f"{config.stiffness / 1e3:g} kN/m"),
         (
             "sensor noise",
-            f"{1e3 * config.force_noise:g} mN, {1e3 * config.moment_noise:g} mN m, seed {config.seed}",
+            f"{1e3 * config.noise[0]:g} mN, {1e3 * config.noise[1]:g} mN m, seed {config.seed}",
         ),
         ("robot", config.robot),
         *cost_row(exploration.cost),
-        ("control period", f"{1e3 * config.period:g} ms"),
+        ("control period", f"{1e3 * exploration.run.timing.period:g} ms"),
         *_force_law(exploration),
         *change_rows(exploration.changes),
         *_recording(exploration),

@@ -50,7 +50,8 @@ class Exploration:
     """What an exploration found, and how it went.
 
     Attributes:
-        config: What was asked for.
+        asked: What was asked for.
+        config: The same, with what the robot file says where it left something out.
         target: What was touched.
         scan: Where it went.
         gain: The force gain with its margins.
@@ -77,6 +78,7 @@ class Exploration:
         enough: Why an active exploration ended; None of others, and if it did not get so far.
     """
 
+    asked: ExploreConfig
     config: ExploreConfig
     target: SceneObject
     scan: Scan
@@ -190,13 +192,14 @@ class Attempt:
             planned.finger,
             half_compliance=planned.half_compliance,
             sensed_force=config.force,
-            force_noise=config.force_noise,
+            force_noise=config.noise[0],
         )
         cloud = felt.cloud
         set_force = self._set_force(record)
         account = run_account(record, planned.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
         mapped = self._map(record, felt, set_force, account, tell)
         return Exploration(
+            planned.asked,
             config,
             planned.target,
             planned.scan,
@@ -241,8 +244,8 @@ class Attempt:
             kept=felt_in_scan(record),
             set_force=set_force,
             half_compliance=planned.half_compliance,
-            force_noise=config.force_noise,
-            moment_noise=config.moment_noise,
+            force_noise=config.noise[0],
+            moment_noise=config.noise[1],
         )
         budget = replace(budget, shown=account.offset)
         target = planned.target if planned.truth_known else None

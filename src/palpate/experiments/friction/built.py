@@ -5,6 +5,7 @@ from dataclasses import replace
 import msgspec
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.control_period import period_of
 from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
 from palpate.experiments.finger_sensor import model_with_noise
 from palpate.experiments.friction.config import FrictionConfig
@@ -108,7 +109,7 @@ def _touching_above(robot: Robot, model: SensorModel, config: FrictionConfig, to
     """
     file, least = robot.sensors[0], 0.0
     if file is None:
-        file = described(robot.file.fingers[0], model, config.period or robot.file.period)
+        file = described(robot.file.fingers[0], model, period_of(config, robot))
         # nobody tares it between two rubs
         least = touch_force if config.drift else 0.0
     elif config.force_noise is not None:
@@ -150,7 +151,7 @@ def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInSc
             smallest_force=loads[0],
         ),
         start=(-x, -y, shape.top + max(tip) + CLEARANCE - z),
-        period=robot.file.period if config.period is None else config.period,
+        period=period_of(config, robot),
         sensor=sensor,
         touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )

@@ -16,6 +16,7 @@ from palpate.experiments.friction.run import Attempt, write_rubbing
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import doing
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.experiments.said import say
 from palpate.experiments.sweep.rubbed import figures_of
 from palpate.reporting.friction_report import friction_table
 from palpate.runtime import Ending, RunResult
@@ -55,7 +56,7 @@ def run_friction(config: FrictionConfig) -> Answer:
     report = friction_report(rubbing)
     console.print(friction_table(report))
     if report.recognition is not None:
-        console.print(report.recognition.words, highlight=False, markup=False)
+        say(console, report.recognition.words)
     tell_of(console, result, files)
     code = ExitCode.DONE if result.ending is Ending.DONE else ExitCode.UNFINISHED
     answer = report_answer(
@@ -73,7 +74,7 @@ def run_friction(config: FrictionConfig) -> Answer:
 def _untold(console: Console, result: RunResult, error: InvalidValueError, *, interrupted: bool) -> Answer:
     """Say how a run went whose strokes tell nothing, and what is kept of it: its log."""
     files = written(result, ())
-    console.print(str(result), highlight=False, markup=False, soft_wrap=True)
+    say(console, str(result))
     tell_of(console, result, files)
     kept = f"its log is kept: {files[0]} (palpate view shows it)" if files else "there is no log"
     return Answer(

@@ -15,7 +15,6 @@ def foretell_friction(config: FrictionConfig) -> Answer:
 
     Raises:
         InvalidValueError: It cannot be realised, or the folder not be written.
-        OSError: A file of the robot cannot be read.
     """
     library_of(config)
     planned = plan(config)

@@ -15,10 +15,11 @@ from palpate.experiments.friction.config import EXPONENT_SLIPS, FrictionConfig
 from palpate.experiments.friction.text import FRICTION_TEXT, friction_text, read_friction_config
 from palpate.experiments.known_truth import scene_of
 from palpate.experiments.robot.simulated_stage import RobotInScene
+from palpate.experiments.robot.values import load_named_robot
 from palpate.experiments.run_checks import CLEARANCE, check_force, check_speed
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
-from palpate.runtime.robot import Robot, load_robot, read_robot
+from palpate.runtime.robot import Robot, read_robot
 from palpate.runtime.robot_backend import StageEntry
 from palpate.sim import SceneObject
 from palpate.sim.friction.law import FrictionLaw
@@ -136,9 +137,8 @@ def plan(config: FrictionConfig, robot: Robot | None = None) -> FrictionPlan:
 
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
-        OSError: A file of the robot cannot be read.
     """
-    robot = robot or load_robot(config.robot)
+    robot = robot or load_named_robot(config.robot)
     shape, limits, loads = object_of(config), robot.file.limits.limits(), config.rubbed_loads
     check_force(loads[-1], loads[-1], limits)
     check_speed("speed", max((config.speed, *config.speeds)), limits)

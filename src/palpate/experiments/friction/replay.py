@@ -1,14 +1,11 @@
 """A rubbing run planned again from its log, as it was or with something changed."""
 
 from collections.abc import Mapping
-from dataclasses import fields
 
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.plan import FrictionPlan, plan, plan_from_texts
+from palpate.experiments.friction.plan import FrictionPlan, plan
 from palpate.experiments.friction.text import FRICTION_TEXT, read_friction_config
-from palpate.experiments.replay.settings import Changeable, changed_config
-from palpate.experiments.robot.values import load_named_robot
-from palpate.runtime.robot import read_robot
+from palpate.experiments.replay.settings import Changeable, changed_config, robot_of
 
 _FELT = "the samples are as recorded, on the surface that was rubbed"
 _NOISY = "the samples are as recorded, with the noise that they have"
@@ -36,9 +33,7 @@ FIXED: Mapping[str, str] = {
 }
 """Fields of `FrictionConfig` that no replay can change, and why."""
 
-RUBBING = Changeable(
-    "a rubbing run", FIXED, tuple(field.name for field in fields(FrictionConfig) if field.name not in FIXED)
-)
+RUBBING = Changeable("a rubbing run", FrictionConfig, FIXED)
 
 
 def planned_rubbing(texts: Mapping[str, str], settings: Mapping[str, object]) -> FrictionPlan:
@@ -51,9 +46,6 @@ def planned_rubbing(texts: Mapping[str, str], settings: Mapping[str, object]) ->
     Raises:
         InvalidValueError: Something in the texts is wrong, or what is changed cannot be.
     """
-    if not settings:
-        return plan_from_texts(texts)
     recorded = read_friction_config(texts[FRICTION_TEXT])
     config = changed_config(recorded, settings, RUBBING)
-    robot = load_named_robot(config.robot) if "robot" in settings else read_robot(texts)
-    return plan(config, robot)
+    return plan(config, robot_of(config, settings, texts))

@@ -15,9 +15,15 @@ from palpate.experiments.grasp.run import Grasp, GraspAttempt, without_spin, wri
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import doing, run_progress
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.experiments.said import say
 from palpate.experiments.sweep.grasped import figures_of
 from palpate.reporting.grasp_report import grasp_table
 from palpate.runtime import Ending, result_until
+
+STOPPED_BESIDE = (
+    "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"
+)
+"""Said at once after a Ctrl-C in the second run."""
 
 
 def run_grasp(config: GraspConfig) -> Answer:
@@ -38,7 +44,7 @@ def run_grasp(config: GraspConfig) -> Answer:
     notes = earlier_told(console, config.out, "grasp", FILES)
     warnings = foretold(planned)
     for text in warnings:
-        console.print(text, markup=False, highlight=False)
+        say(console, text)
     attempt, beside = GraspAttempt(planned), None
     log = log_writer(planned)
     result, interrupted = run_shown(
@@ -75,7 +81,5 @@ def _beside(console: Console, planned: GraspPlan) -> tuple[Grasp | None, bool]:
     except KeyboardInterrupt as interruption:
         if result_until(interruption) is None:
             raise
-        console.print(
-            "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"
-        )
+        say(console, STOPPED_BESIDE)
         return None, True

@@ -1,7 +1,7 @@
 """A grasp planned again from its log, as it was or with something changed."""
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import GraspPlan, plan, plan_from_texts, plan_with
@@ -38,9 +38,7 @@ FIXED: Mapping[str, str] = {
 }
 """Fields of `GraspConfig` that no replay can change, and why."""
 
-GRASPING = Changeable(
-    "a grasp", FIXED, tuple(field.name for field in fields(GraspConfig) if field.name not in FIXED)
-)
+GRASPING = Changeable("a grasp", GraspConfig, FIXED)
 
 
 def planned_grasp(texts: Mapping[str, str], settings: Mapping[str, object]) -> GraspPlan:

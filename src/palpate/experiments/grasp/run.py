@@ -12,11 +12,11 @@ import numpy.typing as npt
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.noted_watch import SlipAlarm
 from palpate.errors import FloatArray
+from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
-from palpate.experiments.grasp.hand import PERIOD
 from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
-from palpate.experiments.grasp.plan import GraspPlan
+from palpate.experiments.grasp.plan import GraspPlan, plan
 from palpate.experiments.grasp.robot import hand_backend
 from palpate.experiments.grasp.truth import STAGES, GraspTruth, GraspTruthRecorder, TrueHand
 from palpate.experiments.output_folder import make_folder
@@ -331,6 +331,11 @@ class GraspAttempt:
         return Grasp(self._planned, result, truth, watch.alarms, regrips, beside, control.met_early, nudged)
 
 
+def grasp(config: GraspConfig, observers: tuple[Observer, ...] = ()) -> Grasp:
+    """Plan a grasp and carry it out; see `palpate.experiments.grasp.plan.plan` and `carry_out`."""
+    return carry_out(plan(config), observers)
+
+
 def carry_out(planned: GraspPlan, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> Grasp:
     """Grasp; and once more, ignoring spin, if that is asked for.
 
@@ -382,6 +387,3 @@ def write_grasp(grasp: Grasp, folder: str | Path) -> tuple[Path, ...]:
         columns["felt_grip_N"] = grasp.felt
     np.savetxt(table, np.column_stack(list(columns.values())), "%.9g", ",", header=",".join(columns), comments="")
     return report, table
-
-
-__all__ = ["PERIOD", "Grasp", "GraspAttempt", "Onset", "carry_out", "without_spin", "write_grasp"]

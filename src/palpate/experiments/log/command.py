@@ -8,13 +8,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from palpate.errors import InvalidValueError
 from palpate.experiments.answer import Answer
 from palpate.experiments.log.answer import log_answer
 from palpate.experiments.log.config import LogExportConfig, LogInfoConfig
 from palpate.experiments.log.export import CsvWriter, ParquetWriter, TableWriter, tables_of
 from palpate.experiments.log.summary import VERSIONS, log_summary
+from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import lively
+from palpate.experiments.said import say
 from palpate.runtime.log import Log, log_in, read_log
 
 PATIENCE = 2.0
@@ -44,10 +45,7 @@ def run_log_export(config: LogExportConfig) -> Answer:
     writer: TableWriter = CsvWriter() if config.to == "csv" else ParquetWriter()
     log = _read(config.log)
     folder = log.path.with_suffix("") if config.out is None else config.out
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another folder (--out)") from None
+    make_folder(folder)
     console = Console()
     tables, files = [], []
     for name, table in tables_of(log).items():
@@ -57,10 +55,10 @@ def run_log_export(config: LogExportConfig) -> Answer:
         rows = len(table[0].values)
         files.append(path)
         tables.append({"file": path, "rows": rows, "columns": [column.name for column in table]})
-        console.print(f"{path}: {rows} rows, {len(table)} columns", highlight=False, soft_wrap=True)
-    if log.damage is not None:
-        console.print(f"The log is damaged, its tables have gaps: {log.damage}", highlight=False, soft_wrap=True)
-    damage = () if log.damage is None else (f"the log is damaged, its tables have gaps: {log.damage}",)
+        say(console, f"{path}: {rows} rows, {len(table)} columns")
+    damage = () if log.damage is None else (f"The log is damaged, its tables have gaps: {log.damage}",)
+    for warning in damage:
+        say(console, warning)
     return Answer(facts={"log": log.path, "tables": tables}, files=tuple(files), warnings=damage)
 
 

@@ -84,7 +84,7 @@ class ParquetWriter:
         Raises:
             MissingLibraryError: It is not installed.
         """
-        require("pyarrow", "parquet", "--to parquet")
+        require("pyarrow", "parquet", "--format parquet")
         self._arrow: Any = import_module("pyarrow")  # it has no types
         self._parquet: Any = import_module("pyarrow.parquet")
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.control_period import period_of
 from palpate.experiments.explore.checks import check_compression
 from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
 from palpate.experiments.regulate.config import RegulateConfig
@@ -44,7 +45,7 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
         target=target,
         law=law,
         start=(-x, -y, shape_of(config).top + max(tip) + CLEARANCE - z),
-        period=robot.file.period if config.period is None else config.period,
+        period=period_of(config, robot),
         sensor=sensor,
         touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )

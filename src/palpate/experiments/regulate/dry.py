@@ -15,7 +15,6 @@ def foretell_regulate(config: RegulateConfig) -> Answer:
 
     Raises:
         InvalidValueError: It cannot be realised, or the folder not be written.
-        OSError: A file of the robot cannot be read.
     """
     planned = plan(config)
     pressed = (f"before that it presses the surface at rest, for at most {PRESSING:g} s once it has landed.",)

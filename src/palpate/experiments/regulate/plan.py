@@ -38,10 +38,11 @@ from palpate.experiments.regulate.parts import (
     travel_of,
 )
 from palpate.experiments.robot.simulated_stage import RobotInScene
+from palpate.experiments.robot.values import load_named_robot
 from palpate.experiments.run_checks import CLEARANCE
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
-from palpate.runtime.robot import Robot, load_robot, read_robot
+from palpate.runtime.robot import Robot, read_robot
 from palpate.sim import Target
 
 LIFT, LIFT_SPEED = 0.005, 0.02
@@ -198,9 +199,8 @@ def plan(
 
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
-        OSError: A file of the robot cannot be read.
     """
-    robot = robot or load_robot(config.robot)
+    robot = robot or load_named_robot(config.robot)
     target = target or target_of(config)
     motion = motion or motion_of(config)
     profile = profile_of(config)

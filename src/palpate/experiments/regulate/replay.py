@@ -1,14 +1,12 @@
 """A regulation of force planned again from its log, as it was or with something changed."""
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.file import REGULATION_TEXT, read_regulation
 from palpate.experiments.regulate.plan import RegulationPlan, plan_from_texts, plan_with
-from palpate.experiments.replay.settings import Changeable, changed_config
-from palpate.experiments.robot.values import load_named_robot
-from palpate.runtime.robot import read_robot
+from palpate.experiments.replay.settings import Changeable, changed_config, robot_of
 
 _FELT = "the samples are as recorded, on the surface that was pressed"
 _NOISY = "the samples are as recorded, with the noise that they have"
@@ -38,9 +36,7 @@ FIXED: Mapping[str, str] = {
 }
 """Fields of `RegulateConfig` that no replay can change, and why."""
 
-REGULATION = Changeable(
-    "a regulation", FIXED, tuple(field.name for field in fields(RegulateConfig) if field.name not in FIXED)
-)
+REGULATION = Changeable("a regulation", RegulateConfig, FIXED)
 
 
 def planned_regulation(texts: Mapping[str, str], settings: Mapping[str, object]) -> RegulationPlan:
@@ -58,5 +54,4 @@ def planned_regulation(texts: Mapping[str, str], settings: Mapping[str, object])
         return replace(planned, config=replace(planned.config, change=()))
     recorded = read_regulation(texts[REGULATION_TEXT])
     config = replace(changed_config(recorded, settings, REGULATION), change=())
-    robot = load_named_robot(config.robot) if "robot" in settings else read_robot(texts)
-    return plan_with(config, robot, texts)
+    return plan_with(config, robot_of(config, settings, texts), texts)

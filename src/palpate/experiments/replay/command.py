@@ -27,6 +27,7 @@ from palpate.experiments.replay.report import (
 )
 from palpate.experiments.replay.run import ReplayedLog, replay_log
 from palpate.experiments.replay.settings import settings_of
+from palpate.experiments.said import say
 from palpate.reporting.replay_report import write_replay_report
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
@@ -64,9 +65,9 @@ def run_replay(config: ReplayConfig) -> Answer:
                 show("replaying", done / count)
 
         found = replay_log(log, settings, maker, (observe,))
-    _say(console, f"{path.resolve()}: {verdict(found)}")
+    say(console, f"{path.resolve()}: {verdict(found)}")
     for remark in remarks(found):
-        _say(console, remark)
+        say(console, remark)
     if found.should_be_identical:
         if found.identical and found.sensing.first is None:
             return _answer(found, ExitCode.DONE)
@@ -77,7 +78,7 @@ def run_replay(config: ReplayConfig) -> Answer:
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
         write_replay_report(replay_report(found, config.controller), report)
-    _say(console, f"Written: {report}")
+    say(console, f"Written: {report}")
     wrong = found.should_be_identical or _failed(console, found)
     return _answer(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, (report,))
 
@@ -115,9 +116,9 @@ def _answer(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) ->
 def _explain(console: Console, found: ReplayedLog) -> None:
     """Say where what should be identical is not, and what may be the reason."""
     for sentence in first_differences(found):
-        _say(console, f"Differs: {sentence}")
+        say(console, f"Differs: {sentence}")
     others = version_differences(found)
-    _say(console, f"Versions: {'; '.join(others) if others else 'the same as then'}")
+    say(console, f"Versions: {'; '.join(others) if others else 'the same as then'}")
 
 
 def _failed(console: Console, found: ReplayedLog) -> bool:
@@ -125,7 +126,7 @@ def _failed(console: Console, found: ReplayedLog) -> bool:
     error = found.replay.result.error
     if error is None or found.replay.reached_end:
         return False
-    console.print("".join(traceback.format_exception(error)), markup=False, highlight=False, soft_wrap=True)
+    say(console, "".join(traceback.format_exception(error)))
     return True
 
 
@@ -169,7 +170,3 @@ def _progress(console: Console) -> Iterator[Callable[[str, float], None]]:
             progress.update(task, completed=share)
 
         yield show
-
-
-def _say(console: Console, text: str) -> None:
-    console.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -1,23 +1,21 @@
 """Which experiments can be replayed from their logs, and how each of them is planned again."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.experiment_file import EXPERIMENT_TEXT, read_config
-from palpate.experiments.explore.plan import plan_with
+from palpate.experiments.experiment_file import EXPERIMENT_TEXT
+from palpate.experiments.explore.replay import EXPLORATION, planned_exploration
 from palpate.experiments.friction.replay import RUBBING, planned_rubbing
 from palpate.experiments.friction.text import FRICTION_TEXT
 from palpate.experiments.grasp.replay import GRASPING, planned_grasp
 from palpate.experiments.grasp.text import GRASP_TEXT
 from palpate.experiments.regulate.file import REGULATION_TEXT
 from palpate.experiments.regulate.replay import REGULATION, planned_regulation
-from palpate.experiments.replay.settings import EXPLORATION, Changeable, changed_config
-from palpate.experiments.robot.values import load_named_robot
+from palpate.experiments.replay.settings import Changeable
 from palpate.runtime import Controller, FingerDescription, Limits, Touch
 from palpate.runtime.log import Log
-from palpate.runtime.robot import read_robot
 
 
 class _Planned(Protocol):
@@ -82,16 +80,14 @@ class LogKind:
     may: Changeable
     plan: Callable[[Mapping[str, str], Mapping[str, object]], ReplayablePlan]
 
-
-def _exploration(texts: Mapping[str, str], settings: Mapping[str, object]) -> ReplayablePlan:
-    recorded = read_config(texts[EXPERIMENT_TEXT])
-    config = replace(changed_config(recorded, settings, EXPLORATION), change=())  # what was changed, the log says
-    robot = load_named_robot(config.robot) if "robot" in settings else read_robot(texts)
-    return plan_with(config, robot, texts)
+    @property
+    def experiment(self) -> str:
+        """Its name: the command without the program's."""
+        return self.command.removeprefix("palpate ")
 
 
 KINDS = (
-    LogKind("palpate explore", EXPERIMENT_TEXT, EXPLORATION, _exploration),
+    LogKind("palpate explore", EXPERIMENT_TEXT, EXPLORATION, planned_exploration),
     LogKind("palpate regulate", REGULATION_TEXT, REGULATION, planned_regulation),
     LogKind("palpate friction", FRICTION_TEXT, RUBBING, planned_rubbing),
     LogKind("palpate grasp", GRASP_TEXT, GRASPING, planned_grasp),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.experiments.option_words import has_unit, option_unit, option_words
 from palpate.experiments.replay.run import ReplayedLog
 from palpate.experiments.report_advice import advice_on_replay
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
@@ -16,38 +17,6 @@ from palpate.runtime.replay_difference import Difference
 from palpate.strict_yaml import read_yaml
 
 _MILLI = 1e3
-
-UNITS = {
-    "tip": "m",
-    "force": "N",
-    "force_swing": "N",
-    "force_period": "s",
-    "speed": "m/s",
-    "width": "m",
-    "depth": "m",
-    "center": "m",
-    "spacing": "m",
-    "stiffness": "N/m",
-    "size": "m",
-    "radius": "m",
-    "accuracy": "m",
-    "below": "m",
-    "time": "s",
-    "swing": "N",
-    "rate": "N/s",
-    "hold": "s",
-    "frequencies": "Hz",
-    "duration": "s",
-    "motion_size": "m",
-    "motion_speed": "m/s",
-    "assumed_stiffness": "N/m",
-    "assumed_damping_time": "s",
-    "landing_speed": "m/s",
-    "believed_spin_length": "m",
-    "lift_height": "m",
-    "lift_speed": "m/s",
-}
-"""Of the numbers that a replay can change, in every experiment that has them."""
 
 TOUCHED = ("object", "size", "surface")
 """What says on what it was recorded."""
@@ -63,9 +32,9 @@ def verdict(done: ReplayedLog) -> str:
     commands, sensing = done.commands, done.sensing
     found = f"{grouped(commands.identical)} of {grouped(commands.count)} commands identical, bit for bit"
     if sensing.first is None:
-        return f"{found}; all that was sensed is the same"
+        return f"{found}; all that was felt is the same"
     return (
-        f"{found}; what was sensed is the same in {grouped(sensing.identical)} of {grouped(sensing.count)} periods"
+        f"{found}; what was felt is the same in {grouped(sensing.identical)} of {grouped(sensing.count)} periods"
     )
 
 
@@ -129,7 +98,7 @@ def replay_report(done: ReplayedLog, controller: str | None = None) -> ReplayRep
 
 
 def _asked(done: ReplayedLog, controller: str | None) -> str:
-    changed = [f"{name} {_value(name, getattr(done.planned.config, name))}" for name in done.settings]
+    changed = [f"{name} {_value(done, name)}" for name in done.settings]
     changed += [f"controller {controller}"] if controller else []
     but = f" but for {', '.join(changed)}" if changed else ""
     return f"to sense and command again what {done.log.path.name} recorded, all as it was{but}"
@@ -195,14 +164,14 @@ def _grip_figures(done: ReplayedLog, recorded: Record) -> list[KeyFigure]:
 
 def _sensing_figures(done: ReplayedLog, recorded: Record, replayed: Record) -> list[KeyFigure]:
     sensing, count = done.sensing, grouped(done.sensing.count)
-    figures = [KeyFigure("periods sensed alike", grouped(sensing.identical), "", f"of {count}, bit for bit")]
+    figures = [KeyFigure("periods felt alike", grouped(sensing.identical), "", f"of {count}, bit for bit")]
     if sensing.first is None:
         return figures
     both = recorded.touching & replayed.touching
     apart = np.abs(replayed.normal_force - recorded.normal_force)[both]
     if len(apart):
         largest = f"largest {apart.max():.3g}"
-        figures.append(KeyFigure("sensed normal force apart, RMS", _rms(apart), "N", largest))
+        figures.append(KeyFigure("felt normal force apart, RMS", _rms(apart), "N", largest))
     return [*figures, _first("first difference of sensing", sensing)]
 
 
@@ -225,17 +194,14 @@ def _outcome(done: ReplayedLog) -> str:
 
 def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str], ...]:
     """What was changed first, then the rest of what a replay can change."""
-    config = done.planned.config
-    changed = [(name, _value(name, getattr(config, name)) + " (changed)") for name in done.settings]
-    others = [
-        (name, _value(name, getattr(config, name))) for name in done.kind.may.names if name not in done.settings
-    ]
+    changed = [(name, _value(done, name) + " (changed)") for name in done.settings]
+    others = [(name, _value(done, name)) for name in done.kind.may.names if name not in done.settings]
     return (
         *changed,
         ("controller", f"{controller} (changed)" if controller else "as recorded"),
         *others,
         ("recorded by", done.kind.command),
-        *((name, _value(name, getattr(config, name))) for name in TOUCHED if hasattr(config, name)),
+        *((name, _value(done, name)) for name in TOUCHED if hasattr(done.planned.config, name)),
         *(
             ("changed while it ran", f"{change.name} to {change.value:g} at t = {change.time:.3f} s")
             for change in done.log.changes
@@ -245,12 +211,10 @@ def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str
     )
 
 
-def _value(name: str, value: object) -> str:
-    if value is None or value == ():
-        return "left out"
-    numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
-    text = " x ".join(f"{number:g}" if isinstance(number, float) else str(number) for number in numbers)
-    return f"{text} {UNITS.get(name, '')}".rstrip()
+def _value(done: ReplayedLog, name: str) -> str:
+    value = getattr(done.planned.config, name)
+    unit = option_unit(done.kind.experiment, name) if has_unit(value) else ""
+    return f"{option_words(value)} {unit}".rstrip()
 
 
 def _absolute(path: Path) -> Path:

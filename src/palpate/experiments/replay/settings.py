@@ -2,36 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.robot.values import load_named_robot
 from palpate.nearest_name import nearest, without_unit
+from palpate.runtime.robot import Robot, read_robot
 from palpate.strict_decode import decode_some
 from palpate.strict_yaml import read_yaml
-
-_FELT = "the samples are as recorded, on the object that was touched"
-_NOISY = "the samples are as recorded, with the noise that they have"
-
-FIXED: Mapping[str, str] = {
-    "object": _FELT,
-    "size": _FELT,
-    "file": _FELT,
-    "scale": _FELT,
-    "friction": _FELT,
-    "spin_length": _FELT,
-    "force_noise": _NOISY,
-    "moment_noise": _NOISY,
-    "seed": _NOISY,
-    "identify": "the log keeps what pressing has found",
-    "period": "the samples are as recorded, one per period",
-    "change": "live parameters are changed as recorded",
-    "out": "the exploration writes nothing again; --out says where the report goes",
-}
-"""Fields of `ExploreConfig` that no replay can change, and why."""
-
-CHANGEABLE = tuple(field.name for field in fields(ExploreConfig) if field.name not in FIXED)
-"""Those that it can: what sensing, control and supervision go by."""
 
 SEVERAL = ("tip", "center", "axis", "frequencies")
 """Of all experiments, those that are several numbers, or one."""
@@ -45,16 +23,27 @@ class Changeable:
 
     Attributes:
         what: It is, with its article, for messages.
-        fixed: Fields of its configuration that no replay can change, and why.
-        names: Those that it can.
+        kind: Of its configuration.
+        fixed: Fields of that which no replay can change, and why.
     """
 
     what: str
+    kind: type[Any]
     fixed: Mapping[str, str]
-    names: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Fields that it can: what sensing, control and supervision go by."""
+        return tuple(field.name for field in fields(self.kind) if field.name not in self.fixed)
 
 
-EXPLORATION = Changeable("an exploration", FIXED, CHANGEABLE)
+class OnRobot(Protocol):
+    """A configuration that names a robot."""
+
+    @property
+    def robot(self) -> str:
+        """Its name, or its file."""
+        ...
 
 
 def settings_of(words: Sequence[str]) -> dict[str, object]:
@@ -85,7 +74,7 @@ def _value(name: str, text: str) -> object:
         raise InvalidValueError(f"--set {name}={text}: {error}") from None
 
 
-def changed_config(config: Config, settings: Mapping[str, object], may: Changeable = EXPLORATION) -> Config:
+def changed_config(config: Config, settings: Mapping[str, object], may: Changeable) -> Config:
     """Return a configuration with other values for what a replay can change.
 
     Raises:
@@ -100,3 +89,12 @@ def changed_config(config: Config, settings: Mapping[str, object], may: Changeab
             advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(may.names)}"
             raise InvalidValueError(f"{name}: {may.what} has no such setting; {advice}")
     return replace(config, **decode_some(settings, type(config)))  # type: ignore[type-var]
+
+
+def robot_of(config: OnRobot, settings: Mapping[str, object], texts: Mapping[str, str]) -> Robot:
+    """Return the robot of a run as it is replayed: that of its log, or another one if that is set.
+
+    Raises:
+        InvalidValueError: There is no such robot, or something in its files is wrong.
+    """
+    return load_named_robot(config.robot) if "robot" in settings else read_robot(texts)

@@ -18,7 +18,6 @@ from palpate.experiments.finger_sensor import model_of_finger, noise_of
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan_with
 from palpate.experiments.grasp.robot import hand_wires
-from palpate.experiments.robot.values import values_of
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.kinematics.pose import Pose, rotvec_from_rotation
@@ -85,8 +84,7 @@ def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry, na
 
 
 def _ur5e(robot: Robot, entry: EmulatedUr5eEntry, name: str) -> tuple[Robot, Making]:
-    config = ExploreConfig(**{**values_of(robot), "robot": name})  # type: ignore[arg-type]
-    task = plan_exploration(config, robot).task
+    task = plan_exploration(ExploreConfig(robot=name), robot).task
     devices = RigEntry(arm=_arm(entry.address, pose_flange_tip(entry)))
     return (
         _rig(robot, devices, (entry.address,)),

@@ -1,11 +1,16 @@
 """What a robot file says that an exploration would otherwise be told."""
 
+from dataclasses import replace
+
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.finger_sensor import model_of_finger, noise_of
 from palpate.experiments.robot.simulated_stage import tip_sizes
 from palpate.runtime.robot import Robot, load_robot
 from palpate.runtime.robot_rig import RigEntry
+
+SAID = ("tip", "force_noise", "moment_noise", "period")
+"""Fields that `values_of` gives."""
 
 
 def values_of(robot: Robot) -> dict[str, object]:
@@ -26,17 +31,17 @@ def values_of(robot: Robot) -> dict[str, object]:
     }
 
 
-def config_for(name: str, **values: object) -> ExploreConfig:
-    """Return a configuration for a robot: what the robot file says, and what is given here on top.
-
-    Args:
-        name: As in `palpate.runtime.robot.load_robot`.
-        values: Fields of `ExploreConfig`.
+def on_robot(config: ExploreConfig, robot: Robot) -> ExploreConfig:
+    """Return a configuration in which a robot file says what is left out: fingertip, noise and period.
 
     Raises:
-        InvalidValueError: As in `load_robot` and `ExploreConfig`.
+        InvalidValueError: What it says cannot be with the rest.
     """
-    return ExploreConfig(**{**values_of(load_named_robot(name)), "robot": name, **values})  # type: ignore[arg-type]
+    left_out = [name for name in SAID if getattr(config, name) in (None, ())]
+    if not left_out:
+        return config
+    said = values_of(robot)
+    return replace(config, **{name: said[name] for name in left_out})  # type: ignore[arg-type]  # by their names
 
 
 def load_named_robot(name: str) -> Robot:

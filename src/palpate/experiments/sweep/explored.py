@@ -6,10 +6,9 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.pressing import prepared
 from palpate.experiments.explore.run import Attempt, Exploration, write_exploration
-from palpate.experiments.run_told import log_writer
+from palpate.experiments.sweep.carried import found_in, sinks_of
 from palpate.experiments.sweep.figure import Figure, FigureValue, number
 from palpate.experiments.sweep.swept import Found
-from palpate.runtime import Ending
 
 FIGURES = (
     Figure("map_rms_m", "map to true surface, RMS", "m"),
@@ -38,11 +37,10 @@ def carry_out(config: ExploreConfig, keep: bool) -> Found:
     """Explore."""
     planned = prepared(plan(config))
     attempt = Attempt(planned)
-    exploration = attempt.found(attempt.run((), (log_writer(planned),) if keep else ()))
+    exploration = attempt.found(attempt.run((), sinks_of(planned, keep)))
     if keep:
         write_exploration(exploration, config.out)
-    result = exploration.run
-    return Found(result.ending is Ending.DONE, str(result), figures_of(exploration))
+    return found_in(exploration.run, figures_of(exploration))
 
 
 def figures_of(exploration: Exploration) -> dict[str, FigureValue]:

@@ -5,10 +5,9 @@ import numpy as np
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan
 from palpate.experiments.grasp.run import Grasp, GraspAttempt, without_spin, write_grasp
-from palpate.experiments.run_told import log_writer
+from palpate.experiments.sweep.carried import found_in, sinks_of
 from palpate.experiments.sweep.figure import Figure, FigureValue, number
 from palpate.experiments.sweep.swept import Found
-from palpate.runtime import Ending
 
 FIGURES = (
     Figure("dropped", "share that dropped it"),
@@ -38,12 +37,12 @@ def carry_out(config: GraspConfig, keep: bool) -> Found:
     """Grasp. An object that is dropped is what came out, no failure of the run."""
     planned = plan(config)
     attempt = GraspAttempt(planned)
-    result = attempt.run((), (log_writer(planned),) if keep else ())
+    result = attempt.run((), sinks_of(planned, keep))
     # only a report shows what ignoring spin does; a table does by --vary ignore_spin=false,true
     grasp = attempt.found(result, without_spin(planned) if keep else None)
     if keep:
         write_grasp(grasp, config.out)
-    return Found(result.ending is Ending.DONE, str(result), figures_of(grasp))
+    return found_in(result, figures_of(grasp))
 
 
 def figures_of(grasp: Grasp) -> dict[str, FigureValue]:

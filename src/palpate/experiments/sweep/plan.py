@@ -3,8 +3,9 @@
 import hashlib
 import itertools
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,9 @@ MOST_RUNS = 100_000
 
 DIGITS = 6
 """Of values in the name of a combination: those of a range have up to 17."""
+
+ROBOT = "robot"
+"""The option that names a robot file, which may name others."""
 
 NO_PART = ("seed", "out")
 """Options that do not belong to what a combination is."""
@@ -59,14 +63,16 @@ class SweepPlan:
     """Every run of a sweep.
 
     Attributes:
+        asked: As typed.
         swept: What is done.
         varied: The options that are varied.
-        fixed: Those that are set, typed or in a file.
+        fixed: Those that are set, typed.
         combinations: Every one, the last option varying fastest.
         seeds: Of each.
         runs: All of them, by number.
     """
 
+    asked: SweepConfig
     swept: Swept
     varied: tuple[Varied, ...]
     fixed: Mapping[str, object]
@@ -95,7 +101,7 @@ class SweepPlan:
 
 
 def sweep_plan(config: SweepConfig) -> SweepPlan:
-    """Return every run that is asked for; nothing heavy is imported but for robot files.
+    """Return every run that is asked for.
 
     Raises:
         InvalidValueError: A name is not known, a value impossible, or a combination of them; nothing has run.
@@ -119,8 +125,9 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
         )
     seeds = range(first, first + config.seeds)
     runs: list[PlannedRun] = []
+    robot_texts = cache(_robot_texts)  # for as long as files are not looked at anew
     for combination in combinations:
-        common = _identity(swept, combination.config)
+        common = _identity(swept, combination.config, robot_texts)
         for seed in seeds:
             number = len(runs)
             out = config.folder.absolute() / "reports" / f"{number:06d}" if config.keep_reports else Path("runs")
@@ -128,20 +135,17 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
             digest = hashlib.sha256(f"{common} seed {seed}".encode()).hexdigest()[:16]
             case = RunCase(number, digest, swept.name, asked, config.keep_reports)
             runs.append(PlannedRun(number, combination, case))
-    return SweepPlan(swept, varied, fixed, combinations, seeds, tuple(runs))
+    return SweepPlan(config, swept, varied, fixed, combinations, seeds, tuple(runs))
 
 
 def _combinations(
     config: SweepConfig, swept: Swept, varied: tuple[Varied, ...], fixed: Mapping[str, object]
 ) -> Iterator[Combination]:
-    defaults: dict[object, dict[str, object]] = {}
+    defaults = _defaults(config, swept)
     for values in itertools.product(*(each.values for each in varied)):
         given = {**fixed, **{each.name: value for each, value in zip(varied, values, strict=True)}}
-        robot = given.get("robot")
-        if robot not in defaults:
-            defaults[robot] = _defaults(config, swept, robot)
         try:
-            asked = swept.kind(**{**defaults[robot], **given})
+            asked = swept.kind(**{**defaults, **given})
         except InvalidValueError as error:
             where = _named(varied, values)
             raise InvalidValueError(f"with {where}: {error}" if where else str(error)) from None
@@ -153,12 +157,9 @@ def _named(varied: Sequence[Varied], values: Sequence[object]) -> str:
     return ", ".join(f"{each.name}={shown_value(value, DIGITS)}" for each, value in pairs)
 
 
-def _defaults(config: SweepConfig, swept: Swept, robot: object) -> dict[str, object]:
+def _defaults(config: SweepConfig, swept: Swept) -> dict[str, object]:
     """Return the options that hold if nothing else is said: as the experiment itself would have them."""
-    words = [] if config.config is None else ["--config", str(config.config)]
-    if robot is not None:
-        words += ["--robot", str(robot)]
-    options = swept.defaults(words)
+    options = swept.defaults([] if config.config is None else ["--config", str(config.config)])
     return {field.name: getattr(options, field.name) for field in fields(swept.kind)}
 
 
@@ -167,20 +168,30 @@ def _with_whole_paths(config: Any) -> Any:
     whole: dict[str, object] = {}
     for field in fields(config):
         value = getattr(config, field.name)
-        names_file = isinstance(value, Path) or (field.name == "robot" and isinstance(value, str))
+        names_file = isinstance(value, Path) or (field.name == ROBOT and isinstance(value, str))
         if field.name == "out" or not names_file or not Path(value).is_file():
             continue
         whole[field.name] = type(value)(Path(value).absolute())
     return replace(config, **whole) if whole else config
 
 
-def _identity(swept: Swept, config: Any) -> str:
+def _identity(swept: Swept, config: Any, robot_texts: Callable[[str], Mapping[str, str]]) -> str:
     """Return everything that a run depends on but its seed; of a file what is in it, wherever it lies."""
     values = {name: value for name, value in plain_values(config).items() if name not in NO_PART}
+    robot = values.pop(ROBOT, None)
+    if isinstance(robot, str):
+        values[ROBOT] = robot_texts(robot)
     for name, value in values.items():
         if isinstance(value, str) and Path(value).is_absolute() and Path(value).is_file():
             values[name] = hashlib.sha256(Path(value).read_bytes()).hexdigest()
     return json.dumps({"experiment": swept.name, **values})
+
+
+def _robot_texts(name: str) -> Mapping[str, str]:
+    """Return what the files of a robot say: its own, and those of its sensors."""
+    from palpate.experiments.robot.values import load_named_robot  # the simulator: a second
+
+    return load_named_robot(name).texts
 
 
 def simulated_durations(plan: SweepPlan) -> list[float]:
@@ -195,7 +206,7 @@ def simulated_durations(plan: SweepPlan) -> list[float]:
     carrier, durations = plan.swept.carrier, []
     for combination in plan.combinations:
         try:
-            robot = getattr(combination.config, "robot", None)
+            robot = getattr(combination.config, ROBOT, None)
             if robot is not None:
                 backend = load_named_robot(robot).file.backend
                 if not isinstance(backend, StageEntry | TurningStageEntry | SimulatedUr5eEntry):

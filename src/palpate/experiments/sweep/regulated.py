@@ -3,17 +3,16 @@
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
 from palpate.experiments.regulate.run import Attempt, Regulation, prepared, write_regulation
-from palpate.experiments.run_told import log_writer
+from palpate.experiments.sweep.carried import found_in, sinks_of
 from palpate.experiments.sweep.figure import Figure, FigureValue, number
 from palpate.experiments.sweep.swept import Found
-from palpate.runtime import Ending
 
 FIGURES = (
     Figure("force_rms_n", "true force, RMS error", "N"),
-    Figure("sensed_rms_n", "sensed force, RMS error", "N"),
+    Figure("sensed_rms_n", "felt force, RMS error", "N"),
     Figure("landing_max_n", "largest force of landing", "N"),
     Figure("force_max_n", "largest force of the run", "N"),
-    Figure("sensor_error_n", "sensed less true force at the end", "N"),
+    Figure("sensor_error_n", "felt less true force at the end", "N"),
     Figure("rise_time_s", "rise time, 10 to 90 %", "s"),
     Figure("overshoot", "overshoot, share of the step"),
     Figure("settling_time_s", "settling time, within 5 %", "s"),
@@ -37,11 +36,10 @@ def carry_out(config: RegulateConfig, keep: bool) -> Found:
     """Regulate."""
     planned, identification = prepared(plan(config))
     attempt = Attempt(planned, identification)
-    regulation = attempt.found(attempt.run((), (log_writer(planned),) if keep else ()))
+    regulation = attempt.found(attempt.run((), sinks_of(planned, keep)))
     if keep:
         write_regulation(regulation, config.out)
-    result = regulation.run
-    return Found(result.ending is Ending.DONE, str(result), figures_of(regulation))
+    return found_in(regulation.run, figures_of(regulation))
 
 
 def figures_of(regulation: Regulation) -> dict[str, FigureValue]:

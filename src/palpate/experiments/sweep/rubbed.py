@@ -4,10 +4,9 @@ from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.file import Finding, How
 from palpate.experiments.friction.plan import plan
 from palpate.experiments.friction.run import Attempt, RubbingRun, write_rubbing
-from palpate.experiments.run_told import log_writer
+from palpate.experiments.sweep.carried import found_in, sinks_of
 from palpate.experiments.sweep.figure import Figure, FigureValue, number
 from palpate.experiments.sweep.swept import Found
-from palpate.runtime import Ending
 
 FIGURES = (
     Figure("mu_found", "friction mu that was found"),
@@ -42,11 +41,10 @@ def carry_out(config: FrictionConfig, keep: bool) -> Found:
     """Rub."""
     planned = plan(config)
     attempt = Attempt(planned)
-    rubbing = attempt.found(attempt.run((), (log_writer(planned),) if keep else ()))
+    rubbing = attempt.found(attempt.run((), sinks_of(planned, keep)))
     if keep:
         write_rubbing(rubbing, config.out)
-    result = rubbing.run
-    return Found(result.ending is Ending.DONE, str(result), figures_of(rubbing))
+    return found_in(rubbing.run, figures_of(rubbing))
 
 
 def figures_of(rubbing: RubbingRun) -> dict[str, FigureValue]:

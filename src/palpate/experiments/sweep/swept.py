@@ -1,7 +1,7 @@
 """Which experiments a sweep can do, and what each has to tell about itself; imports nothing heavy."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Protocol, cast
 
@@ -11,6 +11,7 @@ from palpate.experiments.friction import options as friction_options
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.grasp import options as grasp_options
 from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.option_words import option_unit
 from palpate.experiments.regulate import options as regulate_options
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.sweep.figure import Figure, FigureValue
@@ -65,14 +66,12 @@ class Swept:
         kind: Its configuration.
         defaults: Returns the options that hold if only these words are typed.
         carrier_name: Of the module that carries it out, which takes seconds to import.
-        units: Of its options, where they differ from `UNITS`.
     """
 
     name: str
     kind: type[Any]
     defaults: Callable[[Sequence[str]], Any]
     carrier_name: str
-    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def carrier(self) -> Carrier:
@@ -81,7 +80,7 @@ class Swept:
 
     def unit(self, option: str) -> str:
         """Return the unit of an option; empty if it has none."""
-        return self.units.get(option, UNITS.get(option, ""))
+        return option_unit(self.name, option)
 
 
 EXPERIMENTS: Mapping[str, Swept] = {
@@ -90,39 +89,6 @@ EXPERIMENTS: Mapping[str, Swept] = {
         Swept("explore", ExploreConfig, explore_options.default_options, "palpate.experiments.sweep.explored"),
         Swept("regulate", RegulateConfig, regulate_options.default_options, "palpate.experiments.sweep.regulated"),
         Swept("friction", FrictionConfig, friction_options.default_options, "palpate.experiments.sweep.rubbed"),
-        Swept(
-            "grasp",
-            GraspConfig,
-            grasp_options.default_options,
-            "palpate.experiments.sweep.grasped",
-            {"drift": "N/s"},
-        ),
+        Swept("grasp", GraspConfig, grasp_options.default_options, "palpate.experiments.sweep.grasped"),
     )
 }
-
-UNITS: Mapping[str, str] = {
-    **dict.fromkeys(
-        (
-            "size", "tip", "width", "depth", "center", "spacing", "radius", "below", "accuracy", "spin_length",
-            "surface_amplitude", "motion_size", "travel", "most_travel", "believed_spin_length", "offset",
-            "lift_height",
-        ),
-        "m",
-    ),
-    **dict.fromkeys(("force", "force_swing", "force_noise", "swing", "loads", "pull", "pull_before"), "N"),
-    **dict.fromkeys(
-        ("force_period", "time", "period", "leave_time", "hold", "duration", "assumed_damping_time", "rise"), "s"
-    ),
-    **dict.fromkeys(
-        ("speed", "speeds", "surface_speed", "motion_speed", "landing_speed", "stribeck_speed", "lift_speed"),
-        "m/s",
-    ),
-    **dict.fromkeys(("stiffness", "mount_stiffness", "assumed_stiffness", "skin_stiffness"), "N/m"),
-    **dict.fromkeys(("frequencies", "shake_frequency"), "Hz"),
-    **dict.fromkeys(("mount_mass", "mass"), "kg"),
-    "moment_noise": "N m",
-    "rate": "N/s",
-    "drift": "N/min",
-    "viscous_friction": "s/m",
-}  # fmt: skip
-"""Of options, as their help says."""

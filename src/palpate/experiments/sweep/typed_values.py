@@ -1,4 +1,4 @@
-"""Options with their values as people type them for a sweep: `speed=0.01,0.02`, `force=1:5:5`, `tip=[0.008]`."""
+"""Options and their values as people type them: `speed=0.01,0.02`, `force=1:5:5`, `tip=[0.008]`."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -19,6 +19,9 @@ OWN: Mapping[str, str] = {
     "config": "give it as --config FILE.YAML",
 }
 """Options of experiments that a sweep has itself, and what to type."""
+
+VARY_FORM = "NAME=VALUE,VALUE or NAME=FIRST:LAST:COUNT, as speed=0.01,0.02"
+"""What stands behind --vary."""
 
 MOST_VALUES = 10_000
 """Of one option: more is a range with a wrong count."""
@@ -52,7 +55,7 @@ def varied_options(words: Sequence[str], kind: type) -> tuple[Varied, ...]:
     """
     found: dict[str, Varied] = {}
     for word in words:
-        name, text = _parted("--vary", word, "NAME=VALUE,VALUE or NAME=FIRST:LAST:COUNT, as speed=0.01,0.02", kind)
+        name, text = _parted("--vary", word, VARY_FORM, kind, OWN)
         if name == "seed":
             raise InvalidValueError(f"--vary {word}: for runs with other seeds give --seeds and how many")
         if name in found:
@@ -67,11 +70,17 @@ def varied_options(words: Sequence[str], kind: type) -> tuple[Varied, ...]:
     return tuple(found.values())
 
 
-def fixed_options(words: Sequence[str], kind: type) -> dict[str, object]:
-    """Return the options that are the same in every run, by name; see `varied_options`."""
+def fixed_options(words: Sequence[str], kind: type, own: Mapping[str, str] = OWN) -> dict[str, object]:
+    """Return options that are set to one value, by name; see `varied_options`.
+
+    Args:
+        words: As typed behind --set.
+        kind: Configuration of the experiment.
+        own: Options that cannot be set so, and what to type instead.
+    """
     fixed: dict[str, object] = {}
     for word in words:
-        name, text = _parted("--set", word, "NAME=VALUE, as force=3", kind)
+        name, text = _parted("--set", word, "NAME=VALUE, as force=3", kind, own)
         if name in fixed:
             raise InvalidValueError(f"--set {word}: {name} is set twice")
         several = item_type(known_keys(kind)[name]) is not None and not text.startswith("[")
@@ -97,7 +106,7 @@ def plain(value: object) -> float | int | bool | str | None:
     return value if value is None or isinstance(value, bool | int | float) else shown_value(value)
 
 
-def _parted(option: str, word: str, form: str, kind: type) -> tuple[str, str]:
+def _parted(option: str, word: str, form: str, kind: type, own: Mapping[str, str]) -> tuple[str, str]:
     """Return name and text of a word."""
     typed, equals, text = word.partition("=")
     if not (typed and equals and text.strip()):
@@ -106,10 +115,10 @@ def _parted(option: str, word: str, form: str, kind: type) -> tuple[str, str]:
     known = known_keys(kind)
     if name not in known:
         name = SYMBOLS.get(name, name)
-    if name in OWN:
-        raise InvalidValueError(f"{option} {word}: {OWN[name]}")
+    if name in own:
+        raise InvalidValueError(f"{option} {word}: {own[name]}")
     if name not in known:
-        advice = _advice(name, [key for key in known if key not in OWN])
+        advice = _advice(name, [key for key in known if key not in own])
         raise InvalidValueError(f"{option} {word}: there is no option {typed}; {advice}")
     return name, text.strip()
 

@@ -19,7 +19,8 @@ from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.plan_watch import PlanWatch
 from palpate.experiments.progress import doing, step_progress
-from palpate.experiments.run_told import STOPPED, log_writer, written
+from palpate.experiments.run_told import STOPPED, kept_if_interrupted, log_writer, written
+from palpate.experiments.said import say
 from palpate.experiments.sweep.explored import figures_of
 from palpate.experiments.view.config import ViewConfig
 from palpate.experiments.view.growth import plans_of_log, surface_view
@@ -31,9 +32,6 @@ from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import ANY_PORT, LOOPBACK, Frames, LiveView, Player, ViewUnavailableError, frames_of_log
-
-FAILED = ExitCode.UNFINISHED
-"""Exit code where there is nothing to see: no renderer, no port, a run that did not finish."""
 
 
 def run_view(config: ViewConfig) -> Answer:
@@ -53,13 +51,12 @@ def run_view(config: ViewConfig) -> Answer:
     try:
         return _watch(config, console) if config.log is None else _show(config, console)
     except (NoRendererError, ViewUnavailableError) as error:
-        _say(Console(stderr=True), f"palpate: {error}")
-        return Answer(FAILED, outcome=str(error))
+        return Answer(ExitCode.UNFINISHED, error=str(error))
 
 
 def _watch(config: ViewConfig, console: Console) -> Answer:
     """Explore, recorded, while people watch; the view stays open when the run is over."""
-    planned = watched_plan(config.set, config.config, config.speed)
+    planned = watched_plan(config.set, config.config, config.time_scale)
     make_folder(planned.config.out)
     planned = prepared(planned)
     attempt = Attempt(planned)
@@ -75,21 +72,21 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
             if found is None:
                 raise
             result, interrupted = found, True
-            _say(console, STOPPED)
+            say(console, STOPPED)
         view.run_over()
         if not view.makes_surface:
-            _say(console, "The process that makes the map's surface has ended: the view goes on without it")
-        with step_progress(console, STEPS) as tell:
+            say(console, "The process that makes the map's surface has ended: the view goes on without it")
+        with kept_if_interrupted(result), step_progress(console, STEPS) as tell:
             exploration = attempt.found(result, tell)
         answer = Answer(
-            ExitCode.DONE if result.ending is Ending.DONE else FAILED,
+            ExitCode.DONE if result.ending is Ending.DONE else ExitCode.UNFINISHED,
             outcome(exploration),
             figures_of(exploration),
             files=written(result, ()),
         )
-        _say(console, answer.outcome)
+        say(console, answer.outcome)
         if result.recording is not None and result.recording.path is not None:
-            _say(console, f"Log: {result.recording.path}; watch it again: palpate view {result.recording.path}")
+            say(console, f"Log: {result.recording.path}; watch it again: palpate view {result.recording.path}")
         if interrupted:
             return replace(answer, exit_code=ExitCode.INTERRUPTED)
         _wait(view, console)
@@ -125,14 +122,14 @@ def _show(config: ViewConfig, console: Console) -> Answer:
     planned = recorded_plan(log)
     scene, model = view_scene(planned), simulated_model(planned)
     if log.damage is not None:
-        _say(console, f"{log.path}: {log.damage}; what can be read is shown")
+        say(console, f"{log.path}: {log.damage}; what can be read is shown")
     frames = _frames(log, planned, console)
     if config.picture is not None:
         write_still(model, scene, frames, config.picture)
-        _say(console, f"Written: {config.picture}")
+        say(console, f"Written: {config.picture}")
     if config.video is not None:
-        count = write_video(model, scene, frames, config.video, config.speed)
-        _say(console, f"Written: {config.video}, {count} pictures")
+        count = write_video(model, scene, frames, config.video, config.time_scale)
+        say(console, f"Written: {config.video}, {count} pictures")
     files = tuple(path for path in (config.picture, config.video) if path is not None)
     if files:
         return Answer(facts={"log": log.path}, files=files)
@@ -140,7 +137,7 @@ def _show(config: ViewConfig, console: Console) -> Answer:
     if isinstance(planned, ExplorationPlan):  # nothing else makes a map, or goes anywhere of its own
         plans = _plans(log, console)
         scene = replace(scene, surface=surface_view(planned))
-    with Player(scene, frames, config.speed, config.host, config.port, plans) as player:
+    with Player(scene, frames, config.time_scale, config.host, config.port, plans) as player:
         _say_where(console, player.url, config.host)
         with suppress(KeyboardInterrupt):  # how a view is ended
             player.play()
@@ -152,19 +149,19 @@ def _frames(log: Log, planned: ViewedPlan, console: Console) -> Frames:
     if not isinstance(planned, GraspPlan):
         return frames_of_log(log)
     if planned.hand.robot is not None:  # no simulation goes as wires, or a real hand, let it go
-        _say(console, f"{log.path}: no log says where the object was: it stands where it stood at the start")
+        say(console, f"{log.path}: no log says where the object was: it stands where it stood at the start")
         return frames_of_log(log)
     with doing(console, "working out where the object was"):
         held = held_poses(log, planned)
     if not held.known:
-        _say(
+        say(
             console,
             f"{log.path}: where the object was is not shown: no log says it, and the simulation does not start as "
             "it did (another palpate, or another MuJoCo); it stands where it stood at the start",
         )
     elif not held.complete:
         last = log.rows[held.known - 1, log.codec.columns["time"]].item()
-        _say(
+        say(
             console,
             f"{log.path}: where the object was is known until {last:.2f} s, for from there on the simulation does "
             "not go as it did (another MuJoCo, or periods are missing); afterwards it stands where it was last",
@@ -178,12 +175,12 @@ def _plans(log: Log, console: Console) -> Sequence[PlanChange]:
         with doing(console, "working out where the tip was going"):
             return plans_of_log(log)
     except InvalidValueError as error:
-        _say(console, f"{log.path}: the plan is not shown: {error}")
+        say(console, f"{log.path}: the plan is not shown: {error}")
         return ()
 
 
 def _wait(view: LiveView, console: Console) -> None:
-    _say(console, "The view stays open: Ctrl-C ends it")
+    say(console, "The view stays open: Ctrl-C ends it")
     try:
         view.wait()
     except KeyboardInterrupt:
@@ -191,10 +188,6 @@ def _wait(view: LiveView, console: Console) -> None:
 
 
 def _say_where(console: Console, url: str, host: str) -> None:
-    _say(console, f"View: {url} (open it in a browser; Ctrl-C ends it)")
+    say(console, f"View: {url} (open it in a browser; Ctrl-C ends it)")
     if host not in (LOOPBACK, "localhost", "::1"):
-        _say(console, f"Everybody who reaches {host} can watch, press the view's buttons and move its sliders")
-
-
-def _say(console: Console, text: str) -> None:
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
+        say(console, f"Everybody who reaches {host} can watch, press the view's buttons and move its sliders")

@@ -21,21 +21,22 @@ class ViewConfig:
 
     Example: palpate view --set object=ellipsoid force=3
 
-    Example: palpate view runs/explore --speed 2
+    Example: palpate view runs/explore --time-scale 2
 
-    Example: palpate view runs/grasp --speed 0.5
+    Example: palpate view runs/grasp --time-scale 0.5
 
-    Example: palpate view runs/explore --video run.gif --speed 10
+    Example: palpate view runs/explore --video run.gif --time-scale 10
     """
 
     log: LogPlace = None
     """Log file (.mcap) of `palpate explore`, `regulate`, `friction` or `grasp`; a folder stands for its
     latest.mcap."""
-    speed: float = 1.0
-    """How many times as fast as in reality; inf: as fast as it can be computed."""
+    time_scale: Annotated[float, tyro.conf.arg(aliases=("--speed",))] = 1.0
+    """Seconds of the run per second of wall time: 2 is twice as fast as in reality; inf: as fast as it can be
+    computed."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
     """Of an exploration, where it is not to be the default: named as the options of `palpate explore`, as in
-    object=box force=3. Several numbers with commas, as in tip=0.008,0.008,0.012."""
+    object=box force=3; mu stands for friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
     config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
     """Experiment file of an exploration; --set goes before what it says."""
     host: str = "127.0.0.1"
@@ -46,10 +47,10 @@ class ViewConfig:
     """Of a log: write a still of its last contact, of a grasp where it grips hardest, drawn by the simulator,
     instead of opening a view."""
     video: Annotated[Path | None, tyro.conf.arg(metavar="FILE.GIF")] = None
-    """Of a log: write a video of it likewise, --speed times as fast as in reality."""
+    """Of a log: write a video of it likewise, at that time scale."""
 
     def __post_init__(self) -> None:
-        positive("speed", self.speed, "times", infinite_allowed=True)
+        positive("time_scale", self.time_scale, "", infinite_allowed=True)
         if not 0 <= self.port <= 65535:
             raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, or 0 for one that is free")
         if self.log is None and (self.picture is not None or self.video is not None):
@@ -63,5 +64,5 @@ class ViewConfig:
         for name, path, suffix in (("picture", self.picture, ".png"), ("video", self.video, ".gif")):
             if path is not None and path.suffix.lower() != suffix:
                 raise InvalidValueError(f"{name} = {path}: must end in {suffix}, which is what is written")
-        if self.video is not None and math.isinf(self.speed):
-            raise InvalidValueError("speed = inf: a video needs a finite one")
+        if self.video is not None and math.isinf(self.time_scale):
+            raise InvalidValueError("time_scale = inf: a video needs a finite one")

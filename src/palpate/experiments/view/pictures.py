@@ -47,7 +47,7 @@ def write_still(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: P
     write_png(picture, path)
 
 
-def write_video(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: Path, speed: float) -> int:
+def write_video(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: Path, time_scale: float) -> int:
     """Write a video of a run; returns of how many pictures.
 
     Args:
@@ -55,7 +55,7 @@ def write_video(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: P
         scene: As for `write_still`.
         frames: The run, at least one period.
         path: The file (GIF).
-        speed: Times as fast as in reality.
+        time_scale: Seconds of the run per second of the video.
 
     Raises:
         NoRendererError: This machine cannot draw off screen.
@@ -63,12 +63,12 @@ def write_video(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: P
         OSError: The file cannot be written.
     """
     _check_any(frames)
-    times = np.arange(frames.time[0], frames.time[-1], INTERVAL * speed)
+    times = np.arange(frames.time[0], frames.time[-1], INTERVAL * time_scale)
     if len(times) > MOST_PICTURES:
-        least = speed * len(times) / MOST_PICTURES
+        least = time_scale * len(times) / MOST_PICTURES
         raise InvalidValueError(
-            f"speed = {speed:g}: makes a video of {len(times)} pictures, the limit is {MOST_PICTURES}; take at "
-            f"least {least:.2g} times real time"
+            f"time_scale = {time_scale:g}: makes a video of {len(times)} pictures, the limit is {MOST_PICTURES}; "
+            f"take at least {least:.2g}"
         )
     chosen = np.searchsorted(frames.time, times) if len(times) else np.array([0])
 

@@ -18,20 +18,18 @@ from palpate.experiments.known_truth import known_scene
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.view import regulation_scene
 from palpate.experiments.replay.kinds import kind_of
-from palpate.experiments.replay.settings import settings_of
-from palpate.experiments.robot.values import load_named_robot, values_of
+from palpate.experiments.robot.values import load_named_robot
+from palpate.experiments.sweep.typed_values import fixed_options
 from palpate.experiments.view.scenes import scene_view
 from palpate.experiments.view.twin import shown_plan
 from palpate.runtime import Pacer
 from palpate.runtime.log import Log
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
-from palpate.strict_decode import decode_some
-from palpate.strict_yaml import read_yaml
 from palpate.viewing import ViewScene
 
-DEFAULT_ROBOT = "stage"
-"""As in `ExploreConfig`."""
+OWN = {"config": "give it as --config FILE.YAML"}
+"""What --set does not take, and what to type."""
 
 ViewedPlan = ExplorationPlan | RegulationPlan | FrictionPlan | GraspPlan
 """What there is a view of."""
@@ -42,34 +40,33 @@ class Pace:
     """A robot file's `pace`, in simulation: so many times as fast as in reality.
 
     Attributes:
-        speed: Times; infinite for as fast as it can be computed.
+        scale: Times; infinite for as fast as it can be computed.
     """
 
-    speed: float
+    scale: float
 
     def pacer(self, period: float) -> Pacer:
         """Return a pacer for a control period of simulated time [s]."""
-        return SimulatedTime() if self.speed == float("inf") else RealTime(period / self.speed)
+        return SimulatedTime() if self.scale == float("inf") else RealTime(period / self.scale)
 
 
-def watched_plan(words: Sequence[str], config: Path | None, speed: float) -> ExplorationPlan:
+def watched_plan(words: Sequence[str], config: Path | None, time_scale: float) -> ExplorationPlan:
     """Return the plan of an exploration that is to be watched.
 
     Args:
         words: Values as NAME=VALUE; they go before those of the file, and those before the robot file's.
         config: Experiment file, if there is one.
-        speed: Times as fast as in reality.
+        time_scale: Seconds of the run per second of wall time.
 
     Raises:
         InvalidValueError: Something in it is wrong.
     """
     overlay = {} if config is None else load_overlay(config, ExploreConfig)
-    overlay |= decode_some(_with_lists(settings_of(words)), ExploreConfig)
-    name = str(overlay.get("robot", DEFAULT_ROBOT))
-    robot = load_named_robot(name)
-    values = {**values_of(robot), **overlay, "robot": name}
-    paced = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(speed)))
-    return plan(ExploreConfig(**values), paced)  # type: ignore[arg-type]  # decode_some has checked the types
+    overlay |= fixed_options(words, ExploreConfig, OWN)
+    asked = ExploreConfig(**overlay)  # type: ignore[arg-type]  # their types have been checked
+    robot = load_named_robot(asked.robot)
+    paced = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(time_scale)))
+    return plan(asked, paced)
 
 
 def recorded_plan(log: Log) -> ViewedPlan:
@@ -112,14 +109,3 @@ def view_scene(planned: ViewedPlan) -> ViewScene:
     config = planned.config
     title = f"Exploration of {config.article} {config.object}, {config.robot}"
     return scene_view(title, model, config.map_spacing)
-
-
-def _with_lists(settings: dict[str, object]) -> dict[str, object]:
-    """Numbers with commas as lists: `settings_of` knows only of those that a replay can change."""
-    found = dict(settings)
-    size = found.get("size")
-    if isinstance(size, str):
-        found["size"] = read_yaml(f"[{size}]")
-    elif isinstance(size, float | int):
-        found["size"] = [size]
-    return found

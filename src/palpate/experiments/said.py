@@ -1,0 +1,14 @@
+"""A line for people, on the terminal or wherever the output goes."""
+
+from contextlib import suppress
+
+from rich.console import Console
+
+
+def say(console: Console, text: str) -> None:
+    """Print a text as it is, in one line: what people typed may look like markup, and paths are long.
+
+    Whoever reads the output may have had enough, upon which rich exits: that must cost neither run nor report.
+    """
+    with suppress(OSError, SystemExit):
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
