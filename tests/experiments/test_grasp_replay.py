@@ -118,4 +118,4 @@ def test_what_cannot_be_changed_is_refused_with_its_reason(grasped, settings, to
 
 def test_the_command_says_that_all_is_the_same(grasped, capsys):
     assert main(["replay", str(grasped["two"].parent)]) == 0
-    assert "all that was sensed is the same" in " ".join(capsys.readouterr().out.split())
+    assert "all that was felt is the same" in " ".join(capsys.readouterr().out.split())

@@ -335,7 +335,7 @@ def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
     assert "http://" not in html.replace("http://www.w3.org", "")
     assert "What limits it" in html
     assert main(["replay", str(out)]) == 0
-    assert "identical, bit for bit; all that was sensed is the same" in capsys.readouterr().out
+    assert "identical, bit for bit; all that was felt is the same" in capsys.readouterr().out
     assert main(["replay", str(out), "--set", "force=3"]) == 0
     assert "commanded velocity apart" in capsys.readouterr().out
     assert main(["replay", str(out), "--set", "stiffness=3"]) == 2

@@ -221,7 +221,7 @@ def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, e
 def test_of_a_surface_that_is_not_there_no_force_is_drawn_and_no_number_made_up():
     report = regulation_report(regulate(RegulateConfig(surface="missing")))
     texts = {figure.name: figure.text for figure in report.summary}
-    assert texts["true force, RMS error"] == texts["sensed force, RMS error"] == "-"
+    assert texts["true force, RMS error"] == texts["felt force, RMS error"] == "-"
     assert "nan" not in texts.values()
     assert force_overview(report.series) is None
 

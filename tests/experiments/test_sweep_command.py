@@ -179,7 +179,7 @@ def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
 
 def test_figures_to_show_are_chosen(here, undrawn, tmp_path, capsys):
     assert main([*TYPED, "--show", "sensed_rms_n", "--out", str(tmp_path)]) == 0
-    assert "sensed force, RMS error" in capsys.readouterr().out
+    assert "felt force, RMS error" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

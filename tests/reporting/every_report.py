@@ -1,13 +1,21 @@
 """A report of every kind, small, with the same text wherever people type one."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import trimesh
 
 from palpate import LimitSurface
+from palpate.experiments.bench.report import bench_html
+from palpate.experiments.bench.study import Row, Study
 from palpate.experiments.compare.config import CompareConfig
 from palpate.experiments.compare.report import comparison_html as mesh_comparison_html
+from palpate.experiments.sweep.figure import Figure
+from palpate.experiments.sweep.record import RunRecord, RunStatus
+from palpate.experiments.sweep.report import report_html as sweep_html
+from palpate.experiments.sweep.result import SweepResult
+from palpate.experiments.sweep.typed_values import Varied
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.mapping.compare import compare
 from palpate.mapping.compare_files import read_map, read_reference
@@ -32,8 +40,9 @@ from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
 from reporting.test_report import CAP, FULL, MESH, series_of, timing_of
+from sweep_runs import planned
 
-KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh")
+KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep", "bench")
 TIMING = timing_of(np.full(600, 1e-4), 2e-3)
 
 
@@ -46,6 +55,8 @@ def html_of(kind, typed, folder):
         "grasp": _grasp,
         "replay": _replay,
         "runs": _runs,
+        "sweep": _sweep,
+        "bench": _bench,
         "mesh": lambda told: _mesh(told, folder),
     }[kind](typed)
 
@@ -139,3 +150,39 @@ def _mesh(typed, folder):
     reference = read_reference(folder / "ball.stl", 1.0)
     found = compare(read_map(folder / "ball.stl", 1.0, 500), reference, within=1e-3, samples=500)
     return mesh_comparison_html(found, reference, config)
+
+
+def _sweep(typed):
+    plan = planned("force=1,2", seeds=2)
+    pairs = zip(plan.combinations, ("usual", typed), strict=True)
+    combinations = tuple(replace(each, values=(value,)) for each, value in pairs)
+    plan = replace(
+        plan,
+        asked=replace(plan.asked, vary=((f"robot=usual,{typed}",),)),
+        varied=(Varied("robot", ("usual", typed)),),
+        combinations=combinations,
+        runs=tuple(replace(run, combination=combinations[run.number // 2]) for run in plan.runs),
+    )
+    records = tuple(
+        RunRecord(
+            run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
+            status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
+            figures={"force_rms_n": 1e-3 * (1 + run.number), "overshoot": 0.1 * run.number},
+        )
+        for run in plan.runs
+    )  # fmt: skip
+    figures = (Figure("force_rms_n", "true force, RMS error", "N"), Figure("overshoot", "share of the step"))
+    return sweep_html(SweepResult(plan, records, figures))
+
+
+def _bench(typed):
+    rows = (
+        Row("palpate", f"palpate {typed}", 1e-6, 1e-9, 1e-8, typed),
+        Row("palpate", "coarse", 1e-7, 1e-6, 1e-5),
+        Row(typed, typed, 2e-6, math.nan, math.nan, "no answer"),
+    )
+    studies = (
+        Study("mapping", typed, typed, "time per fit", "s", "of the radius", "m", rows),
+        Study("contact", typed, typed, "time per contact", "s", "of the centroid, relative", "", rows),
+    )
+    return bench_html(studies, typed, (typed,))

@@ -21,7 +21,7 @@ from viewing.browser import page
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium (Debian: apt install chromium)")
 
-QUICK = ("runs",)
+QUICK = ("runs", "sweep", "bench")
 EVERY = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS]
 
 SMALLEST = 9.0  # [px] of text in pictures, on a phone
@@ -32,7 +32,9 @@ HOSTILE = (
     "</style></title></textarea>--><style>body{display:none}</style><a href='javascript:window.ran=1'>"
 )
 
-UNITLESS = re.compile(r"number of|share of|force / |/ normal force|^contacts$|mu|^taken for$|^touched$|^Friction$")
+UNITLESS = re.compile(
+    r"number of|relative|share of|force / |/ normal force|^contacts$|mu|^robot$|^taken for$|^touched$|^Friction$"
+)
 """Labels of counts and ratios, and of what is words."""
 
 

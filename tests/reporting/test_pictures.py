@@ -67,7 +67,7 @@ def legend(picture) -> list[str]:
 
 
 def test_legends_name_the_phases_that_can_be_seen():
-    assert set(legend(force_zoom(SERIES))) == {"scan", "true", "measured", "set"}
+    assert set(legend(force_zoom(SERIES))) == {"scan", "true", "felt", "set"}
     assert {"approach", "scan", "lift"} <= set(legend(force_overview(SERIES)))
     assert "done" not in legend(force_overview(SERIES))  # one sample: no width
 

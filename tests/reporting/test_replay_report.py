@@ -14,7 +14,7 @@ from palpate.reporting.replay_pictures import (
     RECORDED,
     REPLAYED,
     difference_picture,
-    sensed_picture,
+    felt_picture,
     velocity_picture,
 )
 from palpate.reporting.replay_report import replay_html, write_replay_report
@@ -75,8 +75,8 @@ def test_without_a_period_there_is_a_report_all_the_same():
 
 def test_without_contact_there_is_no_picture_of_it():
     untouched = dataclasses.replace(side(), normal_force=np.full(COUNT, np.nan))
-    assert sensed_picture(report_of(untouched, untouched)) is None
-    assert sensed_picture(report_of(untouched, side())) is not None
+    assert felt_picture(report_of(untouched, untouched)) is None
+    assert felt_picture(report_of(untouched, side())) is not None
 
 
 def test_the_same_report_gives_the_same_file_in_place_of_the_former(tmp_path):

@@ -7,6 +7,7 @@ from palpate.experiments.friction.run import FILE_NAME, RubbingRun
 from palpate.experiments.grasp.run import Grasp
 from palpate.experiments.regulate.run import Regulation
 from palpate.experiments.replay.run import ReplayedLog
+from palpate.reporting.story import NOTHING
 from palpate.runtime import Ending, RunResult
 
 WELL_OBSERVED = 0.95
@@ -20,8 +21,6 @@ WIDE = 0.2
 
 MUCH_GRIP = 1.5
 """Times the least grip, from which on a smaller margin would do."""
-
-NOTHING = "Nothing has to be done."
 
 
 def advice_on_exploration(exploration: Exploration) -> tuple[str, ...]:
@@ -47,7 +46,7 @@ def advice_on_exploration(exploration: Exploration) -> tuple[str, ...]:
         said.append(
             "To compare the map with a model of the object: palpate compare contacts.ply part.stl, both in metres."
         )
-    return _or_nothing(said)
+    return tuple(said)
 
 
 def advice_on_regulation(regulation: Regulation) -> tuple[str, ...]:
@@ -62,7 +61,7 @@ def advice_on_regulation(regulation: Regulation) -> tuple[str, ...]:
         said.append(f"The gain margin of {margin:.2g} is small: a stiffer --assumed-stiffness lowers the gain.")
     if regulation.peak > regulation.planned.limits.force:
         said.append("The force went beyond its limit: land more slowly (--landing-speed), or press with less.")
-    return _or_nothing(said)
+    return tuple(said)
 
 
 def advice_on_friction(rubbing: RubbingRun) -> tuple[str, ...]:
@@ -77,7 +76,7 @@ def advice_on_friction(rubbing: RubbingRun) -> tuple[str, ...]:
         elif not math.isfinite(found.upper):
             said.append("It never slipped for long enough: longer strokes (--most-travel) or less load tell mu.")
         said.append(f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}.")
-    return _or_nothing(said)
+    return tuple(said)
 
 
 def advice_on_grasp(grasp: Grasp) -> tuple[str, ...]:
@@ -93,7 +92,7 @@ def advice_on_grasp(grasp: Grasp) -> tuple[str, ...]:
             f"It was held with {grasp.grip_ratio:.2g} times the least grip: a smaller --margin, or friction known "
             "better (palpate friction), would do with less."
         )
-    return _or_nothing(said)
+    return tuple(said)
 
 
 def advice_on_replay(done: ReplayedLog) -> tuple[str, ...]:
@@ -119,7 +118,3 @@ def _of_ending(result: RunResult) -> tuple[str, ...]:
     if result.ending is Ending.DONE:
         return ()
     return ("It did not get to its end: what is shown is what there was until then; repeat it.",)
-
-
-def _or_nothing(said: list[str]) -> tuple[str, ...]:
-    return tuple(said) if said else (NOTHING,)

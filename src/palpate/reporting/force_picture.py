@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope
-from palpate.reporting.lines import draw_true_and_measured
+from palpate.reporting.lines import draw_true_and_felt
 from palpate.reporting.phases import scan_window, shade, within
 from palpate.reporting.style import DASHED, MILLI, QUIET, WANTED, Picture, Width, dress, legend_above, new_figure
 
@@ -81,6 +81,6 @@ def _zoom(series: TimeSeries, width: Width) -> Figure:
 def _draw_forces(axes: Axes, series: TimeSeries, shown: npt.NDArray[np.bool_]) -> None:
     time = series.time[shown]
     true = None if series.true_force is None else series.true_force[shown]
-    draw_true_and_measured(axes, time, true, series.measured_force[shown])
+    draw_true_and_felt(axes, time, true, series.measured_force[shown])
     wanted = envelope(time, series.set_force[shown])
     axes.plot(*wanted, color=WANTED, linewidth=1.2, linestyle=DASHED, label="set")

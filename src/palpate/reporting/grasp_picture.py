@@ -69,8 +69,8 @@ def felt_grip_picture(series: GraspSeries) -> Picture:
             "other the "
             "better."
         ),
-        full=_grip(series, Width.FULL, "measured", MEASURED),
-        narrow=_grip(series, Width.HALF, "measured", MEASURED),
+        full=_grip(series, Width.FULL, "felt", MEASURED),
+        narrow=_grip(series, Width.HALF, "felt", MEASURED),
     )
 
 

@@ -7,7 +7,7 @@ from html import escape
 
 from palpate.atomic_file import replacing
 from palpate.reporting.encode import DOTS_PER_INCH, picture_uri
-from palpate.reporting.story import Story
+from palpate.reporting.story import NOTHING, Story
 from palpate.reporting.style import Picture, Width
 from palpate.runtime.palette import css_variables
 
@@ -31,6 +31,7 @@ h1 { font-size: 1.6rem; line-height: 1.25; margin: 0.4em 0; overflow-wrap: anywh
 h2 { font-size: 1.15rem; margin: 2em 0 0.6em; overflow-wrap: anywhere; }
 section > * + .card, section > * + .pictures { margin-top: 16px; }
 h3 { font-size: 1rem; margin: 0 0 0.4em; overflow-wrap: anywhere; }
+.card + h3 { margin-top: 1.4em; }
 p, li { overflow-wrap: anywhere; }
 .asked { color: var(--quiet); margin: 0 0 0.3em; }
 .outcome { font-size: 1.05rem; margin: 0 0 1.2em; }
@@ -99,7 +100,7 @@ def report_page(story: Story, parts: Iterable[str]) -> str:
             f'<p class="outcome">{text(story.outcome)}</p>',
             table([(k.name, k.text, k.unit, k.note) for k in story.figures], COLUMNS),
             *parts,
-            section("What to do", [f"<p>{text(each)}</p>" for each in story.advice]),
+            section("What to do", [f"<p>{text(each)}</p>" for each in story.advice or (NOTHING,)]),
             section("How to repeat it", [*repeat, table(story.settings, ("name", "value"))]),
             f"<footer>{text(story.footer)} Written by palpate.</footer>",
         ],

@@ -17,22 +17,22 @@ class StepCurves:
 
     Attributes:
         time: Since the step, shape (n,) [s].
-        sensed: Mean of the sensed force, shape (n,); None if it is not known.
+        felt: Mean of the felt force, shape (n,); None if it is not known.
         true: Mean of the true force, shape (n,), if it is known.
-        each: Every single step that `true` (or, without it, `sensed`) is the mean of, shape (steps, n).
+        each: Every single step that `true` (or, without it, `felt`) is the mean of, shape (steps, n).
         rise: When 10 and 90 % were reached [s]; NaN if they were not.
         band: Half width of the band about 1 in which it counts as settled.
     """
 
     time: FloatArray
-    sensed: FloatArray | None
+    felt: FloatArray | None
     true: FloatArray | None
     each: FloatArray
     rise: tuple[float, float]
     band: float
 
     def __post_init__(self) -> None:
-        for name in ("sensed", "true"):
+        for name in ("felt", "true"):
             values = getattr(self, name)
             if values is not None and values.shape != self.time.shape:
                 raise InvalidValueError(f"{name} has shape {values.shape}: must be {self.time.shape}, as time")

@@ -49,18 +49,18 @@ def difference_picture(report: ReplayReport) -> Picture | None:
     )
 
 
-def sensed_picture(report: ReplayReport) -> Picture | None:
-    """Return the picture of the sensed normal force, or None if nothing was touched."""
+def felt_picture(report: ReplayReport) -> Picture | None:
+    """Return the picture of the felt normal force, or None if nothing was touched."""
     if not any(np.isfinite(side.normal_force).any() for side in (report.recorded, report.replayed)):
         return None
     return Picture(
-        title="Sensed normal force",
+        title="Felt normal force",
         caption=(
             "The normal force that touch found in the same samples, then and now. It differs only if what sensing "
             "goes by was changed: fingertip, sensor, or set force and stiffness (how far the tip gives way)."
         ),
-        full=_sensed(report, Width.FULL),
-        narrow=_sensed(report, Width.HALF),
+        full=_felt(report, Width.FULL),
+        narrow=_felt(report, Width.HALF),
     )
 
 
@@ -90,7 +90,7 @@ def _difference(report: ReplayReport, apart: FloatArray, width: Width) -> Figure
     return figure
 
 
-def _sensed(report: ReplayReport, width: Width) -> Figure:
+def _felt(report: ReplayReport, width: Width) -> Figure:
     figure = new_figure(width, 3.0)
     axes = figure.subplots()
     shade(axes, report.recorded.ground)

@@ -26,14 +26,14 @@ def replay_html(report: ReplayReport) -> str:
     """Return `report` as the text of an HTML document."""
     # matplotlib takes a third of a second to import: only those who write a report wait for it.
     from palpate.reporting.page import picture_cards, report_page, section
-    from palpate.reporting.replay_pictures import difference_picture, sensed_picture, velocity_picture
+    from palpate.reporting.replay_pictures import difference_picture, felt_picture, velocity_picture
 
-    over_time = same = sensed = ""
+    over_time = same = felt = ""
     if len(report.recorded.time):
         difference = difference_picture(report)
         over_time = picture_cards([velocity_picture(report), difference])
         same = "" if difference else "<p>No commanded velocity differs.</p>"
-        sensed = picture_cards([sensed_picture(report)]) or "<p>Nothing was touched.</p>"
+        felt = picture_cards([felt_picture(report)]) or "<p>Nothing was touched.</p>"
     return report_page(
         Story(
             report.title,
@@ -45,5 +45,5 @@ def replay_html(report: ReplayReport) -> str:
             report.settings,
             FOOTER,
         ),
-        [section("Commands", [over_time, same]), section("Sensing", [sensed])],
+        [section("Commands", [over_time, same]), section("Sensing", [felt])],
     )

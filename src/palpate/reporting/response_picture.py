@@ -47,7 +47,7 @@ def error_picture(series: TimeSeries) -> Picture | None:
     return Picture(
         title="Force error while holding",
         caption=(
-            "Measured and true force less the set one, while the profile was held; the nearer to zero the better."
+            "Felt and true force less the set one, while the profile was held; the nearer to zero the better."
         ),
         full=_error(series, shown, Width.FULL),
         narrow=_error(series, shown, Width.HALF),
@@ -60,7 +60,7 @@ def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]]
     # broken lines where it is not held
     wanted = np.where(shown, series.set_force, np.nan)
     for force, colour, name, thick in (
-        (series.measured_force, MEASURED, "measured", 0.8),
+        (series.measured_force, MEASURED, "felt", 0.8),
         (series.true_force, TRUE, "true", 1.6),
     ):
         if force is not None:
@@ -90,8 +90,8 @@ def step_picture(steps: StepCurves) -> Picture:
     )
     for row in steps.each:
         axes.plot(time, row, color=QUIET, linewidth=0.5, alpha=0.5)
-    if steps.sensed is not None:
-        axes.plot(time, steps.sensed, color=MEASURED, linewidth=0.9, label="measured")
+    if steps.felt is not None:
+        axes.plot(time, steps.felt, color=MEASURED, linewidth=0.9, label="felt")
     if steps.true is not None:
         axes.plot(time, steps.true, color=TRUE, linewidth=1.8, label="true")
     axes.axhline(1.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")

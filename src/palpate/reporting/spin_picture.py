@@ -7,7 +7,7 @@ from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.envelope import envelope
-from palpate.reporting.lines import draw_true_and_measured
+from palpate.reporting.lines import draw_true_and_felt
 from palpate.reporting.phases import shade
 from palpate.reporting.style import (
     MEASURED,
@@ -39,7 +39,7 @@ def spin_picture(series: TimeSeries, cloud: TouchCloud) -> Picture:
         caption=(
             "Torque about the contact normal, and tangential over normal force, which while sliding is the "
             "coefficient of friction; contacts much lighter than usual are left out of the ratio. Torques far "
-            f"below {LEAST_SPIN:g} mN m are rounding. Measured torque on the true one, and an even ratio, "
+            f"below {LEAST_SPIN:g} mN m are rounding. Felt torque on the true one, and an even ratio, "
             f"are good."
         ),
         full=_draw(series, cloud, Width.FULL),
@@ -53,10 +53,10 @@ def _draw(series: TimeSeries, cloud: TouchCloud, width: Width) -> Figure:
     for axes in (spin, ratio):
         shade(axes, series)
     true = None if series.true_spin_torque is None else MILLI * series.true_spin_torque
-    draw_true_and_measured(spin, series.time, true, MILLI * series.spin_torque)
+    draw_true_and_felt(spin, series.time, true, MILLI * series.spin_torque)
     low, high = spin.get_ylim()
     spin.set_ylim(min(low, -LEAST_SPIN), max(high, LEAST_SPIN))
-    ratio.plot(*envelope(*_force_ratio(cloud)), color=MEASURED, linewidth=0.8, label="measured")
+    ratio.plot(*envelope(*_force_ratio(cloud)), color=MEASURED, linewidth=0.8, label="felt")
     ratio.set_ylim(bottom=0.0)
     dress(spin, x="", y="spin torque [mN m]")
     dress(ratio, x="time [s]", y="tangential / normal force")

@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 from palpate.reporting.data import KeyFigure
 
+NOTHING = "Nothing has to be done."
+"""Said where there is no advice."""
+
 
 @dataclass(frozen=True, slots=True)
 class Story:
@@ -14,7 +17,7 @@ class Story:
         asked: What was asked for, a sentence without its full stop; "" to say nothing.
         outcome: How it ended, a sentence or more.
         figures: Most important first.
-        advice: What to do now, a sentence or two each.
+        advice: What to do now, a sentence or two each; none where nothing has to be done.
         repeat: What is repeated, and the command that does so.
         settings: Name and value with unit of each setting.
         footer: In what frame, and of what, the numbers are: a sentence or more.

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, ListedColormap
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
@@ -149,7 +149,7 @@ def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
         axes.grid(visible=True, color=GRID, linewidth=0.6)
 
 
-def legend_above(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
+def legend_above(figure: FigureBase, axes: Iterable[Axes], columns: int) -> None:
     """Put one legend for all `axes` above them, each label once."""
     entries: dict[str, Artist] = {}
     for each in axes:

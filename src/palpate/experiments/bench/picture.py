@@ -21,7 +21,7 @@ def study_picture(study: Study) -> Picture | None:
     if not series:
         return None
     return Picture(
-        title=study.title,
+        title=f"{study.cost[:1].upper()}{study.cost[1:]} against error",
         caption=f"{_words(study.cost, study.cost_unit)} against the error {study.error}: the mark is what is "
         "typical, the line above it goes up to the largest. Both scales are logarithmic; lower is better.",
         full=_drawn(study, series, Width.FULL, 3),

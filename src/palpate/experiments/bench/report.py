@@ -30,6 +30,7 @@ def bench_html(studies: Sequence[Study], asked: str, left_out: Sequence[str]) ->
         asked="What each method costs on this computer, and how far it is off",
         outcome=f"{finished}{missing}. Methods took turns: trust the ratios more than the times.",
         figures=(),
+        advice=(f"To measure what is missing: palpate bench {' '.join(left_out)}.",) if left_out else (),
         repeat=(("All of it again:", asked),),
         settings=computer(),
         footer="Errors are against known truths; times are the least of many turns.",
@@ -69,9 +70,9 @@ def study_facts(study: Study) -> dict[str, object]:
 
 def _part(study: Study) -> str:
     least = min((row.cost for row in study.rows if math.isfinite(row.cost)), default=math.nan)
-    heads = ("method", study.cost, f"error {study.error}", "")
+    heads = ("method", study.cost, "", f"error {study.error}", "", "")
     rows = [_cells(study, row, least) for row in study.rows]
-    columns = ("name", "value", "value", "note")
+    columns = ("name", "value", "unit", "value", "unit", "note")
     parts = [f"<p>{text(study.about)}</p>", picture_cards([study_picture(study)]), table(rows, columns, heads)]
     return section(study.title, parts)
 
@@ -83,15 +84,16 @@ def _cells(study: Study, row: Row, least: float) -> tuple[str, ...]:
     beside += [row.note] if row.note else []
     return (
         row.method,
-        _unbroken(quantity(row.cost, study.cost_unit)),
-        _unbroken(quantity(row.typical, study.error_unit)),
+        *_parted(row.cost, study.cost_unit),
+        *_parted(row.typical, study.error_unit),
         "; ".join(beside),
     )
 
 
-def _unbroken(number: str) -> str:
-    """A number with its unit that stays in one line."""
-    return number.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{NON-BREAKING HYPHEN}")
+def _parted(value: float, unit: str) -> tuple[str, str]:
+    """A number and its unit, each for a column of its own."""
+    number, _, prefixed = quantity(value, unit).partition(" ")
+    return number, prefixed
 
 
 def quantity(value: float, unit: str) -> str:

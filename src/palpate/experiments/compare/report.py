@@ -105,7 +105,7 @@ def _advice(found: Comparison, config: CompareConfig) -> tuple[str, ...]:
             f"say with "
             "--region what can be reached.",
         )
-    return ("Nothing has to be done.",)
+    return ()
 
 
 def _command(config: CompareConfig) -> str:

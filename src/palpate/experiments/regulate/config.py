@@ -36,7 +36,7 @@ class RegulateConfig:
     """Hold a force on a simulated surface, still, moving or yielding, while something else moves the arm.
 
     A fingertip on a six-axis force/torque sensor lands on the surface, settles, holds the force profile and lifts
-    off. The report shows the force, set, sensed and true, how it answers to steps (rise, overshoot, settling) or
+    off. The report shows the force, set, felt and true, how it answers to steps (rise, overshoot, settling) or
     to sines (amplitude, phase, bandwidth), what limits that, and the margins of the force control.
 
     All values are in SI units: metres, newtons, seconds.

@@ -22,12 +22,12 @@ def key_figures(regulation: Regulation) -> tuple[KeyFigure, ...]:
     planned, config, result = regulation.planned, regulation.planned.config, regulation.run
     moving = config.profile in ("step", "sine")
     note = "what the set force changes by included" if moving else "first half second left out"
-    judged = "true" if regulation.truth.known else "sensed"
+    judged = "true" if regulation.truth.known else "felt"
     figures = [
         KeyFigure("true force, RMS error", regulation.true_rms, "N", note, digits=3)
         if regulation.truth.known
         else KeyFigure("true force", NOT_KNOWN),
-        KeyFigure("sensed force, RMS error", regulation.sensed_rms, "N", digits=3),
+        KeyFigure("felt force, RMS error", regulation.sensed_rms, "N", digits=3),
         KeyFigure(
             "largest force of landing", regulation.landing_peak, "N", f"at {landing_words(planned)}", digits=3
         ),
@@ -42,7 +42,7 @@ def key_figures(regulation: Regulation) -> tuple[KeyFigure, ...]:
     error = round(regulation.sensor_error, 6) + 0.0  # of a perfect sensor, rounding errors are left; no -0
     return (
         *figures,
-        KeyFigure("sensed less true force at the end", error, "N", "what the sensor is off", 3),
+        KeyFigure("felt less true force at the end", error, "N", "what the sensor is off", 3),
         KeyFigure("contact", regulation.loss.value, "", _bounced(regulation.bounces)),
         KeyFigure("gain halved", regulation.guard_trips, "times", "because force control swung"),
         KeyFigure(time_name(regulation.cost), result.duration, "s"),

@@ -39,7 +39,7 @@ def regulation_report(regulation: Regulation) -> RegulationReport:
         steps=curves,
         tones=tuple(
             BodeCurve(name, answer.frequency, answer.gain, answer.phase_deg)
-            for name, answer in (("true", tones if known else None), ("measured", felt))
+            for name, answer in (("true", tones if known else None), ("felt", felt))
             if answer is not None
         ),
         bandwidth=None if tones is None else tones.bandwidth,

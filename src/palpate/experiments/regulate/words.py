@@ -19,7 +19,7 @@ WRONG_BY = 3.0
 """What the stiffness may be off by for steps to overshoot by no more than 10 %, as `STEP_IN_DELAYS` says."""
 
 DRIFTED = 5.0
-"""Sensed and true force differ if by more than so many standard errors, and by a hundredth of the set force."""
+"""Felt and true force differ if by more than so many standard errors, and by a hundredth of the set force."""
 
 WORDS = {
     Loss.NEVER: "contact was never lost",
@@ -66,7 +66,7 @@ def outcome(regulation: Regulation) -> str:
         said = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."]
     said += change_sentences(regulation.changes, result.duration, "anything was held")
     if regulation.peak > limit:
-        force = "true" if regulation.truth.known else "sensed"
+        force = "true" if regulation.truth.known else "felt"
         said.append(f"The {force} force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
     if regulation.guard_trips:
         share = 0.5**regulation.guard_trips

@@ -1,6 +1,7 @@
 """What a run is measured by."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 FigureValue = float | int | bool | str | None
@@ -25,3 +26,9 @@ class Figure:
 def number(value: float | None) -> float | None:
     """Return a number as a plain float; None where there is none, or not a finite one."""
     return None if value is None or not math.isfinite(value) else float(value)
+
+
+def is_share(values: Iterable[FigureValue]) -> bool:
+    """Return whether a figure's values are true or false: shown is then the share of runs for which it is true."""
+    known = [value for value in values if value is not None]
+    return bool(known) and all(isinstance(value, bool) for value in known)

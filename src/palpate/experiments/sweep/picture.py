@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
+from matplotlib.figure import FigureBase
 from matplotlib.ticker import MaxNLocator
 
 from palpate.atomic_file import replacing
-from palpate.experiments.sweep.figure import Figure
+from palpate.experiments.sweep.figure import Figure, is_share
 from palpate.experiments.sweep.result import HIGH, LOW, Spread, SweepResult, numbers_of, spread_of
 from palpate.experiments.sweep.scale import Scale, scale_of
 from palpate.experiments.sweep.typed_values import Varied, shown_value
@@ -22,9 +23,12 @@ from palpate.reporting.style import (
     MEASURED,
     QUIET,
     SIDE_BY_SIDE,
+    SMALL_SIZE,
     Picture,
     Width,
     dress,
+    label,
+    legend_above,
     new_figure,
 )
 
@@ -48,6 +52,9 @@ PANEL_HEIGHT = 3.1
 
 COLUMNS = 3
 """Panels side by side, across a screen."""
+
+LEGEND_COLUMNS = 3
+"""Names of lines beside each other: so many fit on a phone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +81,7 @@ def summary_picture(result: SweepResult) -> Drawing:
     parts = drawing.subfigures(max(1, len(result.figures)), 1, squeeze=False)[:, 0]
     drawing.suptitle(result.plan.title, fontsize=FONT_SIZE + 1.0, color=INK)
     for part, figure in zip(parts, result.figures, strict=False):
-        _draw(list(part.subplots(rows, across, squeeze=False).ravel()), result, figure, panels)
+        _draw(part, rows, across, result, figure, panels)
     if not result.figures:
         drawing.text(0.5, 0.5, "no run has a figure to show", ha="center", fontsize=FONT_SIZE, color=QUIET)
     return drawing
@@ -106,7 +113,7 @@ def pictures(result: SweepResult) -> list[Picture]:
 def _alone(result: SweepResult, figure: Figure, panels: Sequence[_Panel], across: int) -> Drawing:
     rows = -(-len(panels) // across)
     drawing = new_figure(Width.FULL if across > 1 else Width.HALF, (PANEL_HEIGHT + 0.3) * rows)
-    _draw(list(drawing.subplots(rows, across, squeeze=False).ravel()), result, figure, panels)
+    _draw(drawing, rows, across, result, figure, panels)
     return drawing
 
 
@@ -126,18 +133,18 @@ def _panels(result: SweepResult) -> list[_Panel]:
 
 def _caption(result: SweepResult, figure: Figure, panels: Sequence[_Panel]) -> str:
     seeds = len(result.plan.seeds)
-    shares = all(isinstance(value, bool) for value in _known(result, figure))
     if panels[0].along is None:
-        said = "Each point is a run, one per seed."
-    elif shares:
-        said = "Shares of all runs."
+        said = "Each point is a run, one per seed; the line is their median."
+    elif is_share(_known(result, figure)):
+        said = "Share of the runs for which it is so."
     elif panels[0].is_map:
-        said = f"Medians over {seeds} seeds."
+        said = "Medians over the seeds, as colours; grey where no run got to its end."
     elif seeds == 1 and len(panels) == 1:
-        said = "One run each."
+        said = "One run each: what is chance, only more seeds can tell."
     else:
         said = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %"
         said += f", {seeds} seeds each." if len(panels) == 1 else ", over all seeds and all other options."
+        said += " Where bands do not meet, the difference is hardly chance."
     left = len(result.failures)
     return said + (f" {left} run{'s' if left > 1 else ''} that did not get to the end left out." if left else "")
 
@@ -147,18 +154,21 @@ def _known(result: SweepResult, figure: Figure) -> list[bool | int | float]:
     return [value for value in values if isinstance(value, bool | int | float)]
 
 
-def _draw(all_axes: Sequence[Axes], result: SweepResult, figure: Figure, panels: Sequence[_Panel]) -> None:
+def _draw(
+    drawing: FigureBase, rows: int, across: int, result: SweepResult, figure: Figure, panels: Sequence[_Panel]
+) -> None:
     values = numbers_of(_known(result, figure))
     scale = scale_of(figure.unit, float(np.abs(values).max()) if values.size else 0.0)
     logarithmic = values.size > 0 and values.min() > 0.0 and values.max() >= LOGARITHMIC_FIGURE * values.min()
-    label = _label(figure.words, scale)
+    quantity = _quantity(figure.words, scale)
+    all_axes = list(drawing.subplots(rows, across, squeeze=False).ravel())
     for axes, panel in zip(all_axes, panels, strict=False):
         if panel.along is None:
-            _draw_seeds(axes, result, figure, scale, label)
+            _draw_seeds(axes, result, figure, scale, quantity)
         elif panel.is_map:
-            _draw_map(axes, result, figure, panel, scale, label)
+            _draw_map(axes, result, figure, panel, scale, quantity)
         else:
-            _draw_lines(axes, result, figure, panel, scale, label)
+            _draw_lines(axes, result, figure, panel, scale, quantity)
         if panel.is_map:
             continue
         if logarithmic:
@@ -167,6 +177,7 @@ def _draw(all_axes: Sequence[Axes], result: SweepResult, figure: Figure, panels:
             _widen(axes)
     for axes in all_axes[len(panels) :]:
         axes.set_axis_off()
+    legend_above(drawing, all_axes, LEGEND_COLUMNS)
 
 
 def _widen(axes: Axes) -> None:
@@ -178,7 +189,7 @@ def _widen(axes: Axes) -> None:
         axes.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
 
 
-def _draw_seeds(axes: Axes, result: SweepResult, figure: Figure, scale: Scale, label: str) -> None:
+def _draw_seeds(axes: Axes, result: SweepResult, figure: Figure, scale: Scale, quantity: str) -> None:
     pairs = [
         (record.seed, float(value))
         for record in result.records
@@ -187,13 +198,14 @@ def _draw_seeds(axes: Axes, result: SweepResult, figure: Figure, scale: Scale, l
     seeds, values = [seed for seed, _ in pairs], [scale.factor * value for _, value in pairs]
     axes.plot(seeds, values, "o", color=MEASURED, markersize=4.0)
     if values:
-        axes.axhline(float(np.median(values)), color=QUIET, linewidth=1.0, linestyle="--", label="median")
-        axes.legend(fontsize=FONT_SIZE - 0.5, frameon=False)
+        axes.axhline(float(np.median(values)), color=QUIET, linewidth=1.0, label="median")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    dress(axes, x="seed", y=label)
+    dress(axes, x="seed", y=quantity)
 
 
-def _draw_lines(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, label: str) -> None:
+def _draw_lines(
+    axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, quantity: str
+) -> None:
     along, lines = panel.along, panel.lines
     assert along is not None
     place, x_label = _placed(axes, result, along)
@@ -210,19 +222,17 @@ def _draw_lines(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, 
         middle, low, high = (
             [scale.factor * getattr(spread, name) for _, spread in known] for name in ("middle", "low", "high")
         )
-        name = None if lines is None else f"{lines.name} = {_value_text(result, lines, group)}"
+        name = None if lines is None else _line_name(result, lines, group)
         style = "o-" if _numeric(along) else "o"
         axes.plot(x, middle, style, color=colour, linewidth=1.4, markersize=4.0, label=name)
         if _numeric(along) and len(x) > 1:
             axes.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0.0)
         else:
             axes.vlines(x, low, high, color=colour, alpha=0.5, linewidth=2.0)
-    if lines is not None:
-        axes.legend(fontsize=FONT_SIZE - 1.0, frameon=False, labelcolor=INK)
-    dress(axes, x=x_label, y=label)
+    dress(axes, x=x_label, y=quantity)
 
 
-def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, label: str) -> None:
+def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, quantity: str) -> None:
     along, lines = panel.along, panel.lines
     assert along is not None
     assert lines is not None
@@ -242,8 +252,8 @@ def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, sc
             [_value_text(result, varied, value) for value in varied.values[::every]],
         )
     bar = axes.figure.colorbar(drawn, ax=axes)
-    bar.set_label(label, fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=FONT_SIZE - 0.5, colors=INK)
+    bar.set_label(quantity, fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
 
 
 def _spread(
@@ -286,16 +296,21 @@ def _option_scale(result: SweepResult, varied: Varied) -> Scale:
 
 
 def _value_text(result: SweepResult, varied: Varied, value: object) -> str:
-    """A value with the unit of its axis, short enough to stand there."""
+    """A value in the unit of its axis, short enough to stand there."""
     if isinstance(value, float) and _numeric(varied):
         return f"{_option_scale(result, varied).factor * value:.4g}"
-    text = shown_value(value).rsplit("/", 1)[-1]  # of a file, its name
-    return text if len(text) <= LONGEST_NAME else text[: LONGEST_NAME - 1] + "…"
+    return label(shown_value(value).rsplit("/", 1)[-1], LONGEST_NAME)  # of a file, its name
+
+
+def _line_name(result: SweepResult, varied: Varied, value: object) -> str:
+    """An option with one of its values and their unit."""
+    unit = _option_scale(result, varied).unit
+    return f"{varied.name.replace('_', ' ')} = {_value_text(result, varied, value)} {unit}".rstrip()
 
 
 def _name(result: SweepResult, varied: Varied) -> str:
-    return _label(varied.name.replace("_", " "), _option_scale(result, varied))
+    return _quantity(varied.name.replace("_", " "), _option_scale(result, varied))
 
 
-def _label(words: str, scale: Scale) -> str:
+def _quantity(words: str, scale: Scale) -> str:
     return f"{words} [{scale.unit}]" if scale.unit else words

@@ -1,22 +1,26 @@
 """The report on a sweep: one HTML file."""
 
-from html import escape
+import shlex
+from collections.abc import Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 
-from palpate.atomic_file import replacing
-from palpate.experiments.sweep.plan import DIGITS, Combination
+from palpate.experiments.repeat_words import command_line
+from palpate.experiments.sweep.config import SweepConfig
+from palpate.experiments.sweep.figure import is_share
+from palpate.experiments.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
 from palpate.experiments.sweep.record import RunRecord, RunStatus
 from palpate.experiments.sweep.result import HIGH, LOW, SweepResult, numbers_of, spread_of
 from palpate.experiments.sweep.scale import scale_of
 from palpate.experiments.sweep.typed_values import shown_value
 from palpate.experiments.sweep.words import time_text
+from palpate.reporting import KeyFigure
+from palpate.reporting.story import Story
 
 MOST_ROWS = 60
 """Of a table in the report: the rest is in runs.csv."""
-
-COLUMNS = ("name", "value", "unit", "note")
 
 
 def write_report(result: SweepResult, path: Path) -> None:
@@ -25,51 +29,61 @@ def write_report(result: SweepResult, path: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    text = report_html(result)
-    with replacing(path) as file:
-        file.write(text.encode("utf-8"))
+    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+
+    write_page(report_html(result), path)
 
 
 def report_html(result: SweepResult) -> str:
     """Return the report as the text of an HTML document."""
+    # matplotlib takes a third of a second to import: only those who write a report wait for it.
     from palpate.experiments.sweep.picture import pictures
-    from palpate.reporting.page import page, picture_cards, section, table
+    from palpate.reporting.page import COLUMNS, picture_cards, report_page, section, table, text
 
     plan = result.plan
-    shown = [_section_rows(result, i) for i in range(len(result.figures))]
-    tables = [
-        f'<h3 style="margin-top: 1.4em">{escape(figure.words)}</h3>\n{table(rows, COLUMNS)}'
-        for figure, rows in zip(result.figures, shown, strict=True)
-    ]
-    return page(
-        plan.title,
+    tables = []
+    for i, figure in enumerate(result.figures):
+        share = is_share(result.values(figure, plan.combinations))
+        heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
+        rows = _shortened(combination_rows(result, i), ("", "", "in runs.csv"))
+        tables.append(f"<h3>{text(figure.words)}</h3>\n{table(rows, COLUMNS, heads)}")
+    failures = table(failure_rows(result), ("name", "value", "note"), ("run", "how it went", "why"))
+    return report_page(
+        Story(
+            plan.title,
+            f"palpate {plan.swept.name}, {plan.size}",
+            result.outcome,
+            key_figures(result),
+            advice(result),
+            repeat_commands(plan),
+            setting_rows(result),
+            "Every run is a row of runs.csv, in SI units.",
+        ),
         [
-            f'<h1>{escape(plan.title)}</h1>\n<p class="outcome">{escape(result.outcome)}</p>',
-            table(key_rows(result), COLUMNS),
             section("What came out", [picture_cards(pictures(result))]),
             section("By combination" if plan.varied else "In figures", tables),
-            section(
-                "Runs that did not get to their end", [table(failure_rows(result), ("name", "value", "note"))]
-            ),
-            section("Settings", [table(setting_rows(result), ("name", "value"))]),
-            "<footer>Every run is a row of runs.csv, in SI units. Written by palpate.</footer>",
+            section("Runs that did not get to their end", [failures]),
         ],
     )
 
 
-def key_rows(result: SweepResult) -> list[tuple[str, str, str, str]]:
-    """Return how many runs there are, how they went and what they cost: name, value, unit, note."""
-    rows = [("asked for", str(len(result.records)), "runs", result.plan.size.partition(": ")[2])]
-    rows += [
-        (_STATUS_WORDS[status], str(result.counted(status)), "runs", "")
+SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
+"""What the interval beside a median is."""
+
+
+def key_figures(result: SweepResult) -> tuple[KeyFigure, ...]:
+    """Return how many runs there are, how they went and what they cost."""
+    figures = [_runs("asked for", len(result.records), result.plan.size.partition(": ")[2])]
+    figures += [
+        _runs(_STATUS_WORDS[status], result.counted(status))
         for status in RunStatus
         if status is RunStatus.DONE or result.counted(status)
     ]
     durations = numbers_of([record.duration for record in result.records])
     if durations.size:
-        rows.append(("computing time of a run", time_text(float(np.median(durations))), "", "median"))
-        rows.append(("of all runs together", time_text(float(durations.sum())), "", _hosts(result)))
-    return rows
+        figures.append(_time("computing time of a run", float(np.median(durations)), "median"))
+        figures.append(_time("of all runs together", float(durations.sum()), _hosts(result)))
+    return tuple(figures)
 
 
 def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, str, str]]:
@@ -91,14 +105,10 @@ def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, st
     return rows
 
 
-def failure_rows(result: SweepResult) -> list[tuple[str, str, str]]:
+def failure_rows(result: SweepResult) -> Sequence[tuple[str, ...]]:
     """Return the runs that did not get to their end: which, how it went, why."""
     rows = [(run_name(result, record), record.status.value, record.message) for record in result.failures]
-    return (
-        rows
-        if len(rows) <= MOST_ROWS
-        else [*rows[:MOST_ROWS], (f"and {len(rows) - MOST_ROWS} more", "", "in runs.csv")]
-    )
+    return _shortened(rows, ("", "in runs.csv"))
 
 
 def run_name(result: SweepResult, record: RunRecord) -> str:
@@ -107,7 +117,49 @@ def run_name(result: SweepResult, record: RunRecord) -> str:
     return f"run {record.run}: " + (f"{name}, " if name else "") + f"seed={record.seed}"
 
 
-def setting_rows(result: SweepResult) -> list[tuple[str, str]]:
+def advice(result: SweepResult) -> tuple[str, ...]:
+    """Return what to do after a sweep."""
+    said = []
+    if result.failures:
+        said.append(
+            "Some runs did not get to their end: take away what the reasons above name, and do them again by the "
+            "same command with --repeat-failed."
+        )
+    if result.seeds_alike:
+        said.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
+    elif len(result.plan.seeds) == 1 and len(result.records) > 1:
+        said.append(
+            "With one run of each combination, chance cannot be told from what was varied: --seeds 5 into "
+            "another folder (--out) shows both."
+        )
+    return tuple(said)
+
+
+def repeat_commands(plan: SweepPlan) -> tuple[tuple[str, str], ...]:
+    """Return what can be repeated, and the command that does so."""
+    first = plan.runs[0].case.config
+    alone = replace(first, out=plan.swept.kind().out)
+    return (
+        ("The same again; in the same folder it goes on with what is left:", typed_command(plan.asked)),
+        ("Its first run alone, with a report and a log of its own:", command_line(plan.swept.name, alone)),
+    )
+
+
+def typed_command(asked: SweepConfig) -> str:
+    """Return what to type for the same sweep; how many runs at a time changes no number, and is left out."""
+    words = ["palpate", "sweep", asked.experiment]
+    for option, several in (("--vary", asked.vary), ("--set", asked.set)):
+        for each in several:
+            words += [option, *each]
+    words += ["--seeds", str(asked.seeds)] if asked.seeds > 1 else []
+    for option, value in (("--config", asked.config), ("--ray", asked.ray), ("--out", asked.out)):
+        words += [option, str(value)] if value is not None else []
+    words += ["--keep-reports"] if asked.keep_reports else []
+    words += ["--show", *asked.show] if asked.show else []
+    return shlex.join(words)
+
+
+def setting_rows(result: SweepResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked: name, value."""
     plan = result.plan
     seeds = f"{plan.seeds.start}" + (f" to {plan.seeds[-1]}" if len(plan.seeds) > 1 else "")
@@ -115,12 +167,27 @@ def setting_rows(result: SweepResult) -> list[tuple[str, str]]:
     for each in plan.varied:
         values = ", ".join(shown_value(value, DIGITS) for value in each.values)
         rows.append((f"{each.name}, varied", f"{values} {plan.swept.unit(each.name)}".rstrip()))
-    for name, value in plan.fixed.items():
+    for name, value in shared_options(plan).items():
         rows.append((name, f"{shown_value(value)} {plan.swept.unit(name)}".rstrip()))
     rows.append(("seeds of each combination", seeds))
     versions = next((record.versions for record in result.records if record.versions), {})
-    rows.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
-    return rows
+    if versions:
+        rows.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
+    return tuple(rows)
+
+
+def shared_options(plan: SweepPlan) -> dict[str, object]:
+    """Return the options that all runs share, typed or not as they are by default: by a file, or by the robot."""
+    usual, (first, *others) = plan.swept.kind(), [each.config for each in plan.combinations]
+    varied = {each.name for each in plan.varied}
+    shared = {}
+    for name in (field.name for field in fields(plan.swept.kind)):
+        value = getattr(first, name)
+        if name in varied or name in NO_PART or any(getattr(other, name) != value for other in others):
+            continue
+        if name in plan.fixed or value != getattr(usual, name):
+            shared[name] = value
+    return shared
 
 
 _STATUS_WORDS = {
@@ -131,11 +198,18 @@ _STATUS_WORDS = {
 }
 
 
-def _section_rows(result: SweepResult, index: int) -> list[tuple[str, str, str, str]]:
-    rows = combination_rows(result, index)
-    heading = ("combination", "median", "", f"{LOW:g} to {HIGH:g} % of the runs")
-    more = [(f"and {len(rows) - MOST_ROWS} more", "", "", "in runs.csv")] if len(rows) > MOST_ROWS else []
-    return [heading, *rows[:MOST_ROWS], *more]
+def _shortened(rows: Sequence[tuple[str, ...]], rest: tuple[str, ...]) -> Sequence[tuple[str, ...]]:
+    more = len(rows) - MOST_ROWS
+    return rows if more <= 0 else [*rows[:MOST_ROWS], (f"and {more} more", *rest)]
+
+
+def _runs(name: str, count: int, note: str = "") -> KeyFigure:
+    return KeyFigure(name, count, "run" if count == 1 else "runs", note)
+
+
+def _time(name: str, seconds: float, note: str) -> KeyFigure:
+    value, unit = time_text(seconds).rsplit(" ", 1)
+    return KeyFigure(name, value, unit, note)
 
 
 def _with_count(result: SweepResult, combination: Combination, note: str) -> str:
