@@ -19,8 +19,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import tyro
 
-from palpate.experiments.sweep.command import run_sweep
 from palpate.experiments.sweep.config import SweepConfig
+from palpate.experiments.sweep.run import sweep
 
 VARIED = ("surface_speed=0.01,0.02", "assumed_stiffness=10e3,20e3,40e3")  # [m/s], [N/m]
 FIXED = ("surface=sine", "force=2", "duration=1", "force_noise=0.01")  # [N], [s], [N]
@@ -28,8 +28,8 @@ FIXED = ("surface=sine", "force=2", "duration=1", "force_noise=0.01")  # [N], [s
 
 def main(out: Path = Path("runs/example-sweep"), vary: tuple[str, ...] = VARIED, seeds: int = 1) -> None:
     """Do what is not done yet, and draw it."""
-    answer = run_sweep(SweepConfig("regulate", vary=(vary,), set=(FIXED,), seeds=seeds, out=out))
-    print(answer.outcome)
+    result = sweep(SweepConfig("regulate", vary=(vary,), set=(FIXED,), seeds=seeds, out=out))
+    print(result.outcome)
 
     errors: dict[float, dict[float, list[float]]] = defaultdict(lambda: defaultdict(list))
     with (out / "runs.csv").open(encoding="utf-8", newline="") as file:

@@ -11,9 +11,10 @@ import time
 import psutil
 import pytest
 
+from palpate import extras
 from palpate.cli import main
 from palpate.experiments.regulate.run import regulate
-from palpate.experiments.sweep import command, picture, ray_runner, regulated, report
+from palpate.experiments.sweep import picture, regulated, report, run
 from palpate.experiments.sweep.record import RunStatus, read_record
 from palpate.experiments.sweep.runner import LocalRunner
 from palpate.experiments.sweep.store import SweepFolder
@@ -28,7 +29,7 @@ PATIENCE = 240.0
 def here(monkeypatch):
     """Runs are done in this process; returns what does them."""
     runner = InProcess()
-    monkeypatch.setattr(command, "runner_for", lambda config: runner)
+    monkeypatch.setattr(run, "runner_for", lambda config: runner)
     return runner
 
 
@@ -213,7 +214,7 @@ def test_another_sweep_in_the_same_folder_is_refused(here, tmp_path, capsys):
 
 
 def test_without_ray_it_says_what_to_install(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(ray_runner, "find_spec", lambda name: None)
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
     said = answer_to(["sweep", "regulate", "--ray", "local", "--out", str(tmp_path)], capsys)
     assert 'pip install "palpate[cluster]"' in said
 
@@ -223,7 +224,7 @@ def test_without_ray_it_says_what_to_install(monkeypatch, tmp_path, capsys):
 
 def test_a_process_of_its_own_gives_the_numbers_of_a_plain_loop(here, undrawn, tmp_path, monkeypatch):
     main([*TYPED, "--out", str(tmp_path / "loop")])
-    monkeypatch.setattr(command, "runner_for", lambda config: LocalRunner(1))
+    monkeypatch.setattr(run, "runner_for", lambda config: LocalRunner(1))
     main([*TYPED, "--out", str(tmp_path / "process")])
     assert figures(tmp_path / "process") == figures(tmp_path / "loop")
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from contourpy import contour_generator
+from contourpy import LineType, contour_generator
 
 from palpate.controllers.paths import Point, Turn
 from palpate.errors import FloatArray, InvalidValueError
@@ -118,7 +118,8 @@ def drop(target: SceneObject, config: ExploreConfig) -> float:
 
 def _loops(surface: TipSurface, values: FloatArray, value: float, config: ExploreConfig) -> list[FloatArray]:
     """Closed curves [m] along which `values` are `value`, each longer than a touch, none of its points twice."""
-    lines = contour_generator(surface.x, surface.y, np.ma.masked_invalid(values)).lines(value)
+    contours = contour_generator(surface.x, surface.y, np.ma.masked_invalid(values), line_type=LineType.Separate)
+    lines: list[FloatArray] = contours.lines(value)  # type: ignore[assignment]  # what Separate is
     closed = (line[:-1] for line in lines if len(line) > 3 and np.array_equal(line[0], line[-1]))
     return [loop for loop in closed if _length(loop) > SHORTEST * min(config.tip)]
 

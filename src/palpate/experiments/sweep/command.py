@@ -1,7 +1,7 @@
 """`palpate sweep`: the runs with their progress, what is kept of them, and the summary on the terminal."""
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -14,18 +14,13 @@ from palpate.experiments.answer import Answer, ExitCode
 from palpate.experiments.progress import LINE_INTERVAL, doing
 from palpate.experiments.sweep.config import SweepConfig
 from palpate.experiments.sweep.figure import Figure, number
-from palpate.experiments.sweep.plan import Combination, SweepPlan, simulated_durations, sweep_plan
-from palpate.experiments.sweep.ray_runner import RayRunner, check_ray
-from palpate.experiments.sweep.record import RunRecord
-from palpate.experiments.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
-from palpate.experiments.sweep.runner import LocalRunner, Runner, record_of
+from palpate.experiments.sweep.plan import Combination, SweepPlan
+from palpate.experiments.sweep.result import SweepResult, spread_of
+from palpate.experiments.sweep.run import SweepAtWork, check, finished
 from palpate.experiments.sweep.store import SweepFolder
 from palpate.experiments.sweep.typed_values import plain
 from palpate.experiments.sweep.words import time_text
 from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, progress_bar
-
-WORDS = ("shape", "contact", "mu_how", "spin_length_how")
-"""Columns that hold words."""
 
 START_UP = 3.0
 """For a worker to import the simulator [s]."""
@@ -46,92 +41,46 @@ def run_sweep(config: SweepConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
-    plan = sweep_plan(config)
-    if config.ray is not None:
-        check_ray(config.ray)
     with doing(console, "checking every combination"):
-        carrier = plan.swept.carrier
-        asked = checked_columns(config.show, carrier.FIGURES, WORDS)
-        simulated = len(plan.seeds) * sum(simulated_durations(plan))
+        checked = check(config)
+    plan = checked.plan
     _say(console, f"{plan.title}: {plan.size}")
-    expected = carrier.SECONDS * simulated
     if config.dry_run:
         _list(console, plan)
-        _say(console, _foretold(config, expected, len(plan.runs)))
-        return Answer(outcome=plan.size, figures={"runs": len(plan.runs), "expected_one_core_s": expected})
+        _say(console, _foretold(config, checked.expected, len(plan.runs)))
+        figures = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
+        return Answer(outcome=plan.size, figures=figures)
     folder = SweepFolder(config.folder)
     with folder.alone():
-        records = folder.begin(plan)
-        if config.repeat_failed:
-            records = {number: record for number, record in records.items() if record.done}
+        work = SweepAtWork(checked, folder, finished(checked, folder))
         try:
-            _do(console, config, plan, folder, records, expected)
+            _carry_out(console, work)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(_kept(folder, records, plan, "interrupted")) from None
+            raise KeyboardInterrupt(_kept(work, "interrupted")) from None
         except BatchError as error:
-            return Answer(ExitCode.UNFINISHED, error=_kept(folder, records, plan, str(error)))
-        shown = asked or shown_figures(records.values(), carrier.FIGURES, carrier.MERITS)
-        result = SweepResult(plan, tuple(records[run.number] for run in plan.runs), shown)
+            return Answer(ExitCode.UNFINISHED, error=_kept(work, str(error)))
         with doing(console, "writing tables, picture and report"):
-            files = _write(result, carrier.FIGURES, folder)
-    _tell(console, result)
+            files = work.write()
+    _tell(console, work.result)
     _say(console, "Written: " + ", ".join(map(str, files)))
-    return _answer(result, files)
+    return _answer(work.result, files)
 
 
-def _do(
-    console: Console,
-    config: SweepConfig,
-    plan: SweepPlan,
-    folder: SweepFolder,
-    records: dict[int, RunRecord],
-    expected: float,
-) -> None:
-    """Do what is left, and put it into records and folder as it comes."""
-    left = [run.case for run in plan.runs if run.number not in records]
-    if records:
-        _say(console, f"{len(records)} of them are there already")
-        known = [record.duration for record in records.values() if record.duration is not None and record.done]
-        expected = sum(known) / len(known) * len(left) if known else expected * len(left) / len(plan.runs)
-    if not left:
-        return
-    runner = runner_for(config)
-    _say(console, f"{_foretold(config, expected, len(left))}, {runner.describe()}")
-    with _progress(console) as show:
-
-        def take(progress: BatchProgress) -> None:
-            if progress.outcome is not None:
-                record = record_of(progress.outcome)
-                folder.keep(record)
-                records[record.run] = record
-            show(progress)
-
-        runner.run(left, take)
+def _carry_out(console: Console, work: SweepAtWork) -> None:
+    """Do what is left, and show how far it is."""
+    if work.records:
+        _say(console, f"{len(work.records)} of them are there already")
+    left = len(work.left)
+    if left:
+        foretold = _foretold(work.checked.config, work.expected, left)
+        _say(console, f"{foretold}, {work.runner.describe()}")
+        with _progress(console) as show:
+            work.carry_out(show)
 
 
-def runner_for(config: SweepConfig) -> Runner:
-    """Return who does the runs."""
-    return LocalRunner(config.jobs) if config.ray is None else RayRunner(config.ray, config.jobs)
-
-
-def _kept(folder: SweepFolder, records: Mapping[int, RunRecord], plan: SweepPlan, why: str) -> str:
-    kept = f"{len(records)} of {len(plan.runs)} runs are kept in {folder.path}"
+def _kept(work: SweepAtWork, why: str) -> str:
+    kept = f"{len(work.records)} of {len(work.checked.plan.runs)} runs are kept in {work.folder.path}"
     return f"{why}; {kept}: the same command goes on from there"
-
-
-def _write(result: SweepResult, figures: Sequence[Figure], folder: SweepFolder) -> tuple[Path, ...]:
-    from palpate.experiments.sweep.picture import write_summary
-    from palpate.experiments.sweep.report import write_report
-    from palpate.experiments.sweep.tables import columns_of, rows_of, write_csv, write_parquet
-
-    path, columns = folder.path, columns_of(result.plan, figures)
-    rows = rows_of(result.plan, result.records, figures)
-    write_csv(rows, columns, path / "runs.csv")
-    parquet = ["runs.parquet"] if write_parquet(rows, columns, path / "runs.parquet") else []
-    write_report(result, path / "report.html")
-    write_summary(result, path / "summary.png")
-    names = ["report.html", "summary.png", "runs.csv", *parquet]
-    return tuple(path / name for name in names)
 
 
 def _answer(result: SweepResult, files: tuple[Path, ...]) -> Answer:
