@@ -16,7 +16,7 @@ from palpate.spatial import Wrench
 TARE_TIME = 0.25
 """Least time over which a tare averages [s]: a dozen periods of mains hum, and some of an arm that swings."""
 
-_GLANCES = 3
+_GLANCES = 2
 """Times to look again, a millisecond apart, before a sensor is called silent: after a stall of the whole machine
 it may be the loop that runs first, and what the sensor sent meanwhile has not been read yet."""
 

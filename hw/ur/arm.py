@@ -298,10 +298,11 @@ class UrArm:
                 return client
             sleep(1e-3)
             status = client.status()
-        if monotonic() - status.beat > oldest:
+        # it goes round several times per state: one that missed as many as half of that time has is the reason
+        if monotonic() - status.beat > 0.5 * oldest:
             raise DeviceError(
                 self.name,
                 "the process that talks to it hangs or is starved",
-                "see what else runs on this computer, then recover()",
+                "see that controller and network are up, and what else runs on this computer, then recover()",
             )
         raise DeviceError(self.name, *WORDS[Problem.SILENT])

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -220,6 +221,20 @@ def test_the_death_of_the_client_is_noticed_within_20_ms(tmp_path, how):
             return after
 
         assert soonest(noticed, 0.02) < 0.02
+
+
+@pytest.mark.parametrize(("beat", "said"), [(0.0, "no state any more"), (0.7, "hangs or is starved")])
+def test_who_stands_still_is_blamed(tmp_path, monkeypatch, beat, said):
+    """The client tells of itself more often than of states: where both are old, it is not the controller."""
+    with arm_on(tmp_path) as arm:
+        whole, oldest = arm._client.exchange.status(), arm.settings.stale_after
+
+        def status():
+            now = time.monotonic()
+            return replace(whole, beat=now - beat * oldest, sampled=now - 1.1 * oldest)
+
+        monkeypatch.setattr(arm._client, "status", status)
+        assert said in str(told(arm))
 
 
 @pytest.mark.slow
