@@ -76,10 +76,11 @@ def _cubes_around(edges: IndexArray, whole: BoolArray) -> tuple[IndexArray, Bool
         cube = at.copy()
         cube[rows, (axis + 1) % 3] += second
         cube[rows, (axis + 2) % 3] += third
-        exists = ((cube >= 0) & (cube < whole.shape)).all(axis=1)
+        exists: BoolArray = np.all((cube >= 0) & (cube < whole.shape), axis=1)
         exists[exists] = whole[tuple(cube[exists].T)]
         cubes[exists, number] = np.ravel_multi_index(tuple(cube[exists].T), whole.shape)
-    return cubes, (cubes >= 0).all(axis=1)
+    closed: BoolArray = np.all(cubes >= 0, axis=1)
+    return cubes, closed
 
 
 def _halved(vertices: FloatArray, quads: IndexArray) -> IndexArray:
