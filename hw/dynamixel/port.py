@@ -9,7 +9,6 @@ receives, and takes an answer that comes too late for the next one.
 import contextlib
 import os
 import select
-import termios
 import time
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,14 @@ from dynamixel_sdk import COMM_SUCCESS, PortHandler, Protocol2PacketHandler
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.packets import OVERHEAD, Instruction, checksum, stuffed, unstuffed
+
+_PORT_ERRORS: tuple[type[Exception], ...] = (OSError,)
+"""What the system and pyserial raise of a port that is gone."""
+
+with contextlib.suppress(ImportError):  # on Windows, where nobody raises its errors
+    import termios
+
+    _PORT_ERRORS = (OSError, termios.error)
 
 LATEST = 1024
 """How much is still read when the time is over [bytes]: the answers of 40 servos."""
@@ -60,7 +67,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         self.is_using = False
         try:
             opened = self.setBaudRate(self.wanted_rate)
-        except (serial.SerialException, termios.error, ValueError) as error:
+        except (*_PORT_ERRORS, ValueError) as error:
             raise self._refused(error) from None
         if not opened:
             raise DeviceError(
@@ -82,7 +89,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         """Close it, whatever state it is in."""
         self.is_open = self.is_using = False
         if self.ser is not None:
-            with contextlib.suppress(OSError, termios.error):
+            with contextlib.suppress(*_PORT_ERRORS):
                 self.ser.close()
             self.ser = None
 
@@ -100,7 +107,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         port = self._connected()
         try:
             port.reset_input_buffer()
-        except (OSError, termios.error) as error:
+        except _PORT_ERRORS as error:
             raise self._lost(error) from None
 
     def writePort(self, packet: list[int]) -> int:
@@ -111,7 +118,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
             return os.write(port.fd, bytes(packet))
         except BlockingIOError:
             return 0
-        except (OSError, termios.error) as error:
+        except _PORT_ERRORS as error:
             raise self._lost(error) from None
 
     def readPort(self, length: int) -> bytes:
@@ -139,7 +146,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         try:
             ready, _, _ = select.select([port.fd], [], [], wait)
             return bytes(port.read(length)) if ready else b""
-        except (OSError, termios.error, ValueError) as error:
+        except (*_PORT_ERRORS, ValueError) as error:
             raise self._lost(error) from None
 
     def _connected(self) -> Any:

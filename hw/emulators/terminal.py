@@ -5,22 +5,22 @@ It has no speed: bytes arrive at once. But it knows which one the client has set
 
 import contextlib
 import errno
-import fcntl
 import os
-import pty
 import struct
-import termios
-import tty
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
+
+with contextlib.suppress(ImportError):  # Windows has none of them; who only simulates needs none
+    import fcntl
+    import pty
+    import termios
+    import tty
 
 _TCGETS2 = 0x802C542A
 """Linux, x86 and ARM: asks for the terminal's settings with any speed as a number (asm-generic/ioctls.h)."""
 
 _TERMIOS2 = struct.Struct("=4IB19s2I")
-
-_SPEEDS = {getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()}
 
 
 class Terminal:
@@ -34,8 +34,10 @@ class Terminal:
                 terminal is replaced, as a process that was killed leaves it behind.
 
         Raises:
-            InvalidValueError: Something else is there, or no link can be made.
+            InvalidValueError: Something else is there, no link can be made, or this is Windows.
         """
+        if os.name == "nt":
+            raise InvalidValueError(f"link = {link}: Windows has no pseudo terminals; run this on Linux")
         self.master, self._slave = pty.openpty()
         # the slave's end stays open, too: the master's reads would fail whenever the client closes its own
         for end in (self.master, self._slave):
@@ -63,7 +65,9 @@ class Terminal:
             reply = fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size))
             return int(_TERMIOS2.unpack(reply)[-1])
         except OSError:
-            return _SPEEDS.get(termios.tcgetattr(self._slave)[5])
+            names = [name for name in dir(termios) if name[0] == "B" and name[1:].isdigit()]
+            speeds = {getattr(termios, name): int(name[1:]) for name in names}
+            return speeds.get(termios.tcgetattr(self._slave)[5])
 
     def read(self) -> bytes:
         """Return what has arrived; nothing, if nothing has."""

@@ -13,10 +13,6 @@ import os
 import select
 import socket
 
-_recv = ctypes.PyDLL(None, use_errno=True).recv
-_recv.argtypes = (ctypes.c_int, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
-_recv.restype = ctypes.c_ssize_t
-
 NOTHING = -1
 """Instead of a size: none has come."""
 
@@ -37,6 +33,10 @@ class Datagrams:
         self._poll.register(wire, select.POLLIN)
         self.data = bytearray(longest)
         self._memory = (ctypes.c_char * longest).from_buffer(self.data)
+        # not at import: Windows has none, and who only simulates needs none
+        self._recv = ctypes.PyDLL(None, use_errno=True).recv
+        self._recv.argtypes = (ctypes.c_int, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
+        self._recv.restype = ctypes.c_ssize_t
 
     def wait(self, patience: float) -> bool:
         """Return whether there is one, or an error to be had, within so long [s]."""
@@ -48,7 +48,7 @@ class Datagrams:
         Raises:
             OSError: The system's: nobody listens there, or there is no way to it; `ConnectionRefusedError` if so.
         """
-        size = _recv(self._wire.fileno(), self._memory, len(self.data), socket.MSG_DONTWAIT)
+        size = self._recv(self._wire.fileno(), self._memory, len(self.data), socket.MSG_DONTWAIT)
         if size >= 0:
             return int(size)
         number = ctypes.get_errno()

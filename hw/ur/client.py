@@ -4,7 +4,6 @@ The library that talks to the controller may crash, hang, and stop all threads f
 process of its own. What is left of it after any death is a number and what it said last.
 """
 
-import fcntl
 import os
 import subprocess
 import sys
@@ -47,7 +46,14 @@ class Client:
             settings: Checked.
             version: Of the controller.
             library: Name of the module that makes connections.
+
+        Raises:
+            DeviceError: This is no Linux.
         """
+        if not hasattr(os, "memfd_create"):
+            raise DeviceError(device, "the process that talks to it needs Linux", "run palpate on Linux")
+        import fcntl  # not above: who only simulates may do so anywhere
+
         self._device = device
         self._asking, self._asked = threading.Lock(), 0
         self._log = os.memfd_create("palpate-ur-log")

@@ -1,0 +1,53 @@
+"""Where there is no Linux: devices cannot be driven, but who only simulates can import all of palpate."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import palpate.hw.ur.client
+from palpate.errors import InvalidValueError
+from palpate.hw.devices import DeviceError
+from palpate.hw.emulators.terminal import Terminal
+from palpate.hw.ur import UrArm
+
+LIKE_WINDOWS = """
+import ctypes, os, pkgutil, sys
+import dynamixel_sdk, joblib, serial, tyro  # have ways of their own there
+for name in ("fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"):
+    sys.modules[name] = None  # cannot be imported
+for name in ("getpriority", "memfd_create", "openpty", "sched_setscheduler", "setpriority"):
+    delattr(os, name)
+
+class NoWholeProcess(ctypes.PyDLL):
+    def __init__(self, name, *given, **more):
+        if name is None:
+            raise TypeError("there is no library without a name")
+        super().__init__(name, *given, **more)
+
+ctypes.PyDLL = NoWholeProcess
+import palpate, palpate.hw, palpate.experiments
+for package in (palpate.hw, palpate.experiments):
+    for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        __import__(module.name)
+        print(module.name)
+"""
+
+
+def test_everything_can_be_imported_without_what_windows_lacks():
+    told = subprocess.run([sys.executable, "-c", LIKE_WINDOWS], capture_output=True, text=True, timeout=300)
+    assert told.returncode == 0, told.stderr[-2000:]
+    imported = told.stdout.split()
+    assert {"palpate.hw.netft.datagrams", "palpate.hw.emulators.terminal", "palpate.hw.ur.client"} <= set(imported)
+    assert "palpate.experiments.robot.in_scene" in imported
+
+
+def test_what_needs_linux_says_so(monkeypatch):
+    monkeypatch.setattr("palpate.hw.ur.arm.controller_version", lambda name, address: (5, 14, 0, 0))
+    monkeypatch.delattr(palpate.hw.ur.client.os, "memfd_create")
+    with pytest.raises(DeviceError, match=r"UR arm at 127\.0\.0\.9.* needs Linux"):
+        UrArm("127.0.0.9").start()
+    monkeypatch.setattr(os, "name", "nt")
+    with pytest.raises(InvalidValueError, match="no pseudo terminals"):
+        Terminal()
