@@ -27,6 +27,9 @@ with contextlib.suppress(ImportError):  # on Windows, where nobody raises its er
 
     _PORT_ERRORS = (OSError, termios.error)
 
+_NO_PORT: tuple[type[Exception], ...] = (*_PORT_ERRORS, ValueError)
+"""Likewise of a rate that it cannot have, or one that is closed."""
+
 LATEST = 1024
 """How much is still read when the time is over [bytes]: the answers of 40 servos."""
 
@@ -67,7 +70,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         self.is_using = False
         try:
             opened = self.setBaudRate(self.wanted_rate)
-        except (*_PORT_ERRORS, ValueError) as error:
+        except _NO_PORT as error:
             raise self._refused(error) from None
         if not opened:
             raise DeviceError(
@@ -146,7 +149,7 @@ class Port(PortHandler):  # type: ignore[misc]  # the library has no types
         try:
             ready, _, _ = select.select([port.fd], [], [], wait)
             return bytes(port.read(length)) if ready else b""
-        except (*_PORT_ERRORS, ValueError) as error:
+        except _NO_PORT as error:
             raise self._lost(error) from None
 
     def _connected(self) -> Any:
