@@ -16,7 +16,7 @@ from palpate.hw.dynamixel.bus import QUIET, Bus, MissedError, Span
 from palpate.hw.dynamixel.care import ServoHealth, health, reboot
 from palpate.hw.dynamixel.finger_servo import LENGTHS, FingerServo, ServoReading
 from palpate.hw.dynamixel.port import Port, adapter_latency
-from palpate.hw.dynamixel.preparation import hold_still, prepare, shutdown_error, state_span
+from palpate.hw.dynamixel.preparation import hold_still, prepare, presses, shutdown_error, state_span
 from palpate.hw.dynamixel.registers import WATCHDOG_EXPIRED, WATCHDOG_UNIT
 from palpate.hw.dynamixel.settings import HandSettings
 from palpate.kinematics.gear_direction import GearDirection
@@ -80,15 +80,19 @@ class DynamixelHand:
         bus = self._opened()
         try:
             self._fingers = tuple(prepare(bus, self.name, its, self.settings) for its in self.settings.servos)
-            # after all of them have turned out fit
-            pressing = [hold_still(bus, finger) for finger in self._fingers]
-            self._bus = bus
-            self._forget()
-            self._found_pressing = any(pressing)
+            pressing = [presses(bus, finger) for finger in self._fingers]
+        except BaseException:
+            bus.close()
+            raise
+        self._bus = bus
+        self._forget()
+        self._found_pressing = any(pressing)
+        try:
+            for finger in self._fingers:  # after all of them have turned out fit
+                hold_still(bus, finger)
             self._read_first()
         except BaseException:
-            self._bus = None
-            bus.close()
+            self.close()
             raise
 
     def read(self) -> HandSample:

@@ -97,21 +97,30 @@ def _map_state(bus: Bus, finger: FingerServo) -> None:
         bus.write_bytes(span.servo_id, span.address, wanted)
 
 
-def hold_still(bus: Bus, finger: FingerServo) -> bool:
+def presses(bus: Bus, finger: FingerServo) -> bool:
+    """Return whether a servo presses, from before.
+
+    Raises:
+        DeviceError: It does not answer.
+    """
+    its = finger.servo_id
+    return bool(bus.read(its, reg.TORQUE_ENABLE)) and bus.read(its, reg.GOAL_POSITION) == finger.range[1]
+
+
+def hold_still(bus: Bus, finger: FingerServo) -> None:
     """Switch the torque on where the shaft stands, with little current: an old goal must not make it jump.
 
     One that is on stays as it is, and so does what it holds.
 
-    Returns:
-        Whether it presses, from before.
+    Raises:
+        DeviceError: It does not answer, or refuses.
     """
     servo_id = finger.servo_id
     if bus.read(servo_id, reg.TORQUE_ENABLE):
-        return bus.read(servo_id, reg.GOAL_POSITION) == finger.range[1]
+        return
     reading = finger.reading(bus.read_bytes(state_span(finger, 0)))
     goals = finger.goals(0.0, True, finger.joint_position(reading.position))
     bus.write_bytes(servo_id, reg.GOAL_CURRENT.address, goals.current)
     position = bus.read(servo_id, reg.PRESENT_POSITION)
     bus.write(servo_id, reg.GOAL_POSITION, position)
     bus.write(servo_id, reg.TORQUE_ENABLE, 1)
-    return False

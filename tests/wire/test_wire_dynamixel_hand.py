@@ -266,6 +266,24 @@ def test_a_hand_that_holds_goes_on_holding_and_may_be_taken_over(emulated, hand)
     assert not any(servo.table.get(reg.TORQUE_ENABLE) for servo in emulated.servos)
 
 
+@pytest.mark.parametrize("held", [False, True])
+def test_a_start_that_fails_with_the_torque_on_leaves_it_as_closing_does(emulated, hand, monkeypatch, held):
+    """Off, but for what the hand holds."""
+    hand.press((3.0, 3.0) if held else (0.0, 0.0))
+    hand.close()
+
+    def fail():
+        assert all(servo.table.get(reg.TORQUE_ENABLE) for servo in emulated.servos)
+        raise DeviceError("the bus", "it breaks just now", "try again")
+
+    monkeypatch.setattr(hand, "_read_first", fail)
+    with pytest.raises(DeviceError, match="just now"):
+        hand.start()
+    assert {bool(servo.table.get(reg.TORQUE_ENABLE)) for servo in emulated.servos} == {held}
+    with pytest.raises(DeviceError, match="not connected"):
+        hand.read()
+
+
 def test_nothing_is_written_to_lasting_memory_that_stands_there_already(emulated, hand):
     hand.close()
     writes = []

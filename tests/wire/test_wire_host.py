@@ -237,3 +237,20 @@ def test_an_emulator_dies_with_its_parent() -> None:
         parent.end()
     # the ports are free again
     UrServer(ADDRESS).close()
+
+
+def test_a_start_that_is_broken_off_leaves_no_emulator(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By Ctrl-C, say, while it comes up."""
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def emulators() -> set[int]:
+        found = psutil.Process().children(recursive=True)
+        return {its.pid for its in found if "resource_tracker" not in " ".join(its.cmdline())}
+
+    monkeypatch.setattr(EmulatorProcess, "_heard", interrupted)
+    before = emulators()
+    with pytest.raises(KeyboardInterrupt), EmulatorProcess(no_robot_today):
+        pass
+    assert emulators() <= before
