@@ -31,7 +31,7 @@ class SceneCost:
         """One line for a person."""
         return (
             f"{self.bodies} bodies, {self.dofs} degrees of freedom, {self.geoms} shapes, {self.pairs} contact "
-            f"pair{'' if self.pairs == 1 else 's'}, {1e6 * self.step_time:.1f} us per time step"
+            f"pair{'' if self.pairs == 1 else 's'}, {1e6 * self.step_time:.1f} µs per time step"
         )
 
 

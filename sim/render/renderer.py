@@ -12,6 +12,7 @@ from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.kinematics import Pose
 from palpate.kinematics.framing import framing
 from palpate.kinematics.posture import Posture
+from palpate.runtime import palette
 from palpate.runtime.closing import Closing
 from palpate.sim.hand.mount import PALM
 from palpate.sim.render.gl import offscreen_context
@@ -44,8 +45,9 @@ COLOURS = {
 }
 """RGBA, of the palette of Okabe and Ito, and greys; an object that was given a colour keeps it."""
 
-ARROW_COLOUR = (0.84, 0.37, 0.0, 1.0)
-"""Of the same palette."""
+_RED, _GREEN, _BLUE = (part / 255.0 for part in palette.rgb(palette.FELT))
+ARROW_COLOUR = (_RED, _GREEN, _BLUE, 1.0)
+"""Of a force that is felt, as in reports and in the browser."""
 
 CAMERA_ROOM = 1.2
 """Around what is in view."""

@@ -10,8 +10,11 @@ import pytest
 import palpate.reporting as reporting
 import palpate.viewing as viewing
 from palpate.reporting.encode import svg_text
-from palpate.reporting.style import DASH_DOT, DASHED, SIDE_BY_SIDE, Width, dress, new_figure
+from palpate.reporting.style import DASH_DOT, DASHED, MEASURED, SIDE_BY_SIDE, Width, dress, new_figure
 from palpate.runtime import palette
+from palpate.sim.render.renderer import ARROW_COLOUR as DRAWN
+from palpate.viewing.drawing import ARROW_COLOUR as VIEWED
+from palpate.viewing.look import linear_rgb
 
 THEMES = ("light", "dark")
 TEXT_CONTRAST, DRAWN_CONTRAST = 4.5, 3.0  # WCAG 2.2, success criteria 1.4.3 and 1.4.11, level AA
@@ -97,6 +100,12 @@ def test_no_colour_is_defined_elsewhere(package):
             continue
         found = re.findall(r"#[0-9a-fA-F]{6}\b|\"(?:white|black|red|green|blue|gr[ae]y)\"", path.read_text())
         assert not found, (path.name, found)
+
+
+def test_a_force_that_is_felt_has_one_colour_in_reports_in_the_view_and_in_pictures():
+    assert palette.FELT.light == MEASURED
+    assert linear_rgb(palette.FELT) == VIEWED
+    assert [round(255.0 * part) for part in DRAWN[:3]] == list(palette.rgb(palette.FELT))
 
 
 def test_a_picture_follows_the_theme():

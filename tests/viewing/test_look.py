@@ -16,7 +16,7 @@ from palpate.experiments.view.config import ViewConfig
 from palpate.experiments.view.plan import view_scene
 from palpate.runtime import palette
 from palpate.viewing import ANY_PORT, LOOPBACK, Player, frames_of_log
-from palpate.viewing.look import LOST, legend, linear_rgb, rgb, style_sheet
+from palpate.viewing.look import LOST, legend, linear_rgb, style_sheet
 from palpate.viewing.server import ViewServer
 from viewing.browser import page
 
@@ -93,6 +93,7 @@ def test_it_says_when_the_connection_is_lost(short_run, tmp_path):
 def test_what_was_typed_is_text_in_the_browser(short_run, tmp_path):
     with Playing(short_run, HOSTILE) as player, page(CHROMIUM, tmp_path, player.url) as browser:
         browser.wait_for("document.body.innerText.includes('map points')")
+        assert browser.evaluate("document.title") == "palpate"
         assert "<script>window.ran=1</script><img src=x" in browser.evaluate("document.body.innerText")
         assert browser.evaluate("window.ran === undefined")
         assert browser.evaluate("document.querySelectorAll('img[src=x]').length") == 0
@@ -143,4 +144,4 @@ def test_arrows_shine_as_the_felt_force_is_drawn():
     """viser takes them for linear light: back through the curve of sRGB they are what they shall be."""
     shown = [255.0 * (1.055 * (each / 255.0) ** (1 / 2.4) - 0.055 if each > 1 else 12.92 * each / 255.0)
              for each in linear_rgb(palette.FELT)]  # fmt: skip
-    assert shown == pytest.approx(rgb(palette.FELT), abs=3.0)
+    assert shown == pytest.approx(palette.rgb(palette.FELT), abs=3.0)

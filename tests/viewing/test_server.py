@@ -155,10 +155,23 @@ def test_a_port_in_use_is_told_and_not_evaded(capsys):
 
 
 def test_a_host_that_is_not_ours_is_told():
-    with pytest.raises(ViewUnavailableError, match=r"192\.0\.2\.1.*127\.0\.0\.1 serves this machine alone"):
+    with pytest.raises(InvalidValueError, match=r"192\.0\.2\.1.*127\.0\.0\.1 serves this machine alone"):
         ViewServer("t", host="192.0.2.1", port=ANY_PORT)
     with pytest.raises(InvalidValueError, match="port = 70000"):
         ViewServer("t", port=70000)
+
+
+def test_a_host_without_a_name_is_told():
+    with pytest.raises(InvalidValueError, match=r"no name of a host"):
+        ViewServer("t", host="a" * 70 + ".example", port=ANY_PORT)
+
+
+def test_the_tab_has_the_name_of_the_view():
+    server = ViewServer('t "quoted" <b>', port=ANY_PORT)
+    try:
+        assert b'document.title = "t \\"quoted\\" <b>"' in heard(server.url, b"document.title")
+    finally:
+        server.stop()
 
 
 def test_closing_frees_the_port_without_a_word(capfd):

@@ -29,7 +29,7 @@ def advice_on_exploration(exploration: Exploration) -> tuple[str, ...]:
     found = exploration.map
     if not len(exploration.cloud):
         said.append(
-            "Nothing was felt: check where the object is, and --center, --width and --depth; `--dry-run` says "
+            "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run says "
             "where the tip would go."
         )
     elif found is None or not found.claimed.any():

@@ -103,6 +103,7 @@ def from_above(
         vmax=limits[1],
         edgecolors="face",
         linewidth=0.2,
+        antialiaseds=False,  # or the ground is seen between triangles
         rasterized=True,
     )
     bar = figure.colorbar(drawn, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")

@@ -58,6 +58,7 @@ td.note, .quiet { color: var(--quiet); font-size: 0.9rem; }
 .side-by-side .name { min-width: 8em; }
 .side-by-side .note { min-width: 14em; }
 code { font: 0.9em ui-monospace, monospace; overflow-wrap: anywhere; }
+code span { display: inline-block; max-width: 100%; }
 @media (max-width: 680px) {
   main { padding: 12px 10px 32px; }
   .card { padding: 10px 9px; }
@@ -91,7 +92,7 @@ def report_page(story: Story, parts: Iterable[str]) -> str:
         story: What every report says.
         parts: Sections of HTML: pictures, and figures that go with them.
     """
-    repeat = [f"<p>{text(before)} <code>{text(command)}</code></p>" for before, command in story.repeat]
+    repeat = [f"<p>{text(before)} {_command(command)}</p>" for before, command in story.repeat]
     return page(
         story.title,
         [
@@ -168,6 +169,11 @@ def _row(tag: str, row: Sequence[str], columns: Sequence[str]) -> str:
         for c, t in zip(columns, row, strict=True)
     )
     return "<tr>" + "".join(cells) + "</tr>"
+
+
+def _command(typed: str) -> str:
+    """What to type, with no break after the dashes of an option."""
+    return "<code>" + " ".join(f"<span>{text(word)}</span>" for word in typed.split(" ")) + "</code>"
 
 
 def _is_number(shown: str) -> bool:

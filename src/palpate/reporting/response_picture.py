@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.envelope import envelope
+from palpate.reporting.lines import draw_true_and_felt
 from palpate.reporting.phases import stretches
 from palpate.reporting.regulation_data import BodeCurve, StepCurves
 from palpate.reporting.style import (
@@ -59,19 +59,9 @@ def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]]
     axes = figure.subplots()
     # broken lines where it is not held
     wanted = np.where(shown, series.set_force, np.nan)
-    for force, colour, name, thick in (
-        (series.measured_force, MEASURED, "felt", 0.8),
-        (series.true_force, TRUE, "true", 1.6),
-    ):
-        if force is not None:
-            axes.plot(
-                *envelope(series.time, MILLI * (force - wanted)),
-                color=colour,
-                linewidth=thick,
-                alpha=0.8,
-                label=name,
-            )
-    axes.axhline(0.0, color=WANTED, linewidth=1.0, linestyle=DASHED)
+    true = None if series.true_force is None else MILLI * (series.true_force - wanted)
+    draw_true_and_felt(axes, series.time, true, MILLI * (series.measured_force - wanted))
+    axes.axhline(0.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
     times = series.time[shown]
     axes.set_xlim(float(times[0]), float(times[-1]) + 1e-9)
     dress(axes, x="time [s]", y="force error [mN]")

@@ -141,6 +141,7 @@ def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequ
             norm=norm,
             edgecolors="face",
             linewidth=0.2,
+            antialiaseds=False,  # or the ground is seen between triangles
             rasterized=True,
         )
     done = MILLI * each.done[:: max(len(each.done) // DONE_POINTS, 1)]

@@ -97,6 +97,12 @@ ALL = (*GROUNDS, GROUND, *TEXT, GRID_COLOUR, *DRAWN, RIM_COLOUR, MAP_COLOUR, CON
 """Every colour there is."""
 
 
+def rgb(colour: Colour) -> tuple[int, int, int]:
+    """Return a colour on a light ground, each part from 0 to 255."""
+    red, green, blue = (int(colour.light[i : i + 2], 16) for i in (1, 3, 5))
+    return red, green, blue
+
+
 def css_variables() -> str:
     """Return the style sheet that defines them all, by the reader's theme."""
     light = " ".join(f"--{each.name}: {each.light};" for each in ALL)

@@ -4,7 +4,7 @@ from palpate.viewing.frames import FrameLayout, Frames, frames_of_log
 from palpate.viewing.live_view import LiveView
 from palpate.viewing.player import Player
 from palpate.viewing.rows import FrameMemory, FreePoses, RowMaker
-from palpate.viewing.server import ANY_PORT, LOOPBACK, USUAL_PORT, ViewUnavailableError
+from palpate.viewing.server import ANY_PORT, LOOPBACK, USUAL_PORT, ViewUnavailableError, check_host
 from palpate.viewing.surface_view import SurfaceView
 from palpate.viewing.view_scene import BASE, TIP, Part, Placement, TipPlacement, ViewScene
 
@@ -27,5 +27,6 @@ __all__ = [
     "TipPlacement",
     "ViewScene",
     "ViewUnavailableError",
+    "check_host",
     "frames_of_log",
 ]

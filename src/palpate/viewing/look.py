@@ -5,7 +5,7 @@ those whose system is, and says so when the connection is lost: viser dims the p
 """
 
 from palpate.runtime import palette
-from palpate.runtime.palette import Colour
+from palpate.runtime.palette import Colour, rgb
 
 LOST = "Connection lost: what is shown stands still. Has the view been closed?"
 """Shown over the panel when nobody serves the view any more."""
@@ -69,12 +69,6 @@ def legend(length_per_newton: float, *, has_map: bool) -> str:
     words = "".join(f'<span><b style="background: {each.light}"></b> {text}</span> ' for each, text in said)
     heights = "<span>points of the map: dark is low, yellow high</span>" if has_map else ""
     return f'<div class="palpate-legend" style="padding: 0 1em; font-size: 0.85em">{words}{heights}</div>'
-
-
-def rgb(colour: Colour) -> tuple[int, int, int]:
-    """Return a colour as viser takes it."""
-    red, green, blue = (int(colour.light[i : i + 2], 16) for i in (1, 3, 5))
-    return red, green, blue
 
 
 def linear_rgb(colour: Colour) -> tuple[int, int, int]:

@@ -8,15 +8,15 @@ import viser
 
 from palpate.errors import FloatArray
 from palpate.runtime import palette
+from palpate.runtime.palette import rgb
 from palpate.runtime.plan_track import PlanTrack
 from palpate.runtime.shown_plan import ShownMark, ShownPlan
 from palpate.spatial import Vector
-from palpate.viewing.look import rgb
 from palpate.viewing.view_scene import Colour
 
 REST_COLOUR: Colour = rgb(palette.COMMAND)
 DONE_COLOUR: Colour = rgb(palette.QUIET_COLOUR)
-"""Vermilion of the palette of Okabe and Ito, and a grey beside it: what is done is dim."""
+"""As in reports; grey beside it: what is done is dim."""
 
 REST_WIDTH, DONE_WIDTH = 3.0, 1.5
 """Of the lines [pixels]."""

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import io
+import json
 import socket
 
 import viser
@@ -30,16 +31,17 @@ class ViewServer(viser.ViserServer):
         """Start serving.
 
         Args:
-            label: Over the panel; shown as plain text.
+            label: Over the panel and on the browser's tab; shown as plain text.
             host: Address to listen on.
             port: Where; `ANY_PORT` for one that is free.
 
         Raises:
-            ViewUnavailableError: The port is taken, or the address not this machine's.
-            InvalidValueError: There is no such port.
+            ViewUnavailableError: The port is taken.
+            InvalidValueError: There is no such port, or the address is not this machine's.
         """
         if not 0 <= port <= 65535:
             raise InvalidValueError(f"port = {port}: must be from 1 to 65535, or 0 for one that is free")
+        check_host(host)
         # viser goes on to the next port without a word, and tries a thousand of them
         free = _free_port(host, port)
         with contextlib.redirect_stdout(io.StringIO()):
@@ -48,6 +50,7 @@ class ViewServer(viser.ViserServer):
             self.stop()
             raise ViewUnavailableError(_taken(host, free))
         self._host_shown = host
+        self._name_tab(label)
 
     @property
     def url(self) -> str:
@@ -59,10 +62,34 @@ class ViewServer(viser.ViserServer):
         """Refuse: any page could ask for a tunnel to the internet, past the host that was chosen."""
         return None
 
+    def _name_tab(self, name: str) -> None:
+        """Name the browser's tab: viser calls it Viser, and has no public way to say otherwise."""
+        with contextlib.suppress(ImportError, AttributeError):  # of another version: then it stays so
+            from viser._messages import RunJavascriptMessage
+
+            self._websock_server.queue_message(RunJavascriptMessage(f"document.title = {json.dumps(name)}"))
+
     def stop(self) -> None:
         """Stop serving, without a word; may be called more than once."""
         with contextlib.redirect_stdout(io.StringIO()):
             super().stop()
+
+
+def check_host(host: str) -> None:
+    """Refuse an address that this machine does not have: unlike a port that is taken, it can never be right.
+
+    Raises:
+        InvalidValueError: It has none such.
+    """
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host or None, ANY_PORT, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.bind(address)
+    except (OSError, UnicodeError) as error:  # the latter of names that no network can have
+        reason = getattr(error, "strerror", None) or "no name of a host"
+        raise InvalidValueError(
+            f"host = {host!r}: {reason}; {LOOPBACK} serves this machine alone, 0.0.0.0 everybody in the network"
+        ) from None
 
 
 def _free_port(host: str, port: int) -> int:
@@ -73,8 +100,6 @@ def _free_port(host: str, port: int) -> int:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server will
             probe.bind(address)
             return int(probe.getsockname()[1])
-    except socket.gaierror as error:
-        raise ViewUnavailableError(f"host = {host!r}: {error.strerror}; {_HOSTS}") from None
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             raise ViewUnavailableError(_taken(host, port)) from None
@@ -82,10 +107,7 @@ def _free_port(host: str, port: int) -> int:
             raise ViewUnavailableError(
                 f"port = {port}: no permission to listen there; take one from 1024 on"
             ) from None
-        raise ViewUnavailableError(f"host = {host!r}, port = {port}: {error.strerror}; {_HOSTS}") from None
-
-
-_HOSTS = "127.0.0.1 serves this machine alone, 0.0.0.0 everybody in the network"
+        raise ViewUnavailableError(f"host = {host!r}, port = {port}: {error.strerror}") from None
 
 
 def _taken(host: str, port: int) -> str:

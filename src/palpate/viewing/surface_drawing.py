@@ -13,7 +13,7 @@ from matplotlib.colors import Colormap
 
 from palpate.errors import FloatArray
 from palpate.runtime import palette
-from palpate.viewing.look import rgb
+from palpate.runtime.palette import rgb
 from palpate.viewing.surface_view import GrownSurface
 
 EDGE_COLOUR = rgb(palette.QUIET_COLOUR)

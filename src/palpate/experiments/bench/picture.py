@@ -2,7 +2,9 @@
 
 import math
 
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
 from palpate.experiments.bench.study import Row, Study
 from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, dress, legend_above, new_figure
@@ -10,6 +12,9 @@ from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, dress, legend_
 SHAPES = "o^sDvP"
 FLOOR = 1e-17
 """Errors of zero are drawn here."""
+
+FEW_POWERS = 200.0
+"""Ratio of the ends of an axis up to which 2 and 5 are numbered, too."""
 
 
 def study_picture(study: Study) -> Picture | None:
@@ -21,8 +26,8 @@ def study_picture(study: Study) -> Picture | None:
     if not series:
         return None
     return Picture(
-        title=f"{study.cost[:1].upper()}{study.cost[1:]} against error",
-        caption=f"{_words(study.cost, study.cost_unit)} against the error {study.error}: the mark is what is "
+        title=f"{_capital(study.cost)} against error",
+        caption=f"{_capital(study.cost)} against the error {study.error}: the mark is what is "
         "typical, the line above it goes up to the largest. Both scales are logarithmic; lower is better.",
         full=_drawn(study, series, Width.FULL, 3),
         narrow=_drawn(study, series, Width.HALF, 1),
@@ -40,13 +45,28 @@ def _drawn(study: Study, series: dict[str, list[Row]], width: Width, columns: in
         for row, error in zip(rows, errors, strict=True):
             if math.isfinite(row.worst) and row.worst > error:
                 axes.plot([row.cost, row.cost], [error, row.worst], color=colour, linewidth=1.4, alpha=0.55)
+    axes.margins(x=0.12)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.margins(x=0.12)
+    _tick(axes.xaxis, axes.get_xlim(), study.cost_unit)
+    if study.error_unit:
+        _tick(axes.yaxis, axes.get_ylim(), study.error_unit)
     dress(axes, x=_words(study.cost, study.cost_unit), y=f"error {_words(study.error, study.error_unit)}")
     if len(series) > 1:
         legend_above(figure, [axes], columns)
     return figure
+
+
+def _tick(axis: Axis, limits: tuple[float, float], unit: str) -> None:
+    """Number a logarithmic axis with prefixes of its unit; between powers of ten, too, if there are few."""
+    low, high = limits
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < FEW_POWERS * low else (1.0,)))
+    axis.set_major_formatter(EngFormatter(unit, sep="\N{NO-BREAK SPACE}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]
 
 
 def _words(what: str, unit: str) -> str:

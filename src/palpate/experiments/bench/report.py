@@ -27,7 +27,7 @@ def bench_html(studies: Sequence[Study], asked: str, left_out: Sequence[str]) ->
     missing = f"; interrupted before: {', '.join(left_out)}" if left_out else ""
     story = Story(
         title="Speed against error",
-        asked="What each method costs on this computer, and how far it is off",
+        asked="what each method costs on this computer, and how far it is off",
         outcome=f"{finished}{missing}. Methods took turns: trust the ratios more than the times.",
         figures=(),
         advice=(f"To measure what is missing: palpate bench {' '.join(left_out)}.",) if left_out else (),
@@ -79,7 +79,7 @@ def _part(study: Study) -> str:
 
 def _cells(study: Study, row: Row, least: float) -> tuple[str, ...]:
     timed = study.cost_unit == "s" and row.cost > least
-    beside = [f"{row.cost / least:.3g} times the least {study.cost}"] if timed else []
+    beside = [f"{_ratio(row.cost / least)} times the least {study.cost}"] if timed else []
     beside += [f"largest error {quantity(row.worst, study.error_unit)}"] if math.isfinite(row.worst) else []
     beside += [row.note] if row.note else []
     return (
@@ -88,6 +88,10 @@ def _cells(study: Study, row: Row, least: float) -> tuple[str, ...]:
         *_parted(row.typical, study.error_unit),
         "; ".join(beside),
     )
+
+
+def _ratio(ratio: float) -> str:
+    return f"{ratio:.3g}" if ratio < 1e3 else f"{ratio:.0f}"
 
 
 def _parted(value: float, unit: str) -> tuple[str, str]:

@@ -47,7 +47,7 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> ComparisonRepor
     figures = compared_figures(runs)
     return ComparisonReport(
         title=f"{', '.join(names[:-1])} and {names[-1]}, side by side",
-        asked=f"to compare {len(runs)} runs of `{runs[0].kind.command}`; differences are to the first, {names[0]}",
+        asked=f"to compare {len(runs)} runs of {runs[0].kind.command}; differences are to the first, {names[0]}",
         outcome=outcome(runs, figures),
         names=names,
         differences=tuple(

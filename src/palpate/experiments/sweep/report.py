@@ -46,7 +46,9 @@ def report_html(result: SweepResult) -> str:
         share = is_share(result.values(figure, plan.combinations))
         heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
         rows = _shortened(combination_rows(result, i), ("", "", "in runs.csv"))
-        tables.append(f"<h3>{text(figure.words)}</h3>\n{table(rows, COLUMNS, heads)}")
+        tables.append(
+            f"<h3>{text(figure.words[:1].upper() + figure.words[1:])}</h3>\n{table(rows, COLUMNS, heads)}"
+        )
     failures = table(failure_rows(result), ("name", "value", "note"), ("run", "how it went", "why"))
     return report_page(
         Story(

@@ -1,6 +1,5 @@
 """`palpate view`: a run in the browser, live or from its log; or as pictures."""
 
-import socket
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -31,7 +30,7 @@ from palpate.runtime import Ending, result_until
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
-from palpate.viewing import ANY_PORT, LOOPBACK, Frames, LiveView, Player, ViewUnavailableError, frames_of_log
+from palpate.viewing import LOOPBACK, Frames, LiveView, Player, ViewUnavailableError, check_host, frames_of_log
 
 
 def run_view(config: ViewConfig) -> Answer:
@@ -46,7 +45,7 @@ def run_view(config: ViewConfig) -> Answer:
         OSError: The log cannot be read or written.
     """
     if config.picture is None and config.video is None:
-        _check_host(config.host)
+        check_host(config.host)
     console = Console()
     try:
         return _watch(config, console) if config.log is None else _show(config, console)
@@ -91,19 +90,6 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
             return replace(answer, exit_code=ExitCode.INTERRUPTED)
         _wait(view, console)
     return answer
-
-
-def _check_host(host: str) -> None:
-    """Refuse an address that this machine does not have: unlike a port that is taken, it can never be right."""
-    try:
-        family, kind, protocol, _, address = socket.getaddrinfo(host or None, ANY_PORT, type=socket.SOCK_STREAM)[0]
-        with socket.socket(family, kind, protocol) as probe:
-            probe.bind(address)
-    except (OSError, UnicodeError) as error:  # the latter of names that no network can have
-        reason = getattr(error, "strerror", None) or "no name of a host"
-        raise InvalidValueError(
-            f"host = {host!r}: {reason}; 127.0.0.1 serves this machine alone, 0.0.0.0 everybody in the network"
-        ) from None
 
 
 def _check_folder(path: Path) -> None:
