@@ -102,7 +102,7 @@ def test_a_mesh_stands_on_the_ground_in_the_middle_wherever_its_file_has_it(tmp_
     mesh.apply_translation(shift)
     path = tmp_path_factory.getbasetemp() / "moved.ply"
     mesh.export(path)
-    target = scene_object(ExploreConfig(object="mesh", file=path))
+    target = scene_object(ExploreConfig(object="mesh", file=path, tip=(0.008,)))
     assert isinstance(target, TracedMesh)
     low, high = target.triangles.vertices.min(axis=0), target.triangles.vertices.max(axis=0)
     assert low[2] == target.bottom == 0.0
@@ -143,7 +143,7 @@ def test_a_file_in_millimetres_is_refused_and_with_a_scale_it_is_the_same_object
 
 def test_a_tip_that_is_no_sphere_touches_convex_meshes_only(files):
     tip = (0.008, 0.008, 0.01)
-    assert isinstance(scene_object(ExploreConfig(**described(files, "ball"))), TracedMesh)
+    assert isinstance(scene_object(ExploreConfig(**described(files, "ball"), tip=(0.008,))), TracedMesh)
     assert isinstance(scene_object(ExploreConfig(**described(files, "ball"), tip=tip)), ConvexMesh)
     with pytest.raises(InvalidValueError, match=r"not convex.*a tip that is a sphere"):
         scene_object(ExploreConfig(**described(files, "ring"), tip=tip))

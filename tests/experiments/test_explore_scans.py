@@ -24,6 +24,9 @@ from palpate.sim import Box, SphereObject, bumps
 
 FEW = settings(max_examples=15, deadline=None, derandomize=True)
 
+TIP = (0.008,)
+"""Fingertip of a robot that is not asked [m]."""
+
 
 @FEW
 @given(st.floats(0.01, 0.06), st.floats(0.004, 0.012))
@@ -41,7 +44,7 @@ def test_a_tip_that_rests_on_a_ball_is_a_ball_larger_by_its_radius(radius, tip):
 @FEW
 @given(st.floats(0.012, 0.05), st.floats(0.002, 0.006), st.sampled_from(["left", "right"]))
 def test_a_level_curve_round_a_ball_is_a_circle(radius, below, turn):
-    config = ExploreConfig(size=(radius,), strategy="contour", below=below, turn=turn)
+    config = ExploreConfig(tip=TIP, size=(radius,), strategy="contour", below=below, turn=turn)
     found = foreseen_contour(SphereObject(radius), config)
     r = math.sqrt(2.0 * (radius + 0.008) * below - below**2)
     assert np.abs(np.hypot(*found.points.T) - r).max() < 3e-4
@@ -68,12 +71,14 @@ def test_along_a_sharp_edge_the_way_is_that_edge_and_quarter_circles(length, wid
 
 
 def test_a_contour_goes_round_the_nearest_peak_and_not_over_the_rim_of_what_is_known():
-    config = ExploreConfig(object="bumps", strategy="contour")
+    config = ExploreConfig(tip=TIP, object="bumps", strategy="contour")
     found = foreseen_contour(scene_object(config), config)
     assert found.length < 4.0 * 0.06
     for other in ({"curve": "edge"}, {"below": 0.01}):
         with pytest.raises(InvalidValueError):
-            foreseen_contour(bumps(0.003, 0.06, 0.18), ExploreConfig(object="bumps", strategy="contour", **other))
+            foreseen_contour(
+                bumps(0.003, 0.06, 0.18), ExploreConfig(tip=TIP, object="bumps", strategy="contour", **other)
+            )
 
 
 # --- regions ---
@@ -83,7 +88,7 @@ def test_a_contour_goes_round_the_nearest_peak_and_not_over_the_rim_of_what_is_k
 @given(st.sampled_from(["raster", "spiral", "taps", "active"]), st.floats(0.008, 0.06))
 def test_what_is_left_out_is_chosen_so_that_it_fits_and_what_is_asked_for_is_not_changed(strategy, radius):
     target = SphereObject(radius)
-    config = ExploreConfig(size=(radius,), strategy=strategy)
+    config = ExploreConfig(tip=TIP, size=(radius,), strategy=strategy)
     region = region_on(target, config)
     corner = 0.5 * region.width * (1.0 if region.round else math.sqrt(2.0))
     limit = (radius + 0.008) * math.sin(math.radians(60.0))
@@ -92,18 +97,21 @@ def test_what_is_left_out_is_chosen_so_that_it_fits_and_what_is_asked_for_is_not
     assert region.center == (0.0, 0.0)
     size = {"radius": 0.1} if strategy == "spiral" else {"width": 0.2}
     with pytest.raises(InvalidValueError, match=r"at most .*--beyond"):
-        region_on(target, ExploreConfig(size=(radius,), strategy=strategy, **size))
-    asked = region_on(target, ExploreConfig(size=(radius,), strategy=strategy, beyond=True, **size))
+        region_on(target, ExploreConfig(tip=TIP, size=(radius,), strategy=strategy, **size))
+    asked = region_on(target, ExploreConfig(tip=TIP, size=(radius,), strategy=strategy, beyond=True, **size))
     assert asked.width == 0.2
 
 
 def test_where_the_middle_is_a_hole_another_place_is_found_unless_it_was_asked_for():
-    config = ExploreConfig(object="torus", size=(0.06, 0.02), center=(0.0, 0.0))
+    config = ExploreConfig(tip=TIP, object="torus", size=(0.06, 0.02), center=(0.0, 0.0))
     target = scene_object(config)
     with pytest.raises(InvalidValueError, match="--center"):
         region_on(target, config)
     assert (
-        region_on(target, ExploreConfig(object="torus", size=(0.06, 0.02), width=0.02, depth=0.02)).center[0] > 0
+        region_on(
+            target, ExploreConfig(tip=TIP, object="torus", size=(0.06, 0.02), width=0.02, depth=0.02)
+        ).center[0]
+        > 0
     )
 
 
@@ -126,7 +134,7 @@ def test_a_path_in_pieces_is_the_same_path_in_short_pieces(width, depth, spacing
 @FEW
 @given(st.floats(0.004, 0.03), st.floats(5e-4, 3e-3))
 def test_a_spiral_passes_what_lies_inside_its_outermost_turn(radius, spacing):
-    config = ExploreConfig(size=(0.1,), strategy="spiral", radius=radius, spacing=spacing)
+    config = ExploreConfig(tip=TIP, size=(0.1,), strategy="spiral", radius=radius, spacing=spacing)
     scan = scan_on(SphereObject(0.1), config)
     assert isinstance(scan, SpiralScan)
     corners = np.array(scan.spiral.corners())[20:-1]  # the very end lies on the rim

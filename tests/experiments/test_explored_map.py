@@ -147,7 +147,7 @@ def test_friction_is_found_everywhere_on_the_map(friction):
 
 def test_what_a_tip_can_feel_of_a_sphere_is_the_raster_shrunk_to_its_surface():
     """A tip of radius r over a ball of radius R touches at R / (R + r) of where its centre is."""
-    config, target = ExploreConfig(**SMALL), SphereObject(0.04)
+    config, target = ExploreConfig(tip=(0.008,), **SMALL), SphereObject(0.04)
     samples = ReachableSurface.of(target, config, scan_on(target, config))
     half = 0.01 * 0.04 / 0.048
     step = (0.02 + 0.016) / 80

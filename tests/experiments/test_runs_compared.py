@@ -133,7 +133,7 @@ def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_s
     places = []
     for name, change in (("steady", ()), ("changed", ((1.5, "force", 3.0),))):
         (tmp_path / name).mkdir()
-        asked = RegulateConfig(duration=1.5, drift=60.0, robot="stage-nano17", change=change, out=tmp_path / name)
+        asked = RegulateConfig(duration=1.5, drift=0.6, robot="stage-nano17", change=change, out=tmp_path / name)
         planned, found = pressed(plan_regulation(asked))
         done = carry_out(planned, found, (), (log_writer(planned),))
         places.append(tmp_path / name)
@@ -144,4 +144,4 @@ def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_s
     np.testing.assert_allclose(runs[1].set_force[done.holding], done.set_force[done.holding])
     assert np.nanmax(runs[1].set_force) == pytest.approx(3.0)
     settings = dict(comparison_report(runs, tmp_path).settings)
-    assert settings["drift"] == "60 N/min", "of a grasp it is N/s"
+    assert settings["drift"] == "0.6 N/min", "of a grasp it is N/s"

@@ -292,7 +292,7 @@ def test_without_gymnasium_it_says_what_to_install():
     program = "import sys; sys.modules['gymnasium'] = None; import palpate.learning"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == 1
-    assert "ImportError: palpate.learning needs gymnasium" in done.stderr
+    assert "MissingLibraryError: palpate.learning needs gymnasium" in done.stderr
     assert 'pip install "palpate[learn]"' in done.stderr
 
 

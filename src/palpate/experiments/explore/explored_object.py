@@ -70,7 +70,7 @@ def object_texts(target: SceneObject, config: ExploreConfig) -> dict[str, str]:
 
     Args:
         target: From `scene_object`.
-        config: That asked for it.
+        config: That asked for it; complete, as plans have it.
 
     Returns:
         By file name; nothing for what the configuration describes by itself.
@@ -89,7 +89,7 @@ def object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject | 
 
     Args:
         texts: By file name, as a log keeps them.
-        config: That asked for it.
+        config: That asked for it; complete, as plans have it.
 
     Raises:
         InvalidValueError: It is missing, or not as `object_texts` writes it.

@@ -190,7 +190,7 @@ def plan_with(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> 
     Raises:
         InvalidValueError: Something in a text is wrong, or the configuration cannot be realised.
     """
-    planned = plan(config, robot, object_in(texts, config))
+    planned = plan(config, robot, object_in(texts, on_robot(config, robot)))
     found = texts.get(IDENTIFIED_TEXT)
     return planned if found is None else planned.with_identified(read_identified(found))
 
