@@ -258,12 +258,12 @@ def test_other_versions_and_a_clock_that_runs_faster(version, scale):
             assert arm.version[0] == version.major
             stalled = emulator.control.state()["given_up"]
             begun = arm.state()
-            follow(arm, (0.0, 0.02, 0.0), 0.3)
+            follow(arm, (0.0, 0.01, 0.0), 1.5)
             ended = arm.state()
             stalled = emulator.control.state()["given_up"] - stalled  # by the machine: time that it left out
             assert ended.tool_pose[1] > begun.tool_pose[1] + 1e-3
             passed = ended.time - begun.time - stalled
-            assert ended.controller_time - begun.controller_time == pytest.approx(scale * passed, rel=0.3, abs=0.1)
+            assert ended.controller_time - begun.controller_time == pytest.approx(scale * passed, rel=0.3, abs=0.2)
             if version.major == 3:
                 with pytest.raises(DeviceError, match="raw wrench"):
                     UrRawToolSensor(arm).start()
