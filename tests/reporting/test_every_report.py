@@ -150,6 +150,10 @@ def test_text_reads_as_typed():
 def test_a_number_without_unit_says_so_and_words_do_not():
     rows = [("n", "3", "", ""), ("shape", "sphere", "", ""), ("f", "2.0", "N", "")]
     assert table(rows, ("name", "value", "unit", "note")).count(NO_UNIT) == 1
+    pairs = [("a", "3", "", "-", ""), ("b", "3", "s", "0.1", "")]
+    assert table(pairs, ("name", "value", "unit", "value", "unit")).count(NO_UNIT) == 2, "one beside each number"
+    compared = [("ratio", "", "3", "-"), ("ended", "", "done", "lost")]
+    assert table(compared, ("name", "unit", "value", "value")).count(NO_UNIT) == 1
 
 
 def at_width(browser, width):

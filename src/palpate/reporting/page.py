@@ -161,14 +161,20 @@ def picture_cards(pictures: Iterable[Picture | None]) -> str:
 
 
 def _row(tag: str, row: Sequence[str], columns: Sequence[str]) -> str:
-    bare = tag == "td" and any(_is_number(t) for c, t in zip(columns, row, strict=True) if c == "value")
     cells = (
         f'<td class="unit quiet">{NO_UNIT}</td>'
-        if bare and c == "unit" and not t
+        if tag == "td" and c == "unit" and not t and any(map(_is_number, _measured(i, row, columns)))
         else f'<{tag} class="{c}">{text(t)}</{tag}>'
-        for c, t in zip(columns, row, strict=True)
+        for i, (c, t) in enumerate(zip(columns, row, strict=True))
     )
     return "<tr>" + "".join(cells) + "</tr>"
+
+
+def _measured(unit: int, row: Sequence[str], columns: Sequence[str]) -> list[str]:
+    """The values of a unit: those since the unit before; where it stands before all of them, those that follow."""
+    values = [(i, told) for i, (name, told) in enumerate(zip(columns, row, strict=True)) if name == "value"]
+    begin = max((i for i in range(unit) if columns[i] == "unit"), default=-1)
+    return [told for i, told in values if begin < i < unit] or [told for i, told in values if i > unit]
 
 
 def _command(typed: str) -> str:

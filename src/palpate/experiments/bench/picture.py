@@ -1,6 +1,7 @@
 """The picture of a study: cost against error, both logarithmic; below and to the left is better."""
 
 import math
+from collections.abc import Sequence
 
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -14,7 +15,7 @@ FLOOR = 1e-17
 """Errors of zero are drawn here."""
 
 FEW_POWERS = 200.0
-"""Ratio of the ends of an axis up to which 2 and 5 are numbered, too."""
+"""Ratio of the largest to the least value up to which 2 and 5 are numbered, too."""
 
 
 def study_picture(study: Study) -> Picture | None:
@@ -48,19 +49,20 @@ def _drawn(study: Study, series: dict[str, list[Row]], width: Width, columns: in
     axes.margins(x=0.12)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    _tick(axes.xaxis, axes.get_xlim(), study.cost_unit)
+    drawn = [row for rows in series.values() for row in rows]
+    _tick(axes.xaxis, [row.cost for row in drawn], study.cost_unit)
     if study.error_unit:
-        _tick(axes.yaxis, axes.get_ylim(), study.error_unit)
+        _tick(axes.yaxis, [max(row.typical, FLOOR) for row in drawn], study.error_unit)
     dress(axes, x=_words(study.cost, study.cost_unit), y=f"error {_words(study.error, study.error_unit)}")
     if len(series) > 1:
         legend_above(figure, [axes], columns)
     return figure
 
 
-def _tick(axis: Axis, limits: tuple[float, float], unit: str) -> None:
+def _tick(axis: Axis, values: Sequence[float], unit: str) -> None:
     """Number a logarithmic axis with prefixes of its unit; between powers of ten, too, if there are few."""
-    low, high = limits
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < FEW_POWERS * low else (1.0,)))
+    few = max(values) < FEW_POWERS * min(values)
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
     axis.set_major_formatter(EngFormatter(unit, sep="\N{NO-BREAK SPACE}"))
     axis.set_minor_formatter(NullFormatter())
 
