@@ -4,6 +4,8 @@ import csv
 import itertools
 import math
 import re
+import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,13 +18,20 @@ from palpate.experiments.option_words import UNITS
 from palpate.experiments.sweep.figure import Figure
 from palpate.experiments.sweep.picture import _panels, pictures, summary_picture, write_summary
 from palpate.experiments.sweep.record import RunRecord, RunStatus
-from palpate.experiments.sweep.report import combination_rows, failure_rows, report_html, setting_rows
+from palpate.experiments.sweep.report import (
+    advice,
+    combination_rows,
+    failure_rows,
+    repeat_commands,
+    report_html,
+    setting_rows,
+)
 from palpate.experiments.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
 from palpate.experiments.sweep.scale import scale_of
 from palpate.experiments.sweep.swept import EXPERIMENTS
 from palpate.experiments.sweep.tables import columns_of, rows_of, write_csv, write_parquet
 from palpate.experiments.sweep.words import time_text
-from sweep_runs import planned
+from sweep_runs import SHORT, planned
 
 FORCE = Figure("force_rms_n", "true force, RMS error", "N")
 FIGURES = EXPERIMENTS["regulate"].carrier.FIGURES
@@ -306,3 +315,43 @@ def test_times_are_in_units_that_suit_them():
         "2 h",
         "12 days",
     ]
+
+
+def test_a_report_says_how_to_repeat_it_and_one_run_of_it():
+    result = made("force=1:2:3", seeds=2, out=Path("a folder"))
+    (_, again), (_, alone) = repeat_commands(result.plan)
+    words = shlex.split(again)
+    assert words[:2] == ["palpate", "sweep"]
+    assert words[2:] == [
+        "regulate", "--vary", "force=1:2:3", "--set", *SHORT, "--seeds", "2", "--out", "a folder",
+    ]  # fmt: skip
+    assert shlex.split(alone) == [
+        "palpate", "regulate", "--force", "1.0", "--duration", "0.6", "--force-noise", "0.01",
+    ]  # fmt: skip
+
+
+def test_settings_hold_what_a_file_says_too(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("force: 3\nstiffness: 5000\n")
+    rows = dict(setting_rows(made("friction=0.2,0.4", config=file)))
+    assert rows["force"] == "3 N"
+    assert rows["stiffness"] == "5000 N/m"
+    assert "friction" not in rows
+
+
+def test_what_is_true_or_false_is_shown_as_a_share():
+    dropped = made("force=1,2", seeds=2, value=lambda run: run.number == 0)
+    text = report_html(dropped)
+    share, median = (f'<th class="value">{name}</th>' for name in ("share", "median"))
+    assert share in text
+    assert median not in text
+    assert median in report_html(made("force=1,2", seeds=2))
+
+
+def test_advice_is_given_where_there_is_something_to_do():
+    assert advice(made("force=1,2", seeds=3)) == ()
+    assert "Nothing has to be done" in report_html(made("force=1,2", seeds=3))
+    failed = made("force=1,2", seeds=3, status=lambda n: RunStatus.FAILED if n == 3 else RunStatus.DONE)
+    assert "--repeat-failed" in " ".join(advice(failed))
+    assert "--seeds" in " ".join(advice(made("force=1,2")))
+    assert "One seed of each is enough" in " ".join(advice(made("force=1,2", seeds=2, value=lambda run: 1.0)))

@@ -137,7 +137,11 @@ def test_what_the_style_sheet_needs_is_in_it():
     assert LOST in sheet
     assert palette.GROUND.dark in sheet
     assert '"' not in LOST, "it stands in quotation marks"
-    assert "map" not in legend(0.015, has_map=False)
+    without, with_map = (legend(0.015, has_map=each) for each in (False, True))
+    assert "map" in with_map
+    assert "still to go" in with_map
+    assert "map" not in without
+    assert "still to go" not in without
 
 
 def test_arrows_shine_as_the_felt_force_is_drawn():

@@ -64,8 +64,9 @@ def legend(length_per_newton: float, *, has_map: bool) -> str:
     said = [
         (palette.FELT, f"force felt, {1e3 * length_per_newton:g} mm per N"),
         (palette.QUIET_COLOUR, "way of the tip"),
-        (palette.COMMAND, "still to go"),
     ]
+    if has_map:  # what explores makes one, and nothing else knows where it will go
+        said.append((palette.COMMAND, "still to go"))
     words = "".join(f'<span><b style="background: {each.light}"></b> {text}</span> ' for each, text in said)
     heights = "<span>points of the map: dark is low, yellow high</span>" if has_map else ""
     return f'<div class="palpate-legend" style="padding: 0 1em; font-size: 0.85em">{words}{heights}</div>'

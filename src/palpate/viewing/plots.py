@@ -43,8 +43,8 @@ class ForcePlots:
         self._fingers = fingers
         forces, torques = ["normal [N]", "tangential [N]"], ["spin torque [mN m]"]
         if fingers > 1:
-            forces = [f"finger {i}, normal [N]" for i in range(fingers)]
-            torques = [f"finger {i}, spin [mN m]" for i in range(fingers)]
+            forces = [f"finger {i + 1}, normal [N]" for i in range(fingers)]
+            torques = [f"finger {i + 1}, spin [mN m]" for i in range(fingers)]
         colours = ONE_FINGER if fingers == 1 else FINGERS
         self._force = _plot(server, "Contact force [N]", forces, colours, 1.6)
         # one finger's torque has a colour of its own; with several, colours are the fingers'

@@ -67,7 +67,7 @@ class SurfaceDrawing:
             self._choice = server.gui.add_dropdown("colour", names, initial_value=Colouring.UNCERTAINTY.value)
             self._legend = server.gui.add_html(_PADDED.format(""))
             self._points = server.gui.add_checkbox("contacts", False)
-            self._says = server.gui.add_html(_PADDED.format("nothing felt yet"))
+            self._says = server.gui.add_html(_PADDED.format("no surface yet"))
             self._late = server.gui.add_html("")
         self._chosen = self.colouring
         self._points_shown = False
