@@ -14,7 +14,7 @@ from palpate.experiments.answer import Answer, ExitCode
 from palpate.experiments.progress import LINE_INTERVAL, doing
 from palpate.experiments.sweep.config import SweepConfig
 from palpate.experiments.sweep.figure import Figure, number
-from palpate.experiments.sweep.plan import Combination, SweepPlan
+from palpate.experiments.sweep.plan import Combination, SweepPlan, sweep_plan
 from palpate.experiments.sweep.result import SweepResult, spread_of
 from palpate.experiments.sweep.run import SweepAtWork, check, finished
 from palpate.experiments.sweep.store import SweepFolder
@@ -41,9 +41,9 @@ def run_sweep(config: SweepConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
+    plan = sweep_plan(config)
     with doing(console, "checking every combination"):
-        checked = check(config)
-    plan = checked.plan
+        checked = check(plan)
     _say(console, f"{plan.title}: {plan.size}")
     if config.dry_run:
         _list(console, plan)
@@ -72,7 +72,7 @@ def _carry_out(console: Console, work: SweepAtWork) -> None:
         _say(console, f"{len(work.records)} of them are there already")
     left = len(work.left)
     if left:
-        foretold = _foretold(work.checked.config, work.expected, left)
+        foretold = _foretold(work.checked.plan.asked, work.expected, left)
         _say(console, f"{foretold}, {work.runner.describe()}")
         with _progress(console) as show:
             work.carry_out(show)

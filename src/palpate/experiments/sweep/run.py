@@ -33,7 +33,7 @@ def sweep(config: SweepConfig, progress: ShowProgress | None = None) -> SweepRes
         KeyboardInterrupt: Ctrl-C. What is finished is kept.
         OSError: A file cannot be written.
     """
-    checked = check(config)
+    checked = check(sweep_plan(config))
     folder = SweepFolder(config.folder)
     with folder.alone():
         work = SweepAtWork(checked, folder, finished(checked, folder))
@@ -51,34 +51,32 @@ class CheckedSweep:
     """A sweep of which every combination can be realised.
 
     Attributes:
-        config: What was asked for.
         plan: Its runs.
         figures: Every figure of a run.
         shown: Those that were asked for, for picture and report; none for the best ones there are.
         expected: Wall time of all its runs on one core, about [s].
     """
 
-    config: SweepConfig
     plan: SweepPlan
     figures: tuple[Figure, ...]
     shown: tuple[Figure, ...]
     expected: float
 
 
-def check(config: SweepConfig) -> CheckedSweep:
+def check(plan: SweepPlan) -> CheckedSweep:
     """Plan every combination; the simulator is imported for it.
 
     Raises:
-        InvalidValueError: Something typed cannot be.
-        MissingLibraryError: `ray` was asked for, and is not installed.
+        InvalidValueError: One cannot be realised, or a figure to show is none, or a cluster is not there.
+        MissingLibraryError: ray was asked for, and is not installed.
     """
-    plan = sweep_plan(config)
+    config = plan.asked
     if config.ray is not None:
         check_ray(config.ray)
     carrier = plan.swept.carrier
     shown = checked_columns(config.show, carrier.FIGURES, WORDS)
     simulated = len(plan.seeds) * sum(simulated_durations(plan))
-    return CheckedSweep(config, plan, carrier.FIGURES, tuple(shown), carrier.SECONDS * simulated)
+    return CheckedSweep(plan, carrier.FIGURES, tuple(shown), carrier.SECONDS * simulated)
 
 
 def finished(checked: CheckedSweep, folder: SweepFolder) -> dict[int, RunRecord]:
@@ -89,7 +87,7 @@ def finished(checked: CheckedSweep, folder: SweepFolder) -> dict[int, RunRecord]
         OSError: A file cannot be written.
     """
     records = folder.begin(checked.plan)
-    if not checked.config.repeat_failed:
+    if not checked.plan.asked.repeat_failed:
         return records
     return {number: record for number, record in records.items() if record.done}
 
@@ -128,7 +126,7 @@ class SweepAtWork:
     @property
     def runner(self) -> Runner:
         """Who does the runs."""
-        return runner_for(self.checked.config)
+        return runner_for(self.checked.plan.asked)
 
     def carry_out(self, progress: ShowProgress) -> None:
         """Do what is left; each run is kept as soon as it is there."""
