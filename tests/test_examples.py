@@ -12,15 +12,12 @@ from pathlib import Path
 import pytest
 
 from emulated_file import unhurried_file
-from palpate.hw.emulators.host import Host
-from palpate.hw.emulators.load_plant import steady_plant
-from palpate.hw.emulators.netft import BoxSettings, NetFtServer
 from palpate.hw.emulators.process import EmulatorProcess
+from resting_box import BOX, box_at_rest
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 TEN = 10
-OWN_BOX = "127.0.0.78"
 
 pytestmark = pytest.mark.xdist_group("wire")  # two of them keep real time, on fixed ports
 
@@ -89,14 +86,10 @@ def test_a_live_plot_shows_what_rolls_on_an_emulated_box(tmp_path):
     assert (tmp_path / "live_netft.png").read_bytes().startswith(b"\x89PNG")
 
 
-def box_at_rest():
-    return Host(steady_plant((0.5, 0.0, -1.0, 0.0, 0.01, 0.0)), [NetFtServer(BoxSettings(OWN_BOX))])
-
-
 def test_a_live_plot_tares_a_box_that_somebody_else_runs(tmp_path):
     """What hangs on the sensor from the beginning is no touch."""
     with EmulatorProcess(box_at_rest):
-        said = printed_by("live_netft.py", "--seconds", "0.3", "--address", OWN_BOX, folder=tmp_path)
+        said = printed_by("live_netft.py", "--seconds", "0.3", "--address", BOX, folder=tmp_path)
     assert "last NO_FORCE" in said
 
 

@@ -16,6 +16,7 @@ from palpate.experiments.log import command as log_command
 from palpate.experiments.log.command import run_log_export, run_log_info
 from palpate.experiments.log.config import LogExportConfig, LogInfoConfig
 from palpate.experiments.progress import lively
+from palpate.extras import MissingLibraryError
 from palpate.runtime.data import Phase
 from palpate.runtime.log import LogWriter, Recorder, read_log
 from palpate.sensing.contact import ContactStatus
@@ -156,7 +157,7 @@ def test_an_export_of_a_damaged_log_says_so(log_path, tmp_path, capsys):
 
 def test_without_pyarrow_it_names_the_extra(log_path, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(InvalidValueError, match=r'pip install "palpate\[parquet\]"'):
+    with pytest.raises(MissingLibraryError, match=r'--format parquet .*pip install "palpate\[parquet\]"'):
         exported(log_path, "parquet", tmp_path)
 
 
