@@ -91,8 +91,8 @@ def contact_centroid() -> None:
     side.plot(x - along[:, 0], z - along[:, 2], "--", color=QUIET, linewidth=1, label="wrench axis")
     side.text(x - 2.0, z - 5.2, "wrench axis", color=QUIET, fontsize=9, ha="right")
     arrow = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.008, "zorder": 3}
-    side.quiver(0, 0, *(3 * contact.force[[0, 2]]), color=TRUE, **arrow)
-    side.text(9.0, -5.6, "force f, felt with a moment m\nabout the sensor's origin +", color=TRUE, fontsize=9)
+    side.quiver(0, 0, *(3 * contact.force[[0, 2]]), color=MEASURED, **arrow)
+    side.text(9.0, -5.6, "force f, felt with a moment m\nabout the sensor's origin +", color=MEASURED, fontsize=9)
     side.quiver(x, z, *(5 * contact.normal[[0, 2]]), color=WANTED, **arrow)
     side.text(x + 4.4, z + 1.8, "normal n,\ninto the object", color=WANTED, fontsize=9)
     side.plot(x, z, "o", color=MEASURED, markersize=9, zorder=4)
