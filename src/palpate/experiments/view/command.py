@@ -9,6 +9,7 @@ from rich.console import Console
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.answer import Answer, ExitCode
+from palpate.experiments.earlier_run import earlier_run
 from palpate.experiments.explore.explored_map import STEPS
 from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.explore.pressing import prepared
@@ -18,7 +19,7 @@ from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.plan_watch import PlanWatch
 from palpate.experiments.progress import doing, step_progress
-from palpate.experiments.run_told import STOPPED, kept_if_interrupted, log_writer, written
+from palpate.experiments.run_told import kept_if_interrupted, log_writer, written
 from palpate.experiments.said import say
 from palpate.experiments.sweep.explored import figures_of
 from palpate.experiments.view.config import ViewConfig
@@ -31,6 +32,9 @@ from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import LOOPBACK, Frames, LiveView, Player, ViewUnavailableError, check_host, frames_of_log
+
+ENDED = "Stopping: writing the log, and working out what was found (Ctrl-C again: stop without that)"
+"""Said at once after a Ctrl-C while it explores."""
 
 
 def run_view(config: ViewConfig) -> Answer:
@@ -56,6 +60,7 @@ def run_view(config: ViewConfig) -> Answer:
 def _watch(config: ViewConfig, console: Console) -> Answer:
     """Explore, recorded, while people watch; the view stays open when the run is over."""
     planned = watched_plan(config.set, config.config, config.time_scale)
+    earlier_run(planned.config.out, "explore", ())  # a log among another command's files would be taken for theirs
     make_folder(planned.config.out)
     planned = prepared(planned)
     attempt = Attempt(planned)
@@ -71,7 +76,7 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
             if found is None:
                 raise
             result, interrupted = found, True
-            say(console, STOPPED)
+            say(console, ENDED)
         view.run_over()
         if not view.makes_surface:
             say(console, "The process that makes the map's surface has ended: the view goes on without it")
