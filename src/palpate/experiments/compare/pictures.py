@@ -11,7 +11,6 @@ from palpate.mapping.compare import Comparison
 from palpate.reporting.style import (
     ERROR_COLOURS,
     FONT_SIZE,
-    HEIGHT_COLOURS,
     INK,
     MEASURED,
     MICRO,
@@ -19,6 +18,7 @@ from palpate.reporting.style import (
     PANE,
     QUIET,
     SMALL_SIZE,
+    TIME_COLOURS,
     Picture,
     Width,
     dress,
@@ -39,7 +39,7 @@ def error_on_map(found: Comparison, signed: bool) -> Picture:
     """Return the map's points in space, coloured by their distance from the reference."""
     limit = max(float(np.percentile(np.abs(found.distance), SHOWN_PERCENT)) * MICRO, 1e-3)
     norm = Normalize(-limit, limit) if signed else Normalize(0.0, limit)
-    colours = ERROR_COLOURS if signed else HEIGHT_COLOURS
+    colours = ERROR_COLOURS if signed else TIME_COLOURS
     label = "distance [µm]" + (", + is outside the reference" if signed else "")
     largest = MICRO * found.map_to_reference.largest
     return Picture(
@@ -62,13 +62,13 @@ def gaps_on_reference(found: Comparison) -> Picture:
         caption=(
             f"The reference, coloured by its distance from the map: {100.0 * found.coverage:.1f} % is within "
             f"{MILLI * found.within:g} mm, half the colour scale. "
-            "Dark all over is good."
+            "Blue all over is good."
         ),
         full=_in_space(
             found.reference_points,
             MILLI * found.reference_distance,
             norm,
-            HEIGHT_COLOURS,
+            TIME_COLOURS,
             "distance from the map [mm]",
         ),
         dense=True,
@@ -108,12 +108,14 @@ def _in_space(points: FloatArray, values: FloatArray, norm: Normalize, colours: 
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(tuple(size), zoom=0.95)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
-    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", strict=True):
+    shares = (size / size.max()).tolist()
+    for axis, name, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", shares, strict=True):
         axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
         axis.set_pane_color(PANE)
         axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
+        axis.set_major_locator(few_ticks(share))  # a flat part has no room for more
         axis.get_major_formatter().set_useOffset(False)
-    axes.zaxis.set_major_locator(few_ticks(float(size[2] / size.max())))  # a flat part has no room for more
+    axes.zaxis.labelpad = -2.0  # else it is cut off at the rim
     mappable = ScalarMappable(norm, colours)
     bar = figure.colorbar(mappable, ax=axes, location="bottom", shrink=0.75, aspect=28, pad=0.04)
     bar.set_label(label, fontsize=FONT_SIZE, color=INK)
