@@ -47,7 +47,7 @@ DASH_DOT = (0, (6, 2, 1, 2))
 
 HEIGHT_COLOURS: Colormap = mpl.colormaps["viridis"]
 TIME_COLOURS: Colormap = ListedColormap(mpl.colormaps["viridis"](np.linspace(0.3, 0.8, 256)))
-"""Of lines and of points in space: without the darkest and the brightest, so that they are seen on either ground."""
+"""Of lines and of points in space: without the darkest and the brightest, seen on either ground."""
 ERROR_COLOURS: Colormap = mpl.colormaps["RdBu_r"]
 
 PHASE_COLOURS: dict[str, str] = {
