@@ -24,6 +24,7 @@ from palpate.experiments.view.plan import view_scene, watched_plan
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.sim.render import gl as render_gl
+from waiting import until
 
 SMALL = ("width=0.01", "depth=0.004", "speed=0.05")
 
@@ -94,7 +95,8 @@ def test_an_exploration_is_watched_recorded_and_stays_open(tmp_path):
 def test_ctrl_c_in_the_run_ends_it_with_the_shells_code(tmp_path):
     words = (*SMALL, f"out={tmp_path / 'run'}")
     process, _ = started(tmp_path, f"set={words!r}, port=0, time_scale=0.1", "View:")
-    time.sleep(1.0)
+    until(lambda: list((tmp_path / "run").glob("*.mcap")), within=60.0)  # there is a log once the run has begun
+    time.sleep(0.5)
     code, out, err = ended(process)
     assert code == 130, err
     assert "at rest" in out
