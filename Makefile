@@ -16,7 +16,7 @@ help:  ## Show this list
 	@echo "Each installs what it needs into $(VENV) first. Another Python: make test PYTHON=python3.12"
 
 demo: $(VENV)/.run $(VENV)/.kernels  ## Explore a simulated sphere by touch and write a report to runs/demo
-	$(BIN)/palpate explore --object sphere --force 2 --speed 0.05 --out $(OUT)
+	$(BIN)/palpate explore --object sphere --force 2 --speed 0.025 --force-noise 0.01 --moment-noise 1e-4 --out $(OUT)
 
 test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests
 	$(BIN)/python -m pytest -m "not slow" -n auto --dist loadgroup

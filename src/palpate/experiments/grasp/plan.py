@@ -222,7 +222,7 @@ def plan_with(config: GraspConfig, texts: Mapping[str, str], robot: Robot | None
         InvalidValueError: Something in the texts is wrong.
         MissingLibraryError: CasADi is not installed: how much a grasp holds needs it, even where a grip does not.
     """
-    require("casadi", "grasp", "palpate grasp")
+    require("casadi", "grasp", "grasping")
     config = with_surface(config, texts)
     believed = believed_surface(config, texts)
     if config.robot is not None and robot is None:
