@@ -17,6 +17,7 @@ from palpate.experiments.emulate.config import (
     EmulateUrConfig,
     version_numbers,
 )
+from palpate.experiments.said import say
 from palpate.hw.dynamixel.registers import BAUD_RATES, KINDS
 from palpate.hw.emulators.control import Controls
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
@@ -45,12 +46,12 @@ def run_emulate(config: EmulateConfig) -> Answer:
     Raises:
         InvalidValueError: It cannot be, its address is not free, or there is no such fault.
     """
-    console = Console(soft_wrap=True, highlight=False)
+    console = Console()
     server, told, faults = _device(config)
     plant, scale = _plant(config), 1.0 if isinstance(config, EmulateNetftConfig) else config.scale
     try:
         for name, value in config.fault:
-            console.print(f"fault: {server.inject(name, value)}")
+            say(console, f"fault: {server.inject(name, value)}")
         host = Host(
             plant,
             [server],
@@ -64,12 +65,12 @@ def run_emulate(config: EmulateConfig) -> Answer:
         raise
     facts = {"device": server.name, "about": told, "control_port": host.control_port, "faults": faults}
     with _stopped_by_signals(host):
-        console.print(told)
-        console.print(f"Faults: palpate emulate fault {host.control_port} {server.name!r} NAME VALUE")
-        console.print(f"  NAME: {', '.join(faults)}")
-        console.print("Runs until Ctrl-C.")
+        say(console, told)
+        say(console, f"Faults: palpate emulate fault {host.control_port} {server.name!r} NAME VALUE")
+        say(console, f"  NAME: {', '.join(faults)}")
+        say(console, "Runs until Ctrl-C.")
         host.run()
-    console.print("Ended.")
+    say(console, "Ended.")
     return Answer(outcome="Ended.", facts=facts)
 
 

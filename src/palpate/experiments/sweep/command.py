@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import joblib
@@ -12,6 +12,7 @@ from rich.text import Text
 
 from palpate.experiments.answer import Answer, ExitCode
 from palpate.experiments.progress import LINE_INTERVAL, doing
+from palpate.experiments.said import say
 from palpate.experiments.sweep.config import SweepConfig
 from palpate.experiments.sweep.figure import Figure, number
 from palpate.experiments.sweep.plan import Combination, SweepPlan, sweep_plan
@@ -44,12 +45,12 @@ def run_sweep(config: SweepConfig) -> Answer:
     plan = sweep_plan(config)
     with doing(console, "checking every combination"):
         checked = check(plan)
-    _say(console, f"{plan.title}: {plan.size}")
+    say(console, f"{plan.title}: {plan.size}")
     if config.dry_run:
         _list(console, plan)
-        _say(console, _foretold(config, checked.expected, len(plan.runs)))
+        say(console, _foretold(config, checked.expected, len(plan.runs)))
         figures = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
-        return Answer(outcome=plan.size, figures=figures)
+        return Answer(outcome=plan.size, figures=figures, facts={"dry_run": True})
     folder = SweepFolder(config.folder)
     with folder.alone():
         work = SweepAtWork(checked, folder, finished(checked, folder))
@@ -62,18 +63,18 @@ def run_sweep(config: SweepConfig) -> Answer:
         with doing(console, "writing tables, picture and report"):
             files = work.write()
     _tell(console, work.result)
-    _say(console, "Written: " + ", ".join(map(str, files)))
+    say(console, "Written: " + ", ".join(map(str, files)))
     return _answer(work.result, files)
 
 
 def _carry_out(console: Console, work: SweepAtWork) -> None:
     """Do what is left, and show how far it is."""
     if work.records:
-        _say(console, f"{len(work.records)} of them are there already")
+        say(console, f"{len(work.records)} of them are there already")
     left = len(work.left)
     if left:
         foretold = _foretold(work.checked.plan.asked, work.expected, left)
-        _say(console, f"{foretold}, {work.runner.describe()}")
+        say(console, f"{foretold}, {work.runner.describe()}")
         with _progress(console) as show:
             work.carry_out(show)
 
@@ -131,9 +132,9 @@ def _tell(console: Console, result: SweepResult) -> None:
             table.add_row(Text(row[0][0]), *map(Text, cells))
         console.print(table)
         if len(columns[0]) > MOST_LISTED:
-            _say(console, f"and {len(columns[0]) - MOST_LISTED} more combinations, in runs.csv")
+            say(console, f"and {len(columns[0]) - MOST_LISTED} more combinations, in runs.csv")
     else:
-        _say(console, result.outcome)
+        say(console, result.outcome)
     if result.failures:
         table = Table(title=Text("Runs that did not get to their end"))
         for heading in ("run", "how", "why"):
@@ -142,15 +143,15 @@ def _tell(console: Console, result: SweepResult) -> None:
             table.add_row(*map(Text, (run_name(result, record), record.status.value, record.message)))
         console.print(table)
         if len(result.failures) > MOST_LISTED:
-            _say(console, f"and {len(result.failures) - MOST_LISTED} more, in runs.csv")
-        _say(console, "To do these again: the same command with --repeat-failed")
+            say(console, f"and {len(result.failures) - MOST_LISTED} more, in runs.csv")
+        say(console, "To do these again: the same command with --repeat-failed")
 
 
 def _list(console: Console, plan: SweepPlan) -> None:
     """List every run."""
     for run in plan.runs:
         name = plan.name_of(run.combination)
-        _say(console, f"{run.number:6d}  {name}{', ' if name else ''}seed={run.case.config.seed}")
+        say(console, f"{run.number:6d}  {name}{', ' if name else ''}seed={run.case.config.seed}")
 
 
 def _foretold(config: SweepConfig, expected: float, runs: int) -> str:
@@ -183,12 +184,6 @@ def _progress(console: Console) -> Iterator[ShowProgress]:
         if wall - shown > LINE_INTERVAL:
             shown = wall
             failed = f", {progress.failed} failed" if progress.failed else ""
-            _say(console, f"{progress.done} of {progress.cases} runs done{failed}")
+            say(console, f"{progress.done} of {progress.cases} runs done{failed}")
 
     yield show_line
-
-
-def _say(console: Console, text: str) -> None:
-    # whoever reads the output may have had enough, upon which rich exits: that must cost no run
-    with suppress(OSError, SystemExit):
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
