@@ -162,11 +162,33 @@ def test_the_old_file_is_kept_or_left_alone(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"sensor.yaml", "sensor.yaml.bak", "new.yaml", "in.csv"}
 
 
-def test_a_folder_that_cannot_be_written_to_is_an_os_error_and_nothing_is_left(tmp_path):
-    sensor, rest = sensor_in(tmp_path), written(tmp_path, rest_csv(np.random.default_rng(2)))
-    with pytest.raises(OSError, match="No such file"):
-        run(TareConfig(sensor=sensor, readings=rest, out=tmp_path / "missing" / "new.yaml"))
-    assert {path.name for path in tmp_path.iterdir()} == {"sensor.yaml", "in.csv"}
+def test_a_file_that_cannot_be_written_is_refused_before_anything_is_measured(tmp_path, monkeypatch):
+    def never(*asked):
+        raise AssertionError("it has measured, or read the data")
+
+    for measures in ("take_readings", "stage_backend", "robot_backend", "read_csv"):
+        monkeypatch.setattr(f"palpate.experiments.calibrate.run.{measures}", never)
+    sensor, data = sensor_in(tmp_path), tmp_path / "in.csv"
+    configs = (
+        TareConfig(sensor=sensor, live="stage"),
+        TareConfig(sensor=sensor, robot="emulated-ur5e"),
+        TareConfig(sensor=sensor, readings=data),
+        MatrixConfig(sensor=sensor, loads=data),
+        PayloadConfig(sensor=sensor, poses=data),
+    )
+    out = tmp_path / "nodir" / "new.yaml"
+    for config in configs:
+        with pytest.raises(
+            InvalidValueError, match=rf"out = {out}: there is no such folder; make it, .*\(--out\)"
+        ):
+            run(dataclasses.replace(config, out=out))
+    with pytest.raises(InvalidValueError, match=rf"^file = {out}: there is no such folder; make it"):
+        run(NewSensorConfig(out, "nano17"))
+    monkeypatch.setattr("os.access", lambda *asked: False)  # who tests as root may write anywhere
+    for config in configs:
+        with pytest.raises(InvalidValueError, match=rf"{tmp_path} cannot be written; choose another"):
+            run(config)
+    assert {path.name for path in tmp_path.iterdir()} == {"sensor.yaml"}
 
 
 # --- matrix ------------------------------------------------------------------------------------------------------

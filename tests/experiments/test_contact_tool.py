@@ -332,6 +332,9 @@ def test_moments_in_another_unit_are_told_of(factors, said, tmp_path, capsys):
 
 
 def test_unreadable_input_and_dangerous_output_are_named(tmp_path):
+    (tmp_path / "there.csv").touch()
+    with pytest.raises(InvalidValueError, match="cannot read"):
+        run_contact(ContactConfig(source=tmp_path / "missing.csv", sphere=0.01, out=tmp_path / "there.csv"))
     for source in (tmp_path / "missing.csv", tmp_path):
         with pytest.raises(InvalidValueError, match="cannot read"):
             run_contact(ContactConfig(source=source, sphere=0.01))
@@ -339,8 +342,23 @@ def test_unreadable_input_and_dangerous_output_are_named(tmp_path):
     with pytest.raises(InvalidValueError, match="is the input"):
         run_contact(ContactConfig(source=source, sphere=0.01, out=source))
     assert source.read_text() == f"{HEADER}\n{ROW}"
-    with pytest.raises(OSError, match="nowhere"):
-        run_contact(ContactConfig(source=source, sphere=0.01, out=tmp_path / "nowhere" / "out.csv"))
+
+
+def test_an_output_that_cannot_be_written_is_refused_before_anything_is_read(tmp_path, monkeypatch):
+    """The input, which is missing, is not even looked for."""
+
+    def refusal(out):
+        with pytest.raises(InvalidValueError) as refused:
+            run_contact(ContactConfig(source=tmp_path / "missing.csv", sphere=0.01, out=out))
+        return str(refused.value)
+
+    nowhere, file = tmp_path / "nowhere" / "c.csv", file_with(tmp_path, "")
+    assert refusal(nowhere) == f"out = {nowhere}: there is no such folder; make it, or choose another (--out)"
+    assert f"{file} is no folder" in refusal(file / "c.csv")
+    assert "is a folder; name a file in it" in refusal(tmp_path)
+    monkeypatch.setattr("os.access", lambda *asked: False)  # who tests as root may write anywhere
+    assert f"{tmp_path} cannot be written; choose another folder (--out)" in refusal(tmp_path / "c.csv")
+    assert list(tmp_path.iterdir()) == [file]
 
 
 # --- streams -----------------------------------------------------------------------------------------------------

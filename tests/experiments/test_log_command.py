@@ -65,6 +65,15 @@ def test_a_folder_stands_for_its_latest_log(log_path, capsys, wide):
     assert str(log_path) in info(log_path.parent, capsys)
 
 
+def test_a_log_that_may_not_be_read_is_named_with_what_to_do(log_path, monkeypatch):
+    def forbidden(path, *mode):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "open", forbidden)  # who tests as root may read anything
+    with pytest.raises(InvalidValueError, match=r"a\.mcap: may not be read; .*chmod a\+r"):
+        run_log_info(LogInfoConfig(log_path))
+
+
 def test_info_tells_damage_and_what_is_missing(log_path, tmp_path, capsys, wide):
     path = tmp_path / "cut.mcap"
     data = log_path.read_bytes()

@@ -34,6 +34,7 @@ from palpate.experiments.calibrate.data import (
 )
 from palpate.experiments.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.experiments.calibrate.tables import UNITS, bias_table, calibration_table, payload_table
+from palpate.experiments.output_folder import check_file
 from palpate.experiments.sensor_presets import preset_sensor
 from palpate.sensing.ft import (
     CalibrationStatus,
@@ -85,6 +86,7 @@ def _new(config: NewSensorConfig, console: Console) -> Answer:
     sensor = preset_sensor(config.preset, config.serial_number)
     if config.file.exists():
         raise InvalidValueError(f"{config.file} is there already: give another name, or remove it first")
+    check_file(config.file, option=None)
     save_sensor_file(config.file, sensor)
     console.print(Text(f"Written: {config.file}. Read its provenance, and edit what your sensor differs in."))
     return Answer(facts={"model": sensor.model, "serial_number": sensor.serial_number}, files=(config.file,))
@@ -95,6 +97,7 @@ def _new(config: NewSensorConfig, console: Console) -> Answer:
 
 def _matrix(config: MatrixConfig, console: Console) -> Answer:
     sensor = _loaded(config.sensor)
+    check_file(_target(config))
     _refuse_overwriting(config.out, config.loads)
     data = read_csv(config.loads)
     known = sensor.calibration
@@ -131,7 +134,7 @@ def _matrix(config: MatrixConfig, console: Console) -> Answer:
             date=_today(),
             provenance=_provenance(sensor, f"matrix: {len(loads)} known loads, {config.loads.name}"),
         )
-    files, warnings = _write(config.out or config.sensor, updated, console)
+    files, warnings = _write(_target(config), updated, console)
     if fit.status is CalibrationStatus.ILL_CONDITIONED:
         warnings += _noted("the sensor hardly feels some direction; errors there are large.", console)
     return Answer(outcome=fit.status.name, figures=calibration_figures(fit), files=files, warnings=warnings)
@@ -142,6 +145,7 @@ def _matrix(config: MatrixConfig, console: Console) -> Answer:
 
 def _payload(config: PayloadConfig, console: Console) -> Answer:
     sensor = _loaded(config.sensor)
+    check_file(_target(config))
     _refuse_overwriting(config.out, config.poses)
     data = read_csv(config.poses)
     rows, source = _measured(data, sensor, config.channels)
@@ -170,7 +174,7 @@ def _payload(config: PayloadConfig, console: Console) -> Answer:
     except InvalidValueError as error:
         hint = _other_order(identify, config) if found.status is PayloadStatus.INCONSISTENT else ""
         raise InvalidValueError(f"{config.poses}: {error}{hint}") from None
-    files, warnings = _write(config.out or config.sensor, updated, console)
+    files, warnings = _write(_target(config), updated, console)
     if found.status is PayloadStatus.UNRESOLVED:
         lost = "the mass is lost in the noise; the file now says that the sensor carries nothing."
         warnings += _noted(lost, console)
@@ -191,6 +195,7 @@ def _other_order(identify: Callable[[RotationOrder], IdentifiedPayload], config:
 
 def _tare(config: TareConfig, console: Console) -> Answer:
     sensor = _loaded(config.sensor)
+    check_file(_target(config))
     if config.readings is not None:
         _refuse_overwriting(config.out, config.readings)
         specific_force = _specific_force(config, sensor)
@@ -221,7 +226,7 @@ def _tare(config: TareConfig, console: Console) -> Answer:
             provenance=_provenance(sensor, f"bias: {found.reading_count} readings, {Path(place).name}"),
         )
     console.print(bias_table(found, drift, sensor, updated, f"{place}, {source}"))
-    files, warnings = _write(config.out or config.sensor, updated, console)
+    files, warnings = _write(_target(config), updated, console)
     if not any(found.sd):
         warnings += _noted("the readings do not change at all; is the sensor alive?", console)
     return Answer(figures=bias_figures(found, drift, updated), files=files, warnings=warnings)
@@ -289,6 +294,11 @@ def _loaded(path: Path) -> SensorFile:
         raise InvalidValueError(
             f"cannot read sensor file {path}: {error.strerror}; `palpate calibrate new` makes a first one"
         ) from None
+
+
+def _target(config: MatrixConfig | PayloadConfig | TareConfig) -> Path:
+    """Where the updated sensor file goes."""
+    return config.out or config.sensor
 
 
 def _refuse_overwriting(out: Path | None, source: Path) -> None:

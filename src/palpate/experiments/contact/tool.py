@@ -18,6 +18,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.answer import Answer, ExitCode
 from palpate.experiments.contact.config import STANDARD_STREAM, ContactConfig
 from palpate.experiments.contact.table import CsvTable, JsonLines, TableFormat
+from palpate.experiments.output_folder import check_file
 from palpate.experiments.wrench_csv import ByteSource, WrenchReader
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.solver import Surface, contacts_from_wrenches
@@ -203,7 +204,9 @@ def _destination(config: ContactConfig) -> Iterator[_ByteSink]:
     found right. From standard input, which may be live, rows pass at once.
     """
     if config.out != STANDARD_STREAM:
-        if config.source != STANDARD_STREAM and config.out.exists() and config.out.samefile(config.source):
+        check_file(config.out)
+        both = (config.source, config.out)
+        if config.source != STANDARD_STREAM and all(each.exists() for each in both) and os.path.samefile(*both):
             raise InvalidValueError(f"out = {config.out}: is the input; give another file")
         ended: KeyboardInterrupt | None = None
         with replacing(config.out) as file:

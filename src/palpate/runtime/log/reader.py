@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -34,10 +35,11 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
         progress: Told now and then which fraction has been read.
 
     Raises:
-        InvalidValueError: It is no log of palpate's, of a newer format, or too damaged to tell.
-        OSError: It cannot be opened or read.
+        InvalidValueError: It is no log of palpate's, of a newer format, or too damaged to tell; or it may not be
+            read.
+        OSError: There is none, or it cannot be read.
     """
-    with path.open("rb") as file:
+    with _opened(path) as file:
         try:
             walk = McapWalk(file)
             records = walk.records()
@@ -57,6 +59,15 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
         except DamageError as error:
             content.damage.append(str(error))
     return content.log(path, complete)
+
+
+def _opened(path: Path) -> BinaryIO:
+    try:
+        return path.open("rb")
+    except PermissionError:
+        raise InvalidValueError(
+            f"{path}: may not be read; ask its owner, or allow it (chmod a+r {path})"
+        ) from None
 
 
 def _read_opening(walk: McapWalk, records: Iterator[RawRecord]) -> Heading:
