@@ -138,7 +138,7 @@ def _several(word: str, text: str) -> list[object]:
     spread = _RANGE.fullmatch(text)
     if spread:
         return _evenly(word, *spread.groups())
-    if text.count(":") == 2 and re.match(r"\s*[-+.0-9]", text):
+    if text.count(":") in (1, 2) and re.match(r"\s*[-+.0-9]", text) and "," not in text:
         raise InvalidValueError(
             f"--vary {word}: write a range as FIRST:LAST:COUNT, three numbers, as in 0.1:0.5:5"
         )
