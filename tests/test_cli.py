@@ -95,6 +95,8 @@ def test_help_does_not_load_the_simulator():
         (["--width", "20"], ["width = 20 m", "for 20 mm give 0.02"]),
         (["--width", "0.2"], ["0.2 x 0.04 m", "at most", "--size"]),
         (["--spacing", "0.1"], ["raster spacing = 0.1 m", "depth = 0.04 m"]),
+        (["--spacing", "2"], ["raster spacing = 2 m", "depth = 0.04 m; for 2 mm give 0.002"]),
+        (["--strategy", "spiral", "--spacing", "2"], ["spiral spacing = 2 m", "= 0.02 m; for 2 mm give 0.002"]),
         (["--friction", "0"], ["friction = 0"]),
         (["--stiffness", "1e6"], ["stiffness = 1e+06 N/m", "at most 120000 N/m", "time step"]),
         (["--friction", "0.005"], ["friction = 0.005", "at least 0.01"]),

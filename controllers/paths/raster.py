@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from palpate.controllers.paths.plane import Point
-from palpate.errors import InvalidValueError, positive
+from palpate.controllers.paths.spacing import check_spacing
+from palpate.errors import positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +29,7 @@ class Raster:
         positive("raster width", self.width, "m")
         positive("raster depth", self.depth, "m")
         positive("raster spacing", self.spacing, "m")
-        if self.spacing > self.depth:
-            raise InvalidValueError(
-                f"raster spacing = {self.spacing:g} m: must not exceed the depth = {self.depth:g} m"
-            )
+        check_spacing("raster", self.spacing, "depth", self.depth)
 
     @property
     def rows(self) -> int:

@@ -4,7 +4,8 @@ import math
 from dataclasses import dataclass
 
 from palpate.controllers.paths.plane import Point
-from palpate.errors import InvalidValueError, positive
+from palpate.controllers.paths.spacing import check_spacing
+from palpate.errors import positive
 
 NEWTON_STEPS = 20
 """Most steps to the angle at a length of arc; from the start below five are enough for rounding."""
@@ -30,10 +31,7 @@ class Spiral:
         positive("spiral radius", self.radius, "m")
         positive("spiral spacing", self.spacing, "m")
         positive("spiral step", self.step, "m")
-        if self.spacing > self.radius:
-            raise InvalidValueError(
-                f"spiral spacing = {self.spacing:g} m: must not exceed the radius = {self.radius:g} m"
-            )
+        check_spacing("spiral", self.spacing, "radius", self.radius)
 
     @property
     def length(self) -> float:
