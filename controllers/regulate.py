@@ -53,6 +53,7 @@ CALMING = 10.0
 class Loss(Enum):
     """What became of the contact."""
 
+    UNMADE = "never made"
     NEVER = "never lost"
     FOUND = "lost once and found again"
     MISSING = "nothing was there"
@@ -121,7 +122,7 @@ class RegulateController:
         self._since, self._from, self._start = time, position, position
         self._command, self._along = Command(), ZERO
         self._held_since: float | None = None
-        self.loss, self.bounces = Loss.NEVER, 0
+        self.loss, self.bounces = Loss.UNMADE, 0
         self._tracker.reset()
         self._handover.reset()
         self._led: float | None = None  # what the set force was led to last
@@ -172,6 +173,8 @@ class RegulateController:
         gone = norm(subtract(now.arm.position_base_tip, self._from))
         if phase in (Phase.APPROACH, Phase.SEEK):
             if touching:
+                if self.loss is Loss.UNMADE:
+                    self.loss = Loss.NEVER
                 self._handover.reset()
                 self._led = None
                 self._forget()

@@ -372,7 +372,7 @@ def test_the_librarys_file_can_be_found():
     [
         ({"norm_exponent": 3.0}, "norm_exponent = 3: must lie between 1"),
         ({"load_exponent": 1.0}, "load_exponent = 1: must be at most 0.3333"),
-        ({"spin_length": 3.0}, "spin_length = 3 m: must be at most 0.1 m; 3 mm are 0.003"),
+        ({"spin_length": 3.0}, "spin_length = 3 m: must be at most 0.1 m; for 3 mm give 0.003"),
         ({"friction": 50.0}, "friction = 50: must be at most 10"),
         ({"skin_stiffness": 1e-3}, "skin_stiffness = 0.001 N/m: must be at least 1 N/m"),
         ({"speed": 1e-6}, "speed = 1e-06 m/s: must be at least 0.0001 m/s"),

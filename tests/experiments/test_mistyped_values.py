@@ -38,6 +38,21 @@ def test_friction_has_one_bound_and_per_cent_are_told(kind):
 
 
 @pytest.mark.parametrize("kind", ALL)
+def test_spin_length_has_one_bound_and_millimetres_are_told(kind):
+    kind(spin_length=0.1)
+    with pytest.raises(
+        InvalidValueError, match=r"spin_length = 4 m: must be at most 0\.1 m; for 4 mm give 0\.004"
+    ):
+        kind(spin_length=4.0)
+
+
+@pytest.mark.parametrize("kind", [ExploreConfig, RegulateConfig, FrictionConfig])
+def test_a_fingertip_in_millimetres_is_told_as_such(kind):
+    with pytest.raises(InvalidValueError, match=r"tip = 8 m: must be at most 2 m; for 8 mm give 0\.008"):
+        kind(tip=(8.0,))
+
+
+@pytest.mark.parametrize("kind", ALL)
 def test_a_number_is_no_string_and_a_folder_may_be_one(kind):
     assert kind(out="x") == kind(out=Path("x"))
     with pytest.raises(InvalidValueError, match=r"friction = '0\.5': must be a number"):

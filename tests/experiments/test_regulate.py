@@ -12,6 +12,7 @@ from palpate.cli import main
 from palpate.controllers.regulate import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
+from palpate.experiments.owned_options import owned_names
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.figures import margins
 from palpate.experiments.regulate.file import (
@@ -25,9 +26,10 @@ from palpate.experiments.regulate.motion import motion_text, read_motion
 from palpate.experiments.regulate.plan import RegulationPlan, plan, plan_from_texts
 from palpate.experiments.regulate.replay import FIXED, REGULATION
 from palpate.experiments.regulate.report import regulation_report
-from palpate.experiments.regulate.run import carry_out, regulate
+from palpate.experiments.regulate.run import Attempt, carry_out, regulate
+from palpate.experiments.regulate.surfaces import SURFACE_OPTIONS
 from palpate.experiments.regulate.view import regulation_scene
-from palpate.experiments.regulate.words import limits, outcome
+from palpate.experiments.regulate.words import WORDS, limits, outcome
 from palpate.experiments.replay.run import replay_log
 from palpate.runtime import Command, Ending, Phase
 from palpate.runtime.log import LogWriter, read_log
@@ -250,6 +252,25 @@ def test_what_is_lost_once_is_found_again_and_what_is_lost_twice_is_given_up(tim
     assert begins.sum() == 1
 
 
+def test_what_was_never_touched_was_never_lost_and_is_not_said_to_be():
+    """The run is stopped above the surface, and in another run after it has touched."""
+
+    def stopped(after):
+        def observe(sample, now, command):
+            if now.time > after:
+                raise KeyboardInterrupt
+
+        attempt = Attempt(plan(RegulateConfig()))
+        with pytest.raises(KeyboardInterrupt):
+            attempt.run((observe,))
+        return attempt.controller.loss
+
+    assert stopped(0.05) is Loss.UNMADE
+    assert stopped(3.0) is Loss.NEVER
+    assert Loss.UNMADE.value == "never made"
+    assert set(WORDS) == set(Loss)
+
+
 def test_nothing_there_is_said_so():
     found = regulated(surface="missing")
     assert found.run.ending is Ending.LOST
@@ -389,6 +410,10 @@ def test_every_setting_of_a_regulation_is_either_changeable_or_has_a_reason():
         ({"axis": (0.0, 0.0)}, "three numbers"),
         ({"force": -1.0}, "force = -1.0 N"),
         ({"frequencies": ()}, "give one at least"),
+        ({"surface": "sine", "surface_amplitude": 5.0}, r"at most 0.1 m; for 5 mm give 0.005"),
+        ({"surface": "sine", "surface_amplitude": 0.5}, r"surface_amplitude = 0.5 m: must be at most 0.1 m"),
+        ({"surface_amplitude": 5.0}, "is for --surface sine; still takes no such options"),
+        ({"surface": "wavy"}, "must be one of still, sine, soft"),
     ],
 )
 def test_wrong_values_are_named_with_what_would_be_right(fields, words):
@@ -405,13 +430,38 @@ def test_wrong_values_are_named_with_what_would_be_right(fields, words):
         ({"profile": "sine", "frequencies": (300.0,)}, "four periods of control"),
         ({"drift": 0.2}, "no range"),
         ({"robot": "stage-nano17", "surface": "sine", "landing_speed": 0.004}, "beyond the robot's limit of 10 N"),
-        ({"surface": "sine", "surface_speed": 0.08}, "at most 0.05 m/s"),
+        ({"surface": "sine", "surface_speed": 0.08}, "at most 0.05 m/s, the fastest that is followed$"),
+        ({"surface": "sine", "surface_speed": 20.0}, "at most 0.05 m/s.*; for 20 mm/s give 0.02$"),
         ({"stiffness": 100.0}, "must be larger than its compression"),
     ],
 )
 def test_what_cannot_be_planned_is_refused(fields, words):
     with pytest.raises(InvalidValueError, match=words):
         plan(RegulateConfig(**fields))
+
+
+@pytest.mark.parametrize("surface", SURFACE_OPTIONS)
+def test_a_surface_takes_its_own_options_and_no_others(surface):
+    values = {name: 2.0 * getattr(RegulateConfig(), name) for name in owned_names(SURFACE_OPTIONS)}
+    own = SURFACE_OPTIONS[surface]
+    RegulateConfig(surface=surface, **{name: values[name] for name in own})
+    for name in set(values) - set(own):
+        with pytest.raises(InvalidValueError, match=rf"^{name} = .*: is for --surface .*; {surface} takes "):
+            RegulateConfig(surface=surface, **{name: values[name]})
+
+
+def test_a_log_from_before_they_were_refused_is_read():
+    config = RegulateConfig(force=3.0)
+    old = regulation_text(config).replace("leave_time: 5.0", "leave_time: 3.0")
+    assert old != regulation_text(config)
+    assert read_regulation(old) == config
+
+
+def test_pressing_is_told_of_where_something_is_pressed(tmp_path, capsys):
+    """Where it is not, nothing is said to be."""
+    for typed, told in ((["--identify"], 1), ([], 0)):
+        assert main(["regulate", "--duration", "0.2", *typed, "--out", str(tmp_path / "run")]) == 0
+        assert capsys.readouterr().out.count("pressing, to find stiffness and delay") == told
 
 
 def test_pressing_on_nothing_is_no_identification():

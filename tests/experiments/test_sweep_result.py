@@ -204,7 +204,7 @@ SHAPES = {
     "two numbers, many": (("friction=0.1:0.9:8", "force=1:4:9"), 1),
     "two words": (("surface=still,soft", "object=plate,sphere"), 2),
     "three": (("friction=0.2,0.5", "surface=still,soft", "force=1,2,3"), 2),
-    "four, one of them with a single value": (("mount_mass=1,2", "friction=0.2,0.5", "rate=3", "force=1,2"), 1),
+    "four, one of them with a single value": (("hold=1,2", "friction=0.2,0.5", "rate=3", "force=1,2"), 1),
     "a robot and a number": (("robot=stage,turning-stage", "force=1,2"), 1),
 }
 

@@ -1,7 +1,7 @@
 """What an exploration is to be like; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.errors import InvalidValueError, not_negative, positive
@@ -17,14 +17,15 @@ from palpate.experiments.explore.objects import (
 from palpate.experiments.explore.strategies import (
     ACCURACY,
     SPACING,
+    STRATEGY_OPTIONS,
     CurveName,
     MeasureName,
     StrategyName,
     TurnName,
     check_options,
-    option_names,
 )
-from palpate.experiments.friction.bound import check_friction
+from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.experiments.owned_options import given_owned
 from palpate.experiments.settled_values import settle
 
 TOUCH_FORCE = 0.2
@@ -219,8 +220,8 @@ class ExploreConfig:
             )
         check_change_names(self.change, EXPLORED)
         check_friction(self.friction)
-        for name, unit in (("spin_length", "m"), ("stiffness", "N/m")):
-            positive(name, getattr(self, name), unit)
+        check_spin_length(self.spin_length)
+        positive("stiffness", self.stiffness, "N/m")
 
     @property
     def article(self) -> str:
@@ -300,8 +301,7 @@ class ExploreConfig:
             )
 
     def _check_strategy(self) -> None:
-        options = {field.name: field.default for field in fields(self) if field.name in option_names()}
-        given = {name: getattr(self, name) for name in options if getattr(self, name) != options[name]}
+        given = given_owned(self, STRATEGY_OPTIONS)
         check_options(self.strategy, given)
         for name in ("width", "depth", "spacing", "radius", "below", "accuracy"):
             if name in given:

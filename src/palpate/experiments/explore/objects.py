@@ -78,15 +78,15 @@ def check_file(name: ObjectName, file: Path | None, scale: float) -> None:
         raise InvalidValueError(f"scale = {scale:g}: is for files; {name} takes --size, in metres")
 
 
-def check_length(name: str, length: float) -> None:
-    """Refuse a length that is none, or that is in another unit.
+def check_length(name: str, length: float, largest: float = LARGEST_LENGTH) -> None:
+    """Refuse a length that is none, or that is in another unit: all are in metres, as the largest is.
 
     Raises:
         InvalidValueError: It is such a length.
     """
-    if positive(name, length, "m") > LARGEST_LENGTH:
-        hint = f"; for {length:g} mm give {length / 1e3:g}" if length <= 1e3 * LARGEST_LENGTH else ""
-        raise InvalidValueError(f"{name} = {length:g} m: must be at most {LARGEST_LENGTH:g} m{hint}")
+    if positive(name, length, "m") > largest:
+        hint = f"; for {length:g} mm give {length / 1e3:g}" if length <= 1e3 * largest else ""
+        raise InvalidValueError(f"{name} = {length:g} m: must be at most {largest:g} m{hint}")
 
 
 def spaced(numbers: tuple[float, ...]) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.owned_options import check_owned
 
 StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
 CurveName = Literal["level", "edge"]
@@ -45,24 +46,4 @@ def check_options(strategy: str, given: Mapping[str, object]) -> None:
     """
     if strategy not in STRATEGY_OPTIONS:
         raise InvalidValueError(f"strategy = {strategy!r}: must be one of {', '.join(STRATEGY_OPTIONS)}")
-    own = STRATEGY_OPTIONS[strategy]  # type: ignore[index]  # it is one of them
-    for name, value in given.items():
-        if name in own:
-            continue
-        others = [other for other, names in STRATEGY_OPTIONS.items() if name in names]
-        takes = ", ".join(f"--{each}" for each in own)
-        hint = "; the object's size is --size" if name == "radius" else ""  # of a sphere, its radius
-        raise InvalidValueError(
-            f"{name} = {_shown(value)}: is for --strategy {' or '.join(others)}; {strategy} takes {takes}{hint}"
-        )
-
-
-def option_names() -> tuple[str, ...]:
-    """Return every option that belongs to some strategy."""
-    return tuple(dict.fromkeys(name for names in STRATEGY_OPTIONS.values() for name in names))
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, tuple):
-        return " ".join(_shown(each) for each in value)
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    check_owned("strategy", strategy, STRATEGY_OPTIONS, given, {"radius": "; the object's size is --size"})

@@ -12,7 +12,7 @@ from palpate.experiments.explore.config import (
     check_force_noise,
 )
 from palpate.experiments.explore.objects import check_length
-from palpate.experiments.friction.bound import check_friction
+from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.settled_values import settle
 from palpate.friction.limit_surface import LimitSurface
 
@@ -28,9 +28,6 @@ SIZES: dict[RubbedName, tuple[float, ...]] = {
 
 EXPONENT_SLIPS = 18
 """There and back: with 3 % scatter they tell p within 0.15 and gamma within 0.05 in 95 % of all trials."""
-
-LARGEST_SPIN_LENGTH = 0.1
-"""Of what is simulated [m]: as far as friction files and libraries reach."""
 
 SLOWEST_RUB = 1e-4
 """[m/s] The least travel takes 40 s then; what moves so slowly creeps, and only looks like slip."""
@@ -201,10 +198,7 @@ class FrictionConfig:
     def _check_surface(self) -> None:
         """Refuse what no surface can be now, not once everything is built."""
         check_friction(self.friction)
-        if self.spin_length > LARGEST_SPIN_LENGTH:
-            raise InvalidValueError(
-                f"spin_length = {self.spin_length:g} m: must be at most {LARGEST_SPIN_LENGTH:g} m; 3 mm are 0.003"
-            )
+        check_spin_length(self.spin_length)
         if self.skin_stiffness is not None and self.skin_stiffness < SOFTEST_SKIN:
             raise InvalidValueError(
                 f"skin_stiffness = {self.skin_stiffness:g} N/m: must be at least {SOFTEST_SKIN:g} N/m"

@@ -6,7 +6,7 @@ from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.experiments.explore.config import LARGEST_SEED
-from palpate.experiments.friction.bound import check_friction
+from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.settled_values import settle
 
 HeldName = Literal["box", "cylinder", "sphere"]
@@ -189,6 +189,9 @@ class GraspConfig:
         for name in ("friction", "believed_friction"):
             if getattr(self, name) is not None:
                 check_friction(getattr(self, name), name)
+        for name in ("spin_length", "believed_spin_length"):
+            if getattr(self, name) is not None:
+                check_spin_length(getattr(self, name), name)
         if self.load_exponent is not None:
             not_negative("load_exponent", self.load_exponent, "")
         if self.lift_height > HIGHEST_LIFT:
@@ -299,9 +302,7 @@ _POSITIVE = {
 }
 
 _POSITIVE_IF_GIVEN = {
-    "spin_length": "m",
     "norm_exponent": "",
-    "believed_spin_length": "m",
     "rise": "s",
     "pull": "N",
 }

@@ -1,5 +1,6 @@
 """`palpate regulate`: a regulation of force with its progress, its files and its summary on the terminal."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 from rich.console import Console
@@ -37,7 +38,7 @@ def run_regulate(config: RegulateConfig) -> Answer:
         planned = plan(config)
     make_folder(config.out)
     notes = earlier_told(console, config.out, "regulate", FILES)
-    with doing(console, "pressing, to find stiffness and delay"):
+    with doing(console, "pressing, to find stiffness and delay") if config.identify else nullcontext():
         planned, found = prepared(planned)
     attempt = Attempt(planned, found)
     log = log_writer(planned)

@@ -13,11 +13,13 @@ from palpate.experiments.explore.config import (
     MOST_FORCE,
     check_force_noise,
 )
-from palpate.experiments.friction.bound import check_friction
+from palpate.experiments.explore.objects import check_length
+from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.experiments.owned_options import check_owned, given_owned
+from palpate.experiments.regulate.surfaces import LARGEST_AMPLITUDE, SURFACE_OPTIONS, SurfaceName
 from palpate.experiments.settled_values import settle
 
 PressedName = Literal["plate", "sphere"]
-SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
 ProfileName = Literal["constant", "step", "ramp", "sine"]
 MotionName = Literal["still", "sine", "circle", "path", "table"]
 
@@ -155,6 +157,7 @@ class RegulateConfig:
             not_negative("assumed_damping_time", self.assumed_damping_time, "s")
         check_change_names(self.change, REGULATED)
         check_friction(self.friction)
+        check_spin_length(self.spin_length)
         if self.force_noise is not None:
             check_force_noise(self.force_noise)
         if self.moment_noise is not None:
@@ -162,15 +165,22 @@ class RegulateConfig:
         if len(self.tip) not in (0, 1, 3):
             raise InvalidValueError(f"tip: {len(self.tip)} numbers; give one (radius) or three (semi-axes) [m]")
         for length in self.tip:
-            positive("tip", length, "m")
+            check_length("tip", length)
         if not 0 <= self.seed <= LARGEST_SEED:
             raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
         if self.period is not None and self.period > LONGEST_PERIOD:
             raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
         if self.axis and not (len(self.axis) == 3 and 0.0 < math.hypot(*self.axis) < math.inf):
             raise InvalidValueError(f"axis = {self.axis}: give three numbers that are not all 0")
+        self._check_surface()
         self._check_profile()
         self._check_motion()
+
+    def _check_surface(self) -> None:
+        if self.surface not in SURFACE_OPTIONS:
+            raise InvalidValueError(f"surface = {self.surface!r}: must be one of {', '.join(SURFACE_OPTIONS)}")
+        check_owned("surface", self.surface, SURFACE_OPTIONS, given_owned(self, SURFACE_OPTIONS))
+        check_length("surface_amplitude", self.surface_amplitude, LARGEST_AMPLITUDE)
 
     def _check_profile(self) -> None:
         if self.greatest > MOST_FORCE:
@@ -231,7 +241,6 @@ class RegulateConfig:
 
 
 _POSITIVE = {
-    "surface_amplitude": "m",
     "surface_speed": "m/s",
     "mount_stiffness": "N/m",
     "mount_damping_ratio": "",
@@ -242,7 +251,6 @@ _POSITIVE = {
     "duration": "s",
     "motion_size": "m",
     "motion_speed": "m/s",
-    "spin_length": "m",
 }
 
 _POSITIVE_IF_GIVEN = {

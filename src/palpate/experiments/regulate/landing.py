@@ -42,9 +42,11 @@ def check_meeting(config: RegulateConfig, model: LandingModel, landing: float, l
     if config.surface != "sine":
         return
     if config.surface_speed > FASTEST_SURFACE:
+        speed = config.surface_speed
+        hint = f"; for {speed:g} mm/s give {speed / 1e3:g}" if 1.0 <= speed <= 1e3 * FASTEST_SURFACE else ""
         raise InvalidValueError(
-            f"surface_speed = {config.surface_speed:g} m/s: must be at most {FASTEST_SURFACE:g} m/s, the fastest "
-            "that is followed"
+            f"surface_speed = {speed:g} m/s: must be at most {FASTEST_SURFACE:g} m/s, the fastest that is "
+            f"followed{hint}"
         )
     met = meeting_speed(landing, config.surface_speed)
     peak = model.peak(met)

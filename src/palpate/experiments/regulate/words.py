@@ -22,6 +22,7 @@ DRIFTED = 5.0
 """Felt and true force differ if by more than so many standard errors, and by a hundredth of the set force."""
 
 WORDS = {
+    Loss.UNMADE: "contact was never made",
     Loss.NEVER: "contact was never lost",
     Loss.FOUND: "contact was lost once, sought, and found again",
     Loss.MISSING: "nothing was found where the surface was looked for, and the tip stopped",
