@@ -53,6 +53,13 @@ def test_a_command_that_needs_it_is_a_mistake_and_leaves_nothing(tmp_path, libra
     assert any(each.startswith(library) for each in brought), brought
 
 
+def test_all_studies_but_the_one_that_needs_it_can_be_named(tmp_path):
+    done = palpate_without("casadi", "bench", "--out", str(tmp_path / "out"))
+    assert done.returncode == 2, done.stderr
+    others = "palpate bench contact mapping friction control simulation"
+    assert done.stderr.splitlines()[-1].endswith(f'pip install "palpate[grasp]", or name the others: {others}')
+
+
 def test_feeling_needs_no_grasps_and_pictures_say_what_they_need(tmp_path):
     small = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05", "--out", str(tmp_path)]
     done = palpate_without("casadi", "explore", *small)
