@@ -185,6 +185,24 @@ def test_an_active_exploration_ends_when_its_time_is_over():
     assert Attempt(plan(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
 
 
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"object": "ellipsoid", "size": (0.05, 0.04, 0.03), "width": 0.03, "depth": 0.006},
+        {"object": "sphere", "size": (0.02,), "width": 0.02, "depth": 0.008},
+        {"object": "box", "size": (0.05, 0.04, 0.03), "width": 0.03, "depth": 0.006},
+    ],
+    ids=lambda fields: fields["object"],
+)
+def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes(fields):
+    planned = plan(ExploreConfig(**fields, speed=0.05))
+    took = Attempt(planned).run().duration
+    assert planned.expected_duration == pytest.approx(took, rel=0.1)
+    assert (
+        planned.longest_duration > 3.7 * took
+    )  # three times what was foretold for slopes of 37 degrees throughout
+
+
 def test_the_time_foreseen_is_about_that_which_it_takes():
     for strategy in ("raster", "spiral", "taps", "contour"):
         planned = plan(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))

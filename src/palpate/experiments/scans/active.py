@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from palpate.controllers.paths import Active, ActiveSettings, Goal, Measure, PathPlane, Point, Strategy
-from palpate.experiments.scans.effort import Effort
+from palpate.experiments.scans.effort import SLACK, Effort
 from palpate.experiments.scans.rectangle import OverRectangle
 
 
@@ -59,7 +59,7 @@ class ActiveScan(OverRectangle):
         finest = 2.0 * ActiveSettings.suited(self.goal.measure).finest
         rows = min(self.region.depth / finest, self._within(self.goal.time, effort)) + 1.0
         each = self._each(effort) + effort.hop(self.region.width, effort.descent)
-        return effort.ends + 3.0 * rows * each
+        return effort.ends + SLACK * rows * each
 
     def _within(self, time: float, effort: Effort) -> float:
         """Return how many rows begin within a time [s], which is counted without landings; infinity allowed."""

@@ -7,7 +7,7 @@ from itertools import pairwise
 from palpate.controllers import Raster
 from palpate.controllers.paths import Follow, PathPlane, Point, Rows, Strategy
 from palpate.experiments.scans.beyond import Beyond, longest_hops
-from palpate.experiments.scans.effort import Effort
+from palpate.experiments.scans.effort import SLACK, Effort
 from palpate.experiments.scans.rectangle import OverRectangle
 
 
@@ -54,4 +54,4 @@ class RasterScan(OverRectangle):
 
     def longest(self, effort: Effort) -> float:
         """As `Scan`."""
-        return 3.0 * self.duration(effort) + longest_hops(self.beyond, self.raster.length, effort)
+        return SLACK * self.duration(effort) + longest_hops(self.beyond, self.raster.length, effort)

@@ -10,7 +10,7 @@ from palpate.controllers.paths import Follow, PathPlane, Point, Spiral, Strategy
 from palpate.errors import FloatArray
 from palpate.experiments.explore.fit import Region
 from palpate.experiments.scans.beyond import BeyondPath, longest_hops, wasted
-from palpate.experiments.scans.effort import CLIMBS, Effort
+from palpate.experiments.scans.effort import CLIMBS, SLACK, Effort
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,4 +83,4 @@ class SpiralScan:
 
     def longest(self, effort: Effort) -> float:
         """As `Scan`."""
-        return 3.0 * self.duration(effort) + longest_hops(self.beyond, self.spiral.length, effort)
+        return SLACK * self.duration(effort) + longest_hops(self.beyond, self.spiral.length, effort)
