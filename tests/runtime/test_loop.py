@@ -7,7 +7,8 @@ import signal
 import numpy as np
 import pytest
 
-from palpate.errors import InvalidValueError, LatchedError
+from palpate.errors import InvalidValueError, LatchedError, OverrunError
+from palpate.hw.devices import DeviceError
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.loop import run
 from palpate.runtime.result import Ending, result_until
@@ -101,6 +102,7 @@ def test_an_exception_is_a_trip_and_comes_with_the_result(where):
     assert result.error is error
     assert result.trip.measure == where
     assert "RuntimeError: no idea" in result.trip.value
+    assert result.why == f"{where} was RuntimeError: no idea at t = {result.trip.time:.3f} s"
     assert {c.velocity_base_tip for c in backend.commands[10:]} == {REST}
     assert result.stopped
     assert backend.at_rest
@@ -117,6 +119,20 @@ def test_what_ends_the_process_propagates_once_the_robot_rests(error):
     assert backend.at_rest
     assert backend.closed == 1
     assert backend.closed_after == len(backend.commands)
+
+
+def test_an_exception_with_words_for_people_is_told_in_them_alone():
+    """And the log keeps what raised it: the extent of a replay is read from there."""
+    lost = DeviceError(
+        "UR arm at 127.0.0.2", "its newest sample is 104 ms old, the limit is 100 ms", "close programs"
+    )
+    for error in (lost, OverrunError("a period took 9 ms: close programs")):
+        result = go(PuppetBackend({10: error}))
+        assert result.why == f"at t = {result.trip.time:.3f} s, {error}"
+        assert str(result.trip).startswith(f"back end was {type(error).__name__}: {error}")
+        assert "the limit is no exception" not in str(result.trip)
+    numbered = go(PuppetBackend({10: ConnectionRefusedError(111, "Connection refused")}))
+    assert numbered.why.startswith("back end was ConnectionRefusedError: ")
 
 
 def test_a_back_end_that_fails_once_is_still_brought_to_rest():

@@ -8,12 +8,10 @@ from typing import Protocol
 
 from rich.console import Console
 
-from palpate.errors import OverrunError
 from palpate.experiments.progress import run_progress
 from palpate.experiments.said import say
 from palpate.experiments.versions import VERSIONS_TEXT, versions_text
-from palpate.hw.devices import DeviceError
-from palpate.runtime import Observer, RunResult, result_until
+from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 from palpate.runtime.log import LogWriter, new_log_path
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
@@ -104,11 +102,10 @@ def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:
 def tell_of(console: Console, result: RunResult, files: tuple[Path, ...]) -> None:
     """Say what ended the run, what became of the log, and what was written.
 
-    A device, or a deadline, says itself what is wrong; of any other exception it matters where it came from.
+    The outcome has told already of an exception that speaks for itself; of any other it matters where it came
+    from.
     """
-    if isinstance(result.error, DeviceError | OverrunError):
-        say(console, str(result.error))
-    elif result.error is not None:
+    if result.error is not None and not speaks_for_itself(result.error):
         import traceback
 
         say(console, "".join(traceback.format_exception(result.error)))

@@ -14,7 +14,7 @@ from palpate.runtime.log import MemoryLog, Record, Recorder
 from palpate.runtime.loop import Observer, run
 from palpate.runtime.pacing import Pacer, Punctuality, SimulatedTime
 from palpate.runtime.protocols import Backend, Controller
-from palpate.runtime.result import Ending, RunResult, result_until
+from palpate.runtime.result import Ending, RunResult, result_until, speaks_for_itself
 from palpate.runtime.supervision import Limits, Supervisor, Trip
 from palpate.runtime.timing import Distribution, RunTiming
 from palpate.runtime.touch import Finger, FingerDescription, PlainPipeline, SensorFinger, Touch, WrenchPipeline
@@ -52,4 +52,5 @@ __all__ = [
     "WrenchSample",
     "result_until",
     "run",
+    "speaks_for_itself",
 ]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from palpate.errors import PalpateError
 from palpate.runtime.log import RecordingSummary
 from palpate.runtime.supervision import Trip
 from palpate.runtime.timing import RunTiming
@@ -54,15 +55,28 @@ class RunResult:
 
     @property
     def why(self) -> str:
-        """What the supervisor objected to, and what came of its reaction, for a person; empty if nothing was."""
+        """What the supervisor objected to, and what came of its reaction, for a person; empty if nothing was.
+
+        An exception that says itself what is wrong and what to do stands for itself.
+        """
         if self.trip is None:
             return ""
+        if self.error is not None and speaks_for_itself(self.error):
+            return f"at t = {self.trip.time:.3f} s, {' '.join(str(self.error).split())}"
         return f"{self.trip}; {self.trip.aftermath}" if self.trip.aftermath else str(self.trip)
 
     @property
     def real_time_factor(self) -> float:
         """Time on the back end's clock per wall time."""
         return self.duration / self.wall_time
+
+
+def speaks_for_itself(error: Exception) -> bool:
+    """Return whether an exception was raised on purpose, with words for people: palpate's own, or a device's.
+
+    (A device's is an OSError that somebody wrote; one of the system has a number.)
+    """
+    return isinstance(error, PalpateError) or (isinstance(error, OSError) and bool(str(error)) and not error.errno)
 
 
 def result_until(interruption: KeyboardInterrupt) -> RunResult | None:

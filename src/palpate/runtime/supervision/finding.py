@@ -3,6 +3,9 @@
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+NO_EXCEPTION = "no exception"
+"""The limit of a trip because something raised one."""
+
 
 class Finding(NamedTuple):
     """Something out of bounds.
@@ -37,5 +40,6 @@ class Trip:
     aftermath: str = field(default="", compare=False)
 
     def __str__(self) -> str:
-        """One line for a person."""
-        return f"{self.measure} was {self.value} at t = {self.time:.3f} s; the limit is {self.limit}"
+        """One line for a person; logs keep it."""
+        found = f"{self.measure} was {self.value} at t = {self.time:.3f} s"
+        return found if self.limit == NO_EXCEPTION else f"{found}; the limit is {self.limit}"

@@ -16,7 +16,7 @@ from palpate.runtime.supervision.command_conditions import (
     CommandedTurn,
     WellFormed,
 )
-from palpate.runtime.supervision.finding import Finding, Trip
+from palpate.runtime.supervision.finding import NO_EXCEPTION, Finding, Trip
 from palpate.runtime.supervision.guard import Guard, guards_of
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
@@ -203,7 +203,7 @@ class Supervisor:
         """
         if self.trip is None:
             self.error = error
-            self._trip(time, Finding(source, _told(error), "no exception"), ())
+            self._trip(time, Finding(source, _told(error), NO_EXCEPTION), ())
         self.finished = True
 
     def _trip(self, time: float, finding: Finding, reaction: tuple[Reaction, ...]) -> None:
