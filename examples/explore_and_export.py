@@ -35,8 +35,8 @@ def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: f
     files = write_exploration(found, out)
     print(f"{found.run}: {len(found.cloud)} contacts")
     print(f"force error {found.force_rms:.3f} N RMS, points {1e6 * found.point_rms:.2f} um RMS")
-    if found.map is not None and found.map.shape is not None:
-        print(f"the shape is: {found.map.shape.kind or 'none of those known'}")
+    if found.map is not None and (shape := found.map.shape) is not None:
+        print(f"the shape is: {shape.kind.value if shape.kind else 'none of those known'}")
 
     mesh = trimesh.load_mesh(out / "map.stl")
     semi_axes = np.array(config.size)

@@ -21,6 +21,7 @@ from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scen
 from palpate.surfaces.symbolic import SymbolicSurface
 
 BALL = 0.02  # radius of what is touched, about the origin [m]
+LOWEST = 0.008  # the tip need not go further down to meet the ball [m]
 
 
 def egg(radius: float = 0.008, length: float = 0.012) -> SymbolicSurface:
@@ -37,12 +38,16 @@ def press(tip: Tip, beside: float, force: float) -> tuple[Contact, np.ndarray]:
     with MujocoBackend(build_scene(tip, SphereObject(BALL), ContactLaw(), (beside, 0.0, 0.04))) as backend:
         now = touch.sense(backend.start())
         while not (now.fingers[0].touching and now.fingers[0].contact.normal_force > force):
+            if now.arm.position_base_tip[2] < LOWEST:
+                raise SystemExit(f"beside = {beside:g} m: the tip meets no ball there; take a place nearer to 0")
             now = touch.sense(backend.step(Command((0.0, 0.0, -0.005))))  # down, with 5 mm/s
         return now.fingers[0].contact, np.subtract(backend.truth().position, now.arm.position_base_tip)
 
 
 def main(force: float = 2.0, beside: tuple[float, ...] = (-0.01, 0.0, 0.01)) -> None:
     """Press with a force [N] at places beside the ball's middle [m]."""
+    if not 0.0 < force <= 10.0:
+        raise SystemExit(f"force = {force:g} N: must be above 0 and at most 10")
     tip = Tip(egg())
     for x in beside:  # [m]
         contact, true = press(tip, x, force)

@@ -176,7 +176,8 @@ def lattice(count: int) -> FloatArray:
 def _enough(count: int, sag: float) -> int:
     if count > MOST_VERTICES:
         raise InvalidValueError(
-            f"sag = {sag:g} m asks for {count} vertices, the limit is {MOST_VERTICES}; take a sag of at least "
+            f"a mesh of this tip that lies at most sag = {sag:g} m deep asks for {count} vertices, the limit is "
+            f"{MOST_VERTICES}; is the tip that large? (sizes are in metres) If so, take a sag of at least "
             f"{1.1 * sag * count / MOST_VERTICES:.2g} m"
         )
     return count

@@ -75,6 +75,7 @@ def test_an_exploration_writes_what_it_says(tmp_path):
     ):
         assert (tmp_path / "found" / name).stat().st_size > 100, name
     assert numbers_after("force error", said)[0] < 0.02
+    assert "PrimitiveKind" not in said
     assert numbers_after("points", said)[0] < 2.0  # [um]
     assert float(re.search(r"([\d.]+) um from the true ellipsoid", said)[1]) < 5.0
 
@@ -111,6 +112,21 @@ def test_a_fingertip_of_ones_own_feels_where_it_is_touched(tmp_path):
     off = [float(number) for number in re.findall(r"(\d+) um off", said)]
     assert len(off) == 2
     assert max(off) <= 10.0  # [um], on a mesh that lies up to 4 um below the formula
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (("--beside", "0.05"), "beside = 0.05 m: the tip meets no ball"),
+        (("--force", "-2"), "force = -2 N: must be"),
+    ],
+)
+def test_a_fingertip_of_ones_own_refuses_what_would_never_end(typed, said, tmp_path):
+    command = [sys.executable, str(ROOT / "examples" / "own_fingertip.py"), *typed]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert done.stderr.startswith(said)
+    assert not done.stdout
 
 
 def test_a_replay_is_the_same_until_something_is_changed(tmp_path):

@@ -195,7 +195,9 @@ def test_what_cannot_be_simulated_is_refused_by_name():
         Tip(Ellipsoid((0.007, 0.008, math.inf)))
     with pytest.raises(InvalidValueError, match="surface is a str"):
         Tip("sphere")
-    with pytest.raises(InvalidValueError, match=r"sag = 1e-09 m asks for \d+ vertices.*at least"):
+    with pytest.raises(
+        InvalidValueError, match=r"sag = 1e-09 m deep asks for \d+ vertices.*is the tip that large.*at least"
+    ):
         Tip(RoundedBox(HALF, CORNER), sag=1e-9)
     endless = Composite((Patch(Cylinder(0.007), np.array([[0.0, 0.0, 1.0, 0.0]])),))
     with pytest.raises(InvalidValueError, match="no end along its axis"):
