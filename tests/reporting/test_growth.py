@@ -112,6 +112,12 @@ def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
     curve = growth_picture(growth)
     labels = {axes.get_xlabel() for axes in curve.full.axes}
     assert labels == {"", "way of the tip [mm]", "time [s]", "contacts"}
+    entries = {
+        text.get_text(): line
+        for text, line in zip(curve.full.legends[0].get_texts(), curve.full.legends[0].get_lines(), strict=True)
+    }
+    drawn = {(line.get_color(), line.get_linestyle()) for line in entries.values()}
+    assert len(drawn) == len(entries), "a line each"
 
 
 def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth):

@@ -149,8 +149,17 @@ def test_a_layer_is_told_in_its_own_words_and_unit(name, mean, sd, told, label):
 def test_colours_of_curvature_tell_hollow_from_bulge(bent):
     _, surface, _ = drawn("curvature_mean", bent)
     low, high = surface.get_clim()
-    assert low == -high
-    assert high >= max(abs(bent), 5.0)
+    assert low <= bent <= high
+    assert high - low >= 10.0 - 1e-9
+    assert low == -high or not low < 0.0 < high
+
+
+def test_a_ball_is_not_all_of_the_last_colour():
+    """Its curvature is of one sign: about zero, all of it would lie at one end of the scale."""
+    bent = 25.0 + np.linspace(-2.0, 2.0, len(MESH.vertices))
+    _, surface, _ = drawn("curvature_mean", bent)
+    low, high = surface.get_clim()
+    assert (low, high) == (pytest.approx(20.0), pytest.approx(30.0))
 
 
 def test_what_differs_by_less_than_its_deviation_looks_alike():

@@ -13,6 +13,7 @@ from palpate.reporting.style import (
     MEASURED,
     MICRO,
     MILLI,
+    PATH,
     QUIET,
     SMALL_SIZE,
     Picture,
@@ -81,9 +82,9 @@ def _draw(told: GrowthReport, scale: _Scale, above: Axes, below: Axes, *, is_fir
     curve = told.curve
     above.plot(scale.value, AREA * curve.area, color=MEASURED, linewidth=1.6, label="observed area")
     below.plot(
-        scale.value, MICRO * curve.tail, color=MEASURED, linewidth=1.2, linestyle=":", label="sd, 95 % of the area"
+        scale.value, MICRO * curve.tail, color=PATH, linewidth=1.2, linestyle=":", label="sd, 95 % of the area"
     )
-    below.plot(scale.value, MICRO * curve.middle, color=MEASURED, linewidth=1.6, label="sd, median")
+    below.plot(scale.value, MICRO * curve.middle, color=PATH, linewidth=1.6, label="sd, median")
     for axes, value in ((above, AREA * curve.area), (below, MICRO * curve.tail)):
         most = float(np.nanmax(value, initial=0.0))
         axes.set_ylim(0.0, ROOM * most if most > 0.0 else 1.0)

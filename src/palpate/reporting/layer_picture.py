@@ -26,7 +26,8 @@ class LayerLook:
         unit: That it is shown in; empty of a ratio.
         scale: So many of them are 1 in SI units.
         least: What the colours span at least, in that unit, and twice the deviation: less is the same.
-        signed: Whether it may be of either sign, and colours tell which: zero is in their middle.
+        signed: Whether it may be of either sign, and colours tell which
+            where there are both: zero is in their middle.
     """
 
     title: str
@@ -77,8 +78,12 @@ def layer_picture(mesh: SurfaceMesh, layer: VertexLayer) -> Picture | None:
     unit = f" {look.unit}" if look.unit else ""
     label = look.title + (f" [{look.unit}]" if look.unit else "")
     spread = float(np.median(sd[np.isfinite(sd)])) if np.isfinite(sd).any() else 0.0
-    limits = _limits(value[known], max(look.least, 2.0 * spread), look.signed)
-    colours = ERROR_COLOURS if look.signed else HEIGHT_COLOURS
+    # of one sign throughout, as on a ball, colours about zero would all be one
+    least = max(look.least, 2.0 * spread)
+    low, high = _limits(value[known], least, signed=False)
+    both = look.signed and low < 0.0 < high
+    limits = _limits(value[known], least, both)
+    colours = ERROR_COLOURS if both else HEIGHT_COLOURS
     from_above(figure, figure.subplots(), mesh, value, colours, limits, label)
     told = spread >= NEGLIGIBLE * abs(float(np.median(value[known])))
     deviation = f" {look.deviation} {spread:.2g}" if spread and told else ""
