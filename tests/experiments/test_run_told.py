@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from palpate.experiments.regulate.plan import plan as regulate_plan
 from palpate.experiments.regulate.report import regulation_report
 from palpate.experiments.regulate.run import regulate
 from palpate.experiments.regulate.words import outcome as regulated_outcome
+from palpate.experiments.report_advice import advice_on_exploration
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.force_picture import force_overview
 from palpate.reporting.map_picture import map_picture
@@ -33,6 +35,12 @@ from palpate.runtime.live import Change, LiveParameter, LiveParameters, Schedule
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
+
+
+def test_what_to_type_next_names_the_folder():
+    found = explore(ExploreConfig(width=0.006, depth=0.002, speed=0.04, out=Path("my runs")))
+    assert "palpate compare 'my runs/contacts.ply' part.stl" in " ".join(advice_on_exploration(found))
+
 
 # --- changes ---
 

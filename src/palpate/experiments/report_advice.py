@@ -1,6 +1,7 @@
 """What the reader of a report is told to do: from how the run ended, and from its figures."""
 
 import math
+import shlex
 
 from palpate.experiments.explore.run import Exploration
 from palpate.experiments.friction.run import FILE_NAME, RubbingRun
@@ -44,7 +45,8 @@ def advice_on_exploration(exploration: Exploration) -> tuple[str, ...]:
                 "(--spacing) or --strategy active find more."
             )
         said.append(
-            "To compare the map with a model of the object: palpate compare contacts.ply part.stl, both in metres."
+            "To compare the map with a model of the object: palpate compare "
+            f"{shlex.quote(str(exploration.asked.out / 'contacts.ply'))} part.stl, both in metres."
         )
     return tuple(said)
 

@@ -42,8 +42,8 @@ class Distribution:
         if self.count == 0:
             return "none"
         return (
-            f"median {_MICRO * self.p50:.0f} us, 99 % {_MICRO * self.p99:.0f} us, "
-            f"max {_MICRO * self.largest:.0f} us ({self.count})"
+            f"median {_MICRO * self.p50:.0f} µs, 99 % {_MICRO * self.p99:.0f} µs, "
+            f"max {_MICRO * self.largest:.0f} µs ({self.count})"
         )
 
 

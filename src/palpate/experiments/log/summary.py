@@ -72,7 +72,7 @@ def _timing(log: Log) -> dict[str, str]:
         facts["duration"] += f", {(log.sequence[-1] - log.sequence[0]) / duration:.4g} periods per second"
     for name, values in log_spreads(log).items():
         median, high, most = 1e6 * np.percentile(values, (50, 99, 100))
-        facts[name] = f"median {median:.0f}, 99 % {high:.0f}, longest {most:.0f} us"
+        facts[name] = f"median {median:.0f}, 99 % {high:.0f}, longest {most:.0f} µs"
     return facts
 
 
