@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 
 from mapping.raster import cloud_of, raster, sphere_cap
 from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
@@ -110,6 +110,8 @@ def test_the_colour_bar_shows_whole_heights():
 def test_every_phase_has_a_colour_of_its_own():
     assert set(PHASE_COLOURS) == set(Phase)
     assert len(set(PHASE_COLOURS.values())) == len(Phase)
+    stop, done = (to_rgb(PHASE_COLOURS[phase]) for phase in (Phase.STOP, Phase.DONE))
+    assert np.abs(np.subtract(stop, done)).max() > 0.05, "they stand side by side at the end of every run"
 
 
 # --- layers ---
