@@ -7,11 +7,12 @@ import contextlib
 import errno
 import os
 import struct
+import sys
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
 
-with contextlib.suppress(ImportError):  # Windows has none of them; who only simulates needs none
+if sys.platform != "win32":  # which has none of them; who only simulates needs none
     import fcntl
     import pty
     import termios

@@ -1,6 +1,7 @@
 """A sensor that streams: a thread reads it to the newest record, the loop takes that at once."""
 
 import contextlib
+import math
 import threading
 from dataclasses import dataclass
 from time import monotonic, sleep
@@ -162,6 +163,7 @@ class StreamedSensor:
 
     def _fresh(self) -> tuple[float, Record]:
         """Return when the newest record was sampled, and it, if it came a short while ago."""
+        silence = math.inf
         for glance in range(_GLANCES + 1):
             newest = self._newest
             if newest is None:

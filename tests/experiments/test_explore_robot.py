@@ -11,12 +11,11 @@ import tyro
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.cli import COMMANDS
 from palpate.errors import InvalidValueError
 from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
-from palpate.experiments.explore.options import default_options
+from palpate.experiments.explore.options import ExploreOptions, default_options
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.run import carry_out, explore
 from palpate.experiments.known_truth import known_scene
@@ -93,7 +92,7 @@ def test_each_source_beats_those_before_it(field, tmp_path):
     file.write_text(f"{field}: {experiment!r}\n")
 
     def settled(*words):
-        options = tyro.cli(COMMANDS["explore"].config, default=default_options(words), args=words)
+        options = tyro.cli(ExploreOptions, default=default_options(words), args=words)
         assert type(options.settled) is ExploreConfig
         return getattr(on_robot(options.settled, load_robot(options.robot)), field)
 

@@ -140,7 +140,7 @@ def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_s
     runs = read_runs(places)
     ((name, (steady, changed)),) = changed_fields(runs)
     assert (name, steady) == ("change", None)
-    assert changed.startswith("force 3 at 1.5")
+    assert str(changed).startswith("force 3 at 1.5")
     np.testing.assert_allclose(runs[1].set_force[done.holding], done.set_force[done.holding])
     assert np.nanmax(runs[1].set_force) == pytest.approx(3.0)
     settings = dict(comparison_report(runs, tmp_path).settings)
