@@ -7,16 +7,9 @@ import contextlib
 import errno
 import os
 import struct
-import sys
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
-
-if sys.platform != "win32":  # which has none of them; who only simulates needs none
-    import fcntl
-    import pty
-    import termios
-    import tty
 
 _TCGETS2 = 0x802C542A
 """Linux, x86 and ARM: asks for the terminal's settings with any speed as a number (asm-generic/ioctls.h)."""
@@ -39,6 +32,9 @@ class Terminal:
         """
         if os.name == "nt":
             raise InvalidValueError(f"link = {link}: Windows has no pseudo terminals; run this on Linux")
+        import pty  # not above: Windows has none, and who only simulates needs none
+        import tty
+
         self.master, self._slave = pty.openpty()
         # the slave's end stays open, too: the master's reads would fail whenever the client closes its own
         for end in (self.master, self._slave):
@@ -62,6 +58,9 @@ class Terminal:
 
     def baud_rate(self) -> int | None:
         """Return the rate that the client has set [1/s]; None if this system does not tell."""
+        import fcntl
+        import termios
+
         try:
             reply = fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size))
             return int(_TERMIOS2.unpack(reply)[-1])
