@@ -212,10 +212,10 @@ def test_versions_may_be_short():
 @pytest.mark.parametrize(
     ("typed", "right"),
     [
-        ("ur --address 127.0.9.82 --fault nonsense 1", "drop_rst"),
+        ("ur --address 127.0.9.97 --fault nonsense 1", "drop_rst"),
         ("dynamixel --baud-rate 1234", "1000000"),
-        ("netft --address 127.0.9.82 --rate 9000", "7000"),
-        ("netft --address 127.0.9.82 --fault nonsense 1", "out of range"),
+        ("netft --address 127.0.9.98 --rate 9000", "7000"),
+        ("netft --address 127.0.9.99 --fault nonsense 1", "out of range"),
     ],
 )
 def test_mistakes_end_it_with_what_would_be_right(typed, right, capsys):

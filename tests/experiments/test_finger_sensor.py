@@ -18,7 +18,7 @@ from palpate.experiments.finger_sensor import check_age, model_of_finger, sensor
 from palpate.experiments.known_sensor import check_known, described, known_sensor
 from palpate.experiments.replay.run import replay_log
 from palpate.experiments.robot.in_scene import check
-from palpate.experiments.robot.values import values_of
+from palpate.experiments.robot.values import on_robot, values_of
 from palpate.experiments.run_told import log_writer
 from palpate.runtime import Command, Ending, SensorFinger
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
@@ -284,8 +284,8 @@ def test_noise_that_is_typed_replaces_the_noise_and_nothing_else():
 
 
 def test_a_robot_without_flaws_feels_as_ever():
-    config = ExploreConfig(**SMALL)
-    assert sensor_for(load_robot("stage"), config).model == SensorModel()
+    robot = load_robot("stage")
+    assert sensor_for(robot, on_robot(ExploreConfig(**SMALL), robot)).model == SensorModel()
 
 
 @pytest.mark.parametrize("name", ["stage-nano17", "ur5e-nano17"])
