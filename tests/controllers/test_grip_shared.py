@@ -161,6 +161,7 @@ def test_a_finger_that_feels_nothing_leaves_what_was_wanted():
     assert plan.completed((9.0, 1.0, 1.0)) == (9.0, 1.0, 1.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(loads)
 def test_a_likely_grip_holds_with_friction_that_is_worse_in_99_of_100_cases(load):

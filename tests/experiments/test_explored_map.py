@@ -24,6 +24,8 @@ from palpate.sim import SphereObject
 
 SMALL = {"width": 0.02, "depth": 0.02, "speed": 0.04}
 SHAPES = ("sphere", "ellipsoid", "torus", "bumps")
+pytestmark = pytest.mark.xdist_group("explored map")  # runs that several tests look at are done once
+
 QUICK = ("sphere", "bumps")
 """The rest is in the slow test."""
 
