@@ -8,7 +8,7 @@ from rich.table import Table
 
 from palpate.reporting.friction_data import FrictionReport, Measured, RecognitionReport
 from palpate.reporting.interval_words import interval_words, value_words
-from palpate.reporting.story import Story
+from palpate.reporting.story import story_of
 from palpate.reporting.terminal import key_figures
 
 MOST_MATCHES = 20
@@ -51,14 +51,8 @@ def friction_html(report: FrictionReport) -> str:
     over_time = [None if forces is None else replace(forces, caption=OVER_TIME)]
     timing = table(timing_rows(report.timing), COLUMNS)
     return report_page(
-        Story(
-            report.title,
-            report.asked,
-            report.outcome,
-            report.summary,
-            report.advice,
-            report.repeat,
-            report.settings,
+        story_of(
+            report,
             "Loads that the surface exerts on the finger. Intervals are to hold the true value in 95 of 100 runs: "
             "they count calibration and drift of the sensor too.",
         ),

@@ -6,7 +6,7 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.reporting.grasp_data import GraspReport
-from palpate.reporting.story import Story
+from palpate.reporting.story import story_of
 from palpate.reporting.terminal import key_figures
 
 IGNORING = ", ignoring spin"
@@ -54,16 +54,7 @@ def grasp_html(report: GraspReport) -> str:
         ignoring = [figures, picture_cards(drawn)]
     timing = table(timing_rows(report.timing), COLUMNS)
     return report_page(
-        Story(
-            report.title,
-            report.asked,
-            report.outcome,
-            report.summary,
-            report.advice,
-            report.repeat,
-            report.settings,
-            "Loads that the object exerts on the fingers.",
-        ),
+        story_of(report, "Loads that the object exerts on the fingers."),
         [
             section("What was seen", [f"<p>{text(each)}</p>" for each in report.account]),
             section("Over time", [picture_cards(over_time)]),

@@ -5,7 +5,7 @@ import os
 from rich.table import Table
 
 from palpate.reporting.regulation_data import RegulationReport
-from palpate.reporting.story import Story
+from palpate.reporting.story import story_of
 from palpate.reporting.terminal import key_figures
 
 
@@ -42,16 +42,7 @@ def regulation_html(report: RegulationReport) -> str:
     ]
     timing = table(timing_rows(report.timing), COLUMNS)
     return report_page(
-        Story(
-            report.title,
-            report.asked,
-            report.outcome,
-            report.summary,
-            report.advice,
-            report.repeat,
-            report.settings,
-            "Forces that the surface exerts on the finger.",
-        ),
+        story_of(report, "Forces that the surface exerts on the finger."),
         [
             section("Over time", [picture_cards(over_time)]),
             section("Answer", [picture_cards(answers), table(tones, COLUMNS)]),

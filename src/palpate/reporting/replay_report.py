@@ -3,7 +3,7 @@
 import os
 
 from palpate.reporting.replay_data import ReplayReport
-from palpate.reporting.story import Story
+from palpate.reporting.story import story_of
 
 FOOTER = (
     "Velocities in the robot's base frame. The samples are as recorded: this is what would have been commanded at "
@@ -35,15 +35,6 @@ def replay_html(report: ReplayReport) -> str:
         same = "" if difference else "<p>No commanded velocity differs.</p>"
         felt = picture_cards([felt_picture(report)]) or "<p>Nothing was touched.</p>"
     return report_page(
-        Story(
-            report.title,
-            report.asked,
-            report.outcome,
-            report.summary,
-            report.advice,
-            report.repeat,
-            report.settings,
-            FOOTER,
-        ),
+        story_of(report, FOOTER),
         [section("Commands", [over_time, same]), section("Sensing", [felt])],
     )

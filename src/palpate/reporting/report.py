@@ -5,7 +5,7 @@ import os
 from palpate.reporting.data import ExplorationReport
 from palpate.reporting.growth_data import GrowthReport
 from palpate.reporting.map_data import MapReport, ShapeReport
-from palpate.reporting.story import Story
+from palpate.reporting.story import story_of
 
 
 def write_report(report: ExplorationReport, path: str | os.PathLike[str]) -> None:
@@ -46,16 +46,7 @@ def report_html(report: ExplorationReport) -> str:
     nothing = "" if len(cloud) else "<p>The finger felt nothing, so there is no surface to show.</p>"
     timing = table(timing_rows(report.timing), COLUMNS)
     return report_page(
-        Story(
-            report.title,
-            report.asked,
-            report.outcome,
-            report.summary,
-            report.advice,
-            report.repeat,
-            report.settings,
-            "Lengths and forces in the robot's base frame.",
-        ),
+        story_of(report, "Lengths and forces in the robot's base frame."),
         [
             section("The surface", [nothing, picture_cards(shape)]),
             section("The map", _map_parts(report.map)),
