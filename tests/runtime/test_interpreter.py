@@ -122,6 +122,30 @@ def test_nested_runs_end_with_the_outer_one(collections):
     assert state() == before
 
 
+def test_runs_that_overlap_end_with_the_last_one(collections):
+    """As robots of several environments do: the first to start is the first to end."""
+    before = state()
+    first, second = undisturbed(), undisturbed()
+    first.__enter__()
+    within = state()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert state()[1] == within[1]
+    assert gc.get_freeze_count() > 10_000
+    second.__exit__(None, None, None)
+    assert state() == before
+
+
+def test_what_an_error_ends_does_not_end_the_others(collections):
+    before = state()
+    with undisturbed():
+        within = state()
+        with pytest.raises(RuntimeError), undisturbed():
+            raise RuntimeError
+        assert gc.get_threshold() == within[1]
+    assert state() == before
+
+
 def test_a_busy_thread_gives_way(collections):
     """A thread that computes without a break keeps Python for as long as Python lets it: here 30 s, but for us."""
     stop = threading.Event()

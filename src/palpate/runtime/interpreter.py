@@ -15,8 +15,9 @@ Measured with numpy, scipy, numba, MuJoCo and CasADi loaded, which is 110 000 tr
 
 import gc
 import sys
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 SWITCH_INTERVAL = 5e-5
 """How long another thread may go on once the loop is ready to run [s]; Python's own is 5e-3. Where from: above."""
@@ -30,25 +31,57 @@ _SMALL, _MIDDLE, _NEVER = 200, 5, 2**31 - 1
 (the largest C int). Where from: above."""
 
 
+class _Interpreter:
+    """The one interpreter: kept out of the way from the first run's start to the last one's end.
+
+    Runs need not be nested: robots of several environments, or loops in several threads, overlap as they like. If
+    each put back what it had found, the last to end would put back what the first had set.
+    """
+
+    def __init__(self) -> None:
+        # entered again by the end of a run that a collection finds abandoned within the lock
+        self._lock = threading.RLock()
+        self._runs = 0
+        self._put_back = ExitStack()
+
+    def enter(self) -> None:
+        with self._lock:
+            self._runs += 1
+            if self._runs == 1:
+                self._put_back.callback(sys.setswitchinterval, sys.getswitchinterval() + _ROUNDING)
+                self._put_back.callback(gc.set_threshold, *gc.get_threshold())
+                if gc.get_freeze_count() == 0:  # unfreezing knows no levels: it belongs to who froze first
+                    self._put_back.callback(gc.unfreeze)
+                self._keep_out()
+
+    def leave(self) -> None:
+        with self._lock:
+            self._runs -= 1
+            if self._runs == 0:
+                self._put_back.close()
+
+    @staticmethod
+    def _keep_out() -> None:
+        young, middle, _ = gc.get_threshold()  # young: 0 means off, and stays so
+        gc.set_threshold(min(young, _SMALL), min(middle, _MIDDLE), _NEVER)
+        if gc.get_freeze_count() == 0:
+            gc.freeze()
+        sys.setswitchinterval(min(sys.getswitchinterval(), SWITCH_INTERVAL) + _ROUNDING)
+
+
+_interpreter = _Interpreter()
+
+
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """Have no full garbage collections, and get Python back quickly from other threads.
 
-    Afterwards all is as before. Takes microseconds, may be nested, and leaves a collector that is off alone. All
-    that exists at the start is frozen, so that not even a collection that somebody asks for has to look at it.
+    Once the last of those who asked for it has ended, all is as it was before the first. Takes microseconds, may
+    be nested or overlap, and leaves a collector that is off alone. All that exists at the start is frozen, so that
+    not even a collection that somebody asks for has to look at it.
     """
-    young, middle, full = gc.get_threshold()
-    interval = sys.getswitchinterval()
-    small = min(young, _SMALL)  # 0 means off, and stays so
-    frozen_by_us = gc.get_freeze_count() == 0  # unfreezing knows no levels: it belongs to who froze first
+    _interpreter.enter()
     try:
-        gc.set_threshold(small, min(middle, _MIDDLE), _NEVER)
-        if frozen_by_us:
-            gc.freeze()
-        sys.setswitchinterval(min(interval, SWITCH_INTERVAL) + _ROUNDING)
         yield
     finally:
-        sys.setswitchinterval(interval + _ROUNDING)
-        if frozen_by_us:
-            gc.unfreeze()
-        gc.set_threshold(young, middle, full)
+        _interpreter.leave()
