@@ -1,6 +1,17 @@
-"""A robot file of an emulated robot that a busy machine does not hurry."""
+"""Robot files of emulated robots: a shipped one with texts of it replaced."""
 
 from palpate.runtime.robot import robot_path
+
+
+def changed_file(folder, name, *changes):
+    """Write a shipped robot's file with texts of it replaced, each given as old and new; return its path."""
+    text = robot_path(name).read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / f"{name}.yaml"
+    path.write_text(text)
+    return str(path)
 
 
 def unhurried_file(folder, address, scale=0.25):
@@ -8,10 +19,9 @@ def unhurried_file(folder, address, scale=0.25):
 
     At a scale of 0.25 a busy machine's stalls of 100 ms are 25 ms of the robot's.
     """
-    text = robot_path("emulated-ur5e").read_text()
-    for old, new in (("address: 127.0.0.2 ", f"address: {address} "), ("time_scale: 1.0", f"time_scale: {scale}")):
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "unhurried.yaml"
-    path.write_text(text)
-    return str(path)
+    return changed_file(
+        folder,
+        "emulated-ur5e",
+        ("address: 127.0.0.2 ", f"address: {address} "),
+        ("time_scale: 1.0", f"time_scale: {scale}"),
+    )

@@ -1,46 +1,20 @@
 """Commands that go on until Ctrl-C, or need devices: each once, as a process of its own."""
 
 import json
-import os
 import re
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 import pytest
 
 from cli_samples import SMALL
+from going_on import going_on
 from palpate.cli import main
 from palpate.experiments.answer import ExitCode
 
 pytestmark = pytest.mark.xdist_group("wire")  # they wait for real time, as the tests of devices do
-
-
-@contextmanager
-def going_on(typed, folder, last):
-    """Start a command; yield it and what it says until a line with `last`."""
-    started = subprocess.Popen(
-        [sys.executable, "-m", "palpate", *typed],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
-    said = ""
-    try:
-        for line in started.stdout:
-            said += line
-            if last in line:
-                break
-        yield started, said
-    finally:
-        if started.poll() is None:
-            started.kill()
-        with suppress(subprocess.TimeoutExpired):
-            started.wait(10.0)
-        started.stdout.close()
 
 
 def ended_by_ctrl_c(process):
@@ -59,7 +33,7 @@ def ended_by_ctrl_c(process):
     ],
 )
 def test_an_emulator_runs_until_ctrl_c_and_its_faults_are_switched(typed, value, tmp_path, capsys):
-    with going_on(("emulate", *typed), tmp_path, "Runs until Ctrl-C") as (process, said):
+    with going_on(("emulate", *typed), "Runs until Ctrl-C", tmp_path) as (process, said):
         port, device = re.search(r"palpate emulate fault (\d+) '(.+?)'", said).groups()
         fault = re.search(r"NAME: '?([\w ]+)", said).group(1)
         capsys.readouterr()
@@ -73,7 +47,7 @@ def test_an_emulator_runs_until_ctrl_c_and_its_faults_are_switched(typed, value,
 @pytest.mark.slow
 def test_a_view_is_shown_until_ctrl_c(tmp_path):
     assert main(["explore", *SMALL.split(), "--out", str(tmp_path / "run")]) == 0
-    with going_on(("view", "run", "--port", "0"), tmp_path, "View: http") as (process, said):
+    with going_on(("view", "run", "--port", "0"), "View: http", tmp_path) as (process, said):
         assert "http://" in said
         with suppress(subprocess.TimeoutExpired):
             process.wait(2.0)  # until it plays

@@ -1,7 +1,6 @@
 """`palpate emulate`: devices for other software, in the foreground, on loopback unless told otherwise."""
 
 import json
-import os
 import re
 import signal
 import socket
@@ -14,6 +13,7 @@ import psutil
 import pytest
 import serial
 
+from going_on import going_on
 from palpate.cli import main
 from palpate.experiments.answer import ExitCode
 from palpate.experiments.emulate.config import (
@@ -30,30 +30,19 @@ pytestmark = pytest.mark.xdist_group("wire")  # it waits for real time, as the t
 
 @contextmanager
 def emulated(*typed):
-    """Run it in a process of its own; yield that, what it said first, and the port of its control."""
-    started = subprocess.Popen(
-        [sys.executable, "-m", "palpate", "emulate", *typed],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
-    said = ""
-    try:
-        for line in started.stdout:
-            said += line
-            if "Ctrl-C" in line:
-                break
+    """Run it in a process of its own; yield that, what it said first, and the port of its control.
+
+    It is ended as a user ends it: killed, it would leave the devices that it has started.
+    """
+    with going_on(("emulate", *typed), "Ctrl-C") as (process, said):
         port = re.search(r"emulate fault (\d+) ", said)
-        yield started, said, int(port.group(1)) if port else 0
-    finally:
-        if started.poll() is None:
-            started.send_signal(signal.SIGINT)
-        with suppress(subprocess.TimeoutExpired):
-            started.wait(10.0)
-        started.kill()
-        started.wait(5.0)
-        started.stdout.close()
+        try:
+            yield process, said, int(port.group(1)) if port else 0
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(10.0)
 
 
 def listening(process):

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from emulated_file import changed_file
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
 from palpate.experiments.emulated.hand import GraspOnTheWire
@@ -22,7 +23,7 @@ from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
 from palpate.reporting.grasp_report import grasp_html
 from palpate.runtime.data import Command, Sample
-from palpate.runtime.robot import load_robot, robot_path, shipped_robots
+from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.runtime.robot_file import read_robot_file, robot_file_text
 from palpate.runtime.supervision.limits import Limits
@@ -30,17 +31,6 @@ from palpate.runtime.touch import Finger
 from palpate.runtime.wrapped_backend import WrappedBackend
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
-
-
-def changed(folder, name, *changes):
-    """A shipped robot's file with texts of it replaced."""
-    text = robot_path(name).read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / f"{name}.yaml"
-    path.write_text(text)
-    return str(path)
 
 
 @pytest.mark.parametrize("name", [name for name in shipped_robots() if not has_hand(load_robot(name))])
@@ -66,9 +56,9 @@ def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path
     check(robot)
     assert read_robot_file(robot_file_text(robot.file)) == robot.file
     with pytest.raises(InvalidValueError, match=r"fingers\[0\]: an emulated hand has spheres of 0.008 m"):
-        plan(GraspConfig(robot=changed(tmp_path, "emulated-hand", ("radius_m: 0.008", "radius_m: 0.009"))))
+        plan(GraspConfig(robot=changed_file(tmp_path, "emulated-hand", ("radius_m: 0.008", "radius_m: 0.009"))))
     with pytest.raises(InvalidValueError, match="period_s"):
-        plan(GraspConfig(robot=changed(tmp_path, "emulated-hand", ("period_s: 0.001", "period_s: 0.002"))))
+        plan(GraspConfig(robot=changed_file(tmp_path, "emulated-hand", ("period_s: 0.001", "period_s: 0.002"))))
     backend = robot.file.backend
     assert isinstance(backend, EmulatedHandEntry)
     for wrong in ({"address": "10.0.0.1"}, {"sensors": ("127.0.0.3", "127.0.0.3")}, {"time_scale": 0.0}):
@@ -78,7 +68,7 @@ def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path
 
 
 def test_a_grip_that_the_robot_does_not_allow_is_refused_before_anything_moves(tmp_path):
-    file = changed(tmp_path, "ur5e-hand", ("grip_force_N: 16", "grip_force_N: 8"))
+    file = changed_file(tmp_path, "ur5e-hand", ("grip_force_N: 16", "grip_force_N: 8"))
     with pytest.raises(InvalidValueError, match=r"limits\.grip_force_N = 8 .* at least 15\.5 N"):
         plan(GraspConfig(robot=file, **BELIEVED))
     with pytest.raises(InvalidValueError, match="give --fingers 2"):
@@ -101,7 +91,7 @@ def test_what_nobody_can_ask_of_a_real_hand_is_refused(values, said):
 
 
 def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
-    file = changed(
+    file = changed_file(
         tmp_path,
         "ur5e-hand",
         ("opening_m: 0.04 ", "opening_m: 0.05 "),

@@ -17,6 +17,7 @@ import numpy as np
 import psutil
 import pytest
 
+from emulated_file import unhurried_file
 from palpate.experiments.emulated.backend import EmulatedBackend
 from palpate.experiments.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
 from palpate.experiments.emulated.scene import simulated_twin
@@ -33,7 +34,7 @@ from palpate.experiments.run_told import log_writer
 from palpate.hw.devices import DeviceError
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
-from palpate.runtime.robot import load_robot, robot_path
+from palpate.runtime.robot import load_robot
 
 SCALE = 0.25
 """Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""
@@ -45,17 +46,6 @@ def robot(address, scale=SCALE):
     given = load_robot("emulated-ur5e")
     entry = msgspec.structs.replace(given.file.backend, address=address, time_scale=scale)
     return replace(given, file=msgspec.structs.replace(given.file, backend=entry))
-
-
-def file_of(robot_file, address, folder):
-    """Write the shipped robot file with another address, and return its path."""
-    text = robot_path("emulated-ur5e").read_text()
-    for old, new in (("address: 127.0.0.2 ", f"address: {address} "), ("time_scale: 1.0", f"time_scale: {SCALE}")):
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / robot_file
-    path.write_text(text)
-    return str(path)
 
 
 def children():
@@ -164,7 +154,7 @@ def test_a_killed_emulator_is_told_and_a_new_start_works():
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
     address = f"127.0.9.{50 + int(how)}"
-    path = file_of("robot.yaml", address, tmp_path)
+    path = unhurried_file(tmp_path, address, SCALE)
     with subprocess.Popen(
         [sys.executable, str(HERE / "emulated_run.py"), path],
         stdout=subprocess.PIPE,

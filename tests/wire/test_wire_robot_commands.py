@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from emulated_file import changed_file
 from palpate.cli import main
 from palpate.experiments.calibrate.live import robot_backend, take_readings
 from palpate.experiments.friction.config import FrictionConfig
@@ -28,7 +29,7 @@ from palpate.experiments.run_told import log_writer
 from palpate.experiments.view.plan import recorded_plan, view_scene
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.robot import load_robot, robot_path
+from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_file import robot_file_text
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
@@ -39,20 +40,9 @@ SCALE = 0.25
 BELIEVED = {"believed_friction": 0.45, "believed_spin_length": 0.0035}
 
 
-def emulated_file(folder, name, *changes):
-    """Write a shipped robot file with texts of it replaced, and return its path."""
-    text = robot_path(name).read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / f"{name}.yaml"
-    path.write_text(text)
-    return str(path)
-
-
 def hand_file(folder, first):
     """The emulated hand at three addresses of its own."""
-    return emulated_file(
+    return changed_file(
         folder,
         "emulated-hand",
         ("address: 127.0.0.2 ", f"address: 127.0.9.{first} "),
@@ -152,7 +142,7 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
 def test_the_doctor_starts_emulated_robots_and_ends_them(name, capsys, tmp_path):
     file = hand_file(tmp_path, 80)
     if name == "emulated-ur5e":
-        file = emulated_file(tmp_path, name, ("address: 127.0.0.2 ", "address: 127.0.9.83 "))
+        file = changed_file(tmp_path, name, ("address: 127.0.0.2 ", "address: 127.0.9.83 "))
     main(["doctor", str(file), "--duration", "0.4", "--json"])
     found = json.loads(capsys.readouterr().out)["findings"]
     devices = {one["device"].split(" at ")[0] for one in found}
@@ -167,7 +157,7 @@ def test_the_doctor_starts_emulated_robots_and_ends_them(name, capsys, tmp_path)
 @pytest.mark.slow
 def test_a_sensor_is_tared_on_its_robot(tmp_path):
     changes = (("address: 127.0.0.2 ", "address: 127.0.9.84 "), ("sample_age_s: 0.1 ", "sample_age_s: 0.8 "))
-    file = emulated_file(tmp_path, "emulated-ur5e", *changes)
+    file = changed_file(tmp_path, "emulated-ur5e", *changes)
     with robot_backend(file) as backend:
         wrenches, specific_force = take_readings(backend, 0.5)
     # a tip of 30 g hangs on it, and the arm says which way down is

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import LARGEST_SEED
+from palpate.experiments.config_checks import check_seed
 
 StudyName = Literal["contact", "mapping", "friction", "control", "simulation", "grasp"]
 
@@ -36,5 +35,4 @@ class BenchConfig:
     """Folder for the report, made if need be."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
+        check_seed(self.seed)

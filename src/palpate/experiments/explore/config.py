@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.experiments.change_names import EXPLORED, check_change_names
+from palpate.experiments.config_checks import check_period, check_seed, check_tip
 from palpate.experiments.explore.objects import (
     ObjectName,
     article_of,
@@ -44,14 +45,8 @@ MOST_FORCE = 15.0
 SHORTEST_SWING = 0.1
 """Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""
 
-LONGEST_PERIOD = 8e-3
-"""Slowest control [s]: from 125 Hz on a stage explores as well as at 1 kHz; slower, it lands hard."""
-
 MOST_GRID_POINTS = 1_000_000
 """Largest map that is asked for: a finer one takes minutes and shows nothing more."""
-
-LARGEST_SEED = 2**63 - 1
-"""Largest whole number that a configuration file keeps exactly."""
 
 SLOWEST = 1e-3
 """Slowest [m/s] that a running exploration may be told to be: slower, it seems to stand still."""
@@ -191,14 +186,8 @@ class ExploreConfig:
         check_file(self.object, self.file, self.scale)
         if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
             raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
-        if len(self.tip) not in (0, 1, 3):
-            raise InvalidValueError(
-                f"tip = {spaced(self.tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
-            )
-        for length in self.tip:
-            check_length("tip", length)
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
+        check_tip(self.tip)
+        check_seed(self.seed)
         if self.moment_noise is not None:
             not_negative("moment_noise", self.moment_noise, "N m")
         self._check_force()
@@ -208,8 +197,7 @@ class ExploreConfig:
                 f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
             )
         self._check_strategy()
-        if self.period is not None and positive("period", self.period, "s") > LONGEST_PERIOD:
-            raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
+        check_period(self.period)
         width, depth = self.extent
         points = (width / self.map_spacing + 1.0) * (depth / self.map_spacing + 1.0)
         if points > MOST_GRID_POINTS:

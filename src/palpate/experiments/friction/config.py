@@ -5,13 +5,19 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.config_checks import (
+    check_not_negative,
+    check_period,
+    check_positive,
+    check_seed,
+    check_size,
+    check_tip,
+    given,
+)
 from palpate.experiments.explore.config import (
-    LARGEST_SEED,
-    LONGEST_PERIOD,
     MOST_FORCE,
     check_force_noise,
 )
-from palpate.experiments.explore.objects import check_length
 from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.settled_values import settle
 from palpate.friction.limit_surface import LimitSurface
@@ -151,36 +157,19 @@ class FrictionConfig:
 
     def __post_init__(self) -> None:
         settle(self)
-        for name, unit in _POSITIVE.items():
-            positive(name, getattr(self, name), unit)
-        for name, unit in _POSITIVE_IF_GIVEN.items():
-            if getattr(self, name) is not None:
-                positive(name, getattr(self, name), unit)
-        for name, unit in (("load_exponent", ""), ("viscous_friction", "s/m")):
-            if getattr(self, name) is not None:
-                not_negative(name, getattr(self, name), unit)
+        check_positive(self, _POSITIVE)
+        check_positive(self, given(self, _POSITIVE_IF_GIVEN))
+        check_not_negative(self, given(self, _NOT_NEGATIVE_IF_GIVEN))
         self._check_surface()
         if self.force_noise is not None:
             check_force_noise(self.force_noise)
-        if self.moment_noise is not None:
-            not_negative("moment_noise", self.moment_noise, "N m")
-        not_negative("drift", self.drift, "N/min")
+        check_not_negative(self, _NOT_NEGATIVE)
         if not_negative("calibration", self.calibration, "") > LARGEST_CALIBRATION:
             raise InvalidValueError(
                 f"calibration = {self.calibration:g}: must be at most {LARGEST_CALIBRATION:g}; 0.01 stands for 1 %"
             )
-        wanted = len(SIZES[self.object])
-        if len(self.size) not in (0, wanted):
-            told = " ".join(f"{length:g}" for length in SIZES[self.object])
-            raise InvalidValueError(
-                f"size: {len(self.size)} numbers; a {self.object} takes {wanted} [m], for example {told}"
-            )
-        for length in self.size:
-            check_length("size", length)
-        if len(self.tip) not in (0, 1, 3):
-            raise InvalidValueError(f"tip: {len(self.tip)} numbers; give one (radius) or three (semi-axes) [m]")
-        for length in self.tip:
-            check_length("tip", length)
+        check_size(self.object, self.size, SIZES[self.object])
+        check_tip(self.tip)
         self._check_loads()
         for name, speed in (("speed", self.speed), *(("speeds", each) for each in self.speeds)):
             if positive(name, speed, "m/s") < SLOWEST_RUB:
@@ -190,10 +179,8 @@ class FrictionConfig:
                 )
         if not 1 <= self.repeats <= MOST_REPEATS:
             raise InvalidValueError(f"repeats = {self.repeats}: must be from 1 to {MOST_REPEATS}")
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
-        if self.period is not None and self.period > LONGEST_PERIOD:
-            raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
+        check_seed(self.seed)
+        check_period(self.period)
 
     def _check_surface(self) -> None:
         """Refuse what no surface can be now, not once everything is built."""
@@ -268,3 +255,7 @@ _POSITIVE_IF_GIVEN = {
     "most_travel": "m",
     "period": "s",
 }
+
+_NOT_NEGATIVE = {"drift": "N/min"}
+
+_NOT_NEGATIVE_IF_GIVEN = {"load_exponent": "", "viscous_friction": "s/m", "moment_noise": "N m"}

@@ -4,8 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.experiments.explore.config import LARGEST_SEED
+from palpate.errors import InvalidValueError, not_negative
+from palpate.experiments.config_checks import (
+    check_not_negative,
+    check_positive,
+    check_seed,
+    check_size,
+    given,
+)
 from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.settled_values import settle
 
@@ -175,17 +181,13 @@ class GraspConfig:
 
     def __post_init__(self) -> None:
         settle(self)
-        for name, unit in _POSITIVE.items():
-            positive(name, getattr(self, name), unit)
-        for name, unit in _NOT_NEGATIVE.items():
-            not_negative(name, getattr(self, name), unit)
+        check_positive(self, _POSITIVE)
+        check_not_negative(self, _NOT_NEGATIVE)
         if self.margin > LARGEST_MARGIN:
             raise InvalidValueError(
                 f"margin = {self.margin:g}: must be at most {LARGEST_MARGIN:g}; 0.12 stands for 12 %"
             )
-        for name, unit in _POSITIVE_IF_GIVEN.items():
-            if getattr(self, name) is not None:
-                positive(name, getattr(self, name), unit)
+        check_positive(self, given(self, _POSITIVE_IF_GIVEN))
         for name in ("friction", "believed_friction"):
             if getattr(self, name) is not None:
                 check_friction(getattr(self, name), name)
@@ -222,20 +224,12 @@ class GraspConfig:
             raise InvalidValueError(
                 "ignore_spin with against_ignoring_spin: both would be the same; leave one out"
             )
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
+        check_seed(self.seed)
 
     def _check_hand(self) -> None:
         if self.fingers not in (2, THREE):
             raise InvalidValueError(f"fingers = {self.fingers}: must be 2 or 3")
-        wanted = len(SIZES[self.object])
-        if len(self.size) not in (0, wanted):
-            told = " ".join(f"{length:g}" for length in SIZES[self.object])
-            raise InvalidValueError(
-                f"size: {len(self.size)} numbers; a {self.object} takes {wanted} [m], for example {told}"
-            )
-        for length in self.size:
-            positive("size", length, "m")
+        check_size(self.object, self.size, SIZES[self.object])
         if self.half_width > WIDEST:
             raise InvalidValueError(
                 f"size: {2.0 * self.half_width:g} m between the fingers; must be at most {2.0 * WIDEST:g} m, as "

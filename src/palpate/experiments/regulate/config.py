@@ -5,11 +5,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError, positive
 from palpate.experiments.change_names import REGULATED, check_change_names
+from palpate.experiments.config_checks import (
+    check_not_negative,
+    check_period,
+    check_positive,
+    check_seed,
+    check_tip,
+    given,
+)
 from palpate.experiments.explore.config import (
-    LARGEST_SEED,
-    LONGEST_PERIOD,
     MOST_FORCE,
     check_force_noise,
 )
@@ -146,30 +152,18 @@ class RegulateConfig:
 
     def __post_init__(self) -> None:
         settle(self)
-        for name, unit in _POSITIVE.items():
-            positive(name, getattr(self, name), unit)
-        for name, unit in _POSITIVE_IF_GIVEN.items():
-            if getattr(self, name) is not None:
-                positive(name, getattr(self, name), unit)
-        for name, unit in (("leave_time", "s"), ("drift", "N/min")):
-            not_negative(name, getattr(self, name), unit)
-        if self.assumed_damping_time is not None:
-            not_negative("assumed_damping_time", self.assumed_damping_time, "s")
+        check_positive(self, _POSITIVE)
+        check_positive(self, given(self, _POSITIVE_IF_GIVEN))
+        check_not_negative(self, _NOT_NEGATIVE)
+        check_not_negative(self, given(self, _NOT_NEGATIVE_IF_GIVEN))
         check_change_names(self.change, REGULATED)
         check_friction(self.friction)
         check_spin_length(self.spin_length)
         if self.force_noise is not None:
             check_force_noise(self.force_noise)
-        if self.moment_noise is not None:
-            not_negative("moment_noise", self.moment_noise, "N m")
-        if len(self.tip) not in (0, 1, 3):
-            raise InvalidValueError(f"tip: {len(self.tip)} numbers; give one (radius) or three (semi-axes) [m]")
-        for length in self.tip:
-            check_length("tip", length)
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise InvalidValueError(f"seed = {self.seed}: must be a whole number from 0 to {LARGEST_SEED}")
-        if self.period is not None and self.period > LONGEST_PERIOD:
-            raise InvalidValueError(f"period = {self.period:g} s: must be at most {LONGEST_PERIOD:g} s")
+        check_tip(self.tip)
+        check_seed(self.seed)
+        check_period(self.period)
         if self.axis and not (len(self.axis) == 3 and 0.0 < math.hypot(*self.axis) < math.inf):
             raise InvalidValueError(f"axis = {self.axis}: give three numbers that are not all 0")
         self._check_surface()
@@ -260,3 +254,7 @@ _POSITIVE_IF_GIVEN = {
     "landing_speed": "m/s",
     "period": "s",
 }
+
+_NOT_NEGATIVE = {"leave_time": "s", "drift": "N/min"}
+
+_NOT_NEGATIVE_IF_GIVEN = {"assumed_damping_time": "s", "moment_noise": "N m"}

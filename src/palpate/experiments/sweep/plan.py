@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.config_checks import LARGEST_SEED
 from palpate.experiments.experiment_file import plain_values
-from palpate.experiments.explore.config import LARGEST_SEED
 from palpate.experiments.sweep.attempt import RunCase
 from palpate.experiments.sweep.config import SweepConfig
 from palpate.experiments.sweep.swept import EXPERIMENTS, Swept

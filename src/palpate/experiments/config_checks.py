@@ -1,0 +1,89 @@
+"""What options that several experiments share may be; imports nothing heavy."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.experiments.explore.objects import check_length, spaced
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+LONGEST_PERIOD = 8e-3
+"""Slowest control [s]: from 125 Hz on a stage explores as well as at 1 kHz; slower, it lands hard."""
+
+LARGEST_SEED = 2**63 - 1
+"""Largest whole number that a configuration file keeps exactly."""
+
+
+def check_positive(config: "DataclassInstance", units: Mapping[str, str]) -> None:
+    """Refuse fields that are not above 0.
+
+    Args:
+        config: Whose fields they are.
+        units: Unit of each, by name.
+
+    Raises:
+        InvalidValueError: One is not, or is None.
+    """
+    for name, unit in units.items():
+        positive(name, getattr(config, name), unit)
+
+
+def check_not_negative(config: "DataclassInstance", units: Mapping[str, str]) -> None:
+    """Refuse fields that are below 0; otherwise as `check_positive`."""
+    for name, unit in units.items():
+        not_negative(name, getattr(config, name), unit)
+
+
+def given(config: "DataclassInstance", units: Mapping[str, str]) -> Mapping[str, str]:
+    """Return the part of `units` whose fields are not None: those that may be left out, but were not."""
+    return {name: unit for name, unit in units.items() if getattr(config, name) is not None}
+
+
+def check_size(thing: str, size: tuple[float, ...], example: tuple[float, ...]) -> None:
+    """Refuse what is no size of a simulated object: as many lengths [m] as its example has, or none.
+
+    Raises:
+        InvalidValueError: Another number of lengths, or one that cannot be.
+    """
+    if len(size) not in (0, len(example)):
+        raise InvalidValueError(
+            f"size: {len(size)} numbers; a {thing} takes {len(example)} [m], for example {spaced(example)}"
+        )
+    for length in size:
+        check_length("size", length)
+
+
+def check_tip(tip: tuple[float, ...]) -> None:
+    """Refuse what is no size of a fingertip: a radius, three semi-axes [m], or nothing (the robot file says it).
+
+    Raises:
+        InvalidValueError: It is none of these.
+    """
+    if len(tip) not in (0, 1, 3):
+        raise InvalidValueError(
+            f"tip = {spaced(tip)}: give one number (radius of a sphere) or three (semi-axes) [m]"
+        )
+    for length in tip:
+        check_length("tip", length)
+
+
+def check_seed(seed: int) -> None:
+    """Refuse a seed that no random generator or no file takes.
+
+    Raises:
+        InvalidValueError: It is such a seed.
+    """
+    if not 0 <= seed <= LARGEST_SEED:
+        raise InvalidValueError(f"seed = {seed}: must be a whole number from 0 to {LARGEST_SEED}")
+
+
+def check_period(period: float | None) -> None:
+    """Refuse a control period [s] that is too long for touch; None comes from the robot file.
+
+    Raises:
+        InvalidValueError: It is too long, or not above 0.
+    """
+    if period is not None and positive("period", period, "s") > LONGEST_PERIOD:
+        raise InvalidValueError(f"period = {period:g} s: must be at most {LONGEST_PERIOD:g} s")
