@@ -328,10 +328,10 @@ SILENT = "silent for .*; check"
 
 SENSOR_CASES = (
     _sensor("F/T box silent", BOX, "silent", SILENT, Tip.BOX),
-    _sensor("F/T out of range", BOX, "out of range", "saturated|range", Tip.BOX),
+    _sensor("F/T out of range", BOX, "out_of_range", "saturated|range", Tip.BOX),
     Case("F/T box restarted", Lost(Switch(BOX, "rebooted"), read_on), Safe.RESTS, SILENT, READ),
     _sensor("Bota silent", BOTA, "silent", SILENT, Tip.BOTA),
-    _sensor("Bota out of range", BOTA, "out of range", "range", Tip.BOTA),
+    _sensor("Bota out of range", BOTA, "out_of_range", "range", Tip.BOTA),
     Case(
         "Bota restarted",
         Lost(Switch(BOTA, "rebooted"), read_on),
@@ -355,10 +355,10 @@ RECORD_CASES = (
     _borne("every 3rd record lost", BOX, "dropped", 3, "lost"),
     _borne("records swapped", BOX, "reordered", 3, "older"),
     _borne("records twice", BOX, "repeated", 3, "older"),
-    _borne("records of wrong lengths", BOX, "wrong length", 3, "refused"),
+    _borne("records of wrong lengths", BOX, "wrong_length", 3, "refused"),
     _borne("counters begin anew", BOX, "restarted", 1, "restarts"),
     _borne("Bota frames damaged", BOTA, "damaged", 4, "lost", Tip.BOTA),
-    _borne("Bota frames lack a byte", BOTA, "lost byte", 4, "lost", Tip.BOTA),
+    _borne("Bota frames lack a byte", BOTA, "lost_byte", 4, "lost", Tip.BOTA),
     _borne("noise between Bota frames", BOTA, "noise", 4, "refused", Tip.BOTA),
 )
 

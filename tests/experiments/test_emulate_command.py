@@ -204,7 +204,7 @@ def test_versions_may_be_short():
         ("ur --address 127.0.9.97 --fault nonsense 1", "drop_rst"),
         ("dynamixel --baud-rate 1234", "1000000"),
         ("netft --address 127.0.9.98 --rate 9000", "7000"),
-        ("netft --address 127.0.9.99 --fault nonsense 1", "out of range"),
+        ("netft --address 127.0.9.99 --fault nonsense 1", "out_of_range"),
     ],
 )
 def test_mistakes_end_it_with_what_would_be_right(typed, right, capsys):

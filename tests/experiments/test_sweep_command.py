@@ -92,6 +92,8 @@ def test_an_interrupted_sweep_goes_on_where_it_was_and_repeats_nothing(here, und
     before, here.interrupted_after = kept(parts), None
     assert main([*TYPED, "--out", str(parts)]) == 0
     assert "3 of them are there already" in capsys.readouterr().out
+    assert main([*TYPED, "--keep-reports", "--out", str(parts)]) == 0
+    assert "8 of them are there already; --keep-reports is for those still to be done" in capsys.readouterr().out
     assert here.done == list(range(8)), "each once, over both"
     assert {number: kept(parts)[number] for number in before} == before
     assert figures(parts) == figures(whole)

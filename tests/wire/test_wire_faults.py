@@ -94,7 +94,7 @@ def test_the_table_has_what_was_asked_for() -> None:
     ("procedure", "says", "problem"),
     [
         (Lost(nothing, recover_arm), "", "noticed after inf"),
-        (Lost(Switch(BOX, "out of range"), read_on, Switch(BOX, "out of range", 0.0)), "sunshine", "said"),
+        (Lost(Switch(BOX, "out_of_range"), read_on, Switch(BOX, "out_of_range", 0.0)), "sunshine", "said"),
         (Borne(nothing, lambda cell: cell.sensor.counts.lost), "", "noticed after inf"),
         (Refused(nothing), "", "noticed after inf"),
         (Lost(Switch(ARM, "protective_stop"), nothing), "", "does not come back"),

@@ -151,7 +151,7 @@ def test_tare_takes_the_load_at_rest_for_zero_and_the_moved_one_not() -> None:
 def test_no_tare_of_an_unhealthy_or_silent_sensor() -> None:
     box = emulated()
     with started(box) as ft:
-        box.inject("out of range", 1)
+        box.inject("out_of_range", 1)
         time.sleep(0.05)
         with pytest.raises(DeviceError, match="saturated"):
             ft.tare()
@@ -232,7 +232,7 @@ def test_a_bad_network_costs_what_it_takes_and_no_more() -> None:
         spoil("dropped", 10, "lost")
         spoil("reordered", 5, "older")
         spoil("repeated", 4, "older")
-        spoil("wrong length", 5, "refused")
+        spoil("wrong_length", 5, "refused")
         assert ft.counts.restarts == 0
 
 

@@ -236,7 +236,7 @@ def test_it_streams_tares_and_says_an_overload(kind: str, tmp_path: Path) -> Non
         assert 300.0 < (ft.counts.records - before) / (time.monotonic() - begin) < 3000.0
         assert ft.read().wrench == pytest.approx(ZERO_LOAD, abs=1e-6)
         assert ft.read().lost <= server.left_out
-        server.inject("out of range", 1)
+        server.inject("out_of_range", 1)
         begin = time.monotonic()
         while ft.read().healthy:
             assert time.monotonic() < begin + 2.0
@@ -247,7 +247,7 @@ def test_it_streams_tares_and_says_an_overload(kind: str, tmp_path: Path) -> Non
 @both
 def test_a_bad_line_costs_what_it_takes_and_shows_nothing_wrong(kind: str, tmp_path: Path) -> None:
     with started(kind, tmp_path) as (server, ft):
-        for fault in ("lost byte", "noise", "dropped"):
+        for fault in ("lost_byte", "noise", "dropped"):
             records, lost, refused = ft.counts.records, ft.counts.lost, ft.counts.refused
             server.inject(fault, 10)
             for _ in range(40):
@@ -256,7 +256,7 @@ def test_a_bad_line_costs_what_it_takes_and_shows_nothing_wrong(kind: str, tmp_p
             until(lambda records=records: ft.counts.records > records + 100)
             if fault == "noise" and kind == "bota":
                 until(lambda refused=refused: ft.counts.refused > refused + 12)
-            elif fault == "lost byte" or kind == "bota":
+            elif fault == "lost_byte" or kind == "bota":
                 until(lambda lost=lost: ft.counts.lost > lost + 10)
             # no count of its own: a Resense frame that never came is not missed
             assert ft.read().wrench == pytest.approx(LOAD)

@@ -11,7 +11,7 @@ class NetFtFault(StrEnum):
 
     SILENT = "silent"
     """Neither records nor answers (1: on)."""
-    OUT_OF_RANGE = "out of range"
+    OUT_OF_RANGE = "out_of_range"
     """Status bits of an overload, readings at the end of the range (1: on)."""
     STATUS = "status"
     """Any status word (the word)."""
@@ -27,7 +27,7 @@ class NetFtFault(StrEnum):
     """Every k-th record comes after the next one (k >= 2)."""
     REPEATED = "repeated"
     """Every k-th record is sent twice (k)."""
-    WRONG_LENGTH = "wrong length"
+    WRONG_LENGTH = "wrong_length"
     """Every k-th record is cut short by a byte, or has one more, in turn (k)."""
 
 

@@ -26,7 +26,7 @@ class SerialFault(StrEnum):
 
     SILENT = "silent"
     """Sends nothing (1: on)."""
-    LOST_BYTE = "lost byte"
+    LOST_BYTE = "lost_byte"
     """Every k-th frame lacks a byte, another one each time (k)."""
     NOISE = "noise"
     """Before every k-th frame there are bytes of nothing (k)."""
@@ -36,7 +36,7 @@ class SerialFault(StrEnum):
     """Frames come in pieces of so many bytes (how many)."""
     DROPPED = "dropped"
     """Every k-th frame is not sent (k)."""
-    OUT_OF_RANGE = "out of range"
+    OUT_OF_RANGE = "out_of_range"
     """Shows a load beyond its range (1: on)."""
     DEAF = "deaf"
     """Answers nothing (1: on)."""

@@ -1,6 +1,7 @@
 """What a regulation of force is to be like; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -21,19 +22,36 @@ from palpate.experiments.explore.config import (
 )
 from palpate.experiments.explore.objects import check_length
 from palpate.experiments.friction.bound import check_friction, check_spin_length
-from palpate.experiments.owned_options import check_owned, given_owned
-from palpate.experiments.regulate.surfaces import LARGEST_AMPLITUDE, SURFACE_OPTIONS, SurfaceName
+from palpate.experiments.owned_options import Owners, check_owned, given_owned
+from palpate.experiments.regulate.surfaces import FASTEST_LEAVING, LARGEST_AMPLITUDE, SURFACE_OPTIONS, SurfaceName
 from palpate.experiments.settled_values import settle
 
 PressedName = Literal["plate", "sphere"]
 ProfileName = Literal["constant", "step", "ramp", "sine"]
 MotionName = Literal["still", "sine", "circle", "path", "table"]
 
-FROM_FILES = ("path", "table")
-"""Motions that a file says."""
+PROFILE_OPTIONS: Mapping[ProfileName, tuple[str, ...]] = {
+    "constant": ("duration",),
+    "step": ("swing", "hold", "duration"),
+    "ramp": ("swing", "rate", "duration"),
+    "sine": ("swing", "frequencies"),
+}
+"""Fields of `RegulateConfig` that say what a profile is like; any other is of no use to it, and refused."""
+
+MOTION_OPTIONS: Mapping[MotionName, tuple[str, ...]] = {
+    "still": (),
+    "sine": ("motion_size", "motion_speed"),
+    "circle": ("motion_size", "motion_speed"),
+    "path": ("motion_file",),
+    "table": ("motion_file",),
+}
+"""Likewise of a motion."""
 
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
 """Of the simulated contact, hard and soft [N/m], if nothing else is said."""
+
+FROM_FILES = tuple(name for name, options in MOTION_OPTIONS.items() if "motion_file" in options)
+"""Motions that a file says."""
 
 LARGEST_MOTION = 0.05
 """Half of the way that something else may move the tip along a plate [m]: the plate is 0.2 m wide."""
@@ -170,13 +188,23 @@ class RegulateConfig:
         self._check_profile()
         self._check_motion()
 
+    def _check_choice(self, option: str, owners: Owners) -> None:
+        chosen = getattr(self, option)
+        if chosen not in owners:
+            raise InvalidValueError(f"{option} = {chosen!r}: must be one of {', '.join(owners)}")
+        check_owned(option, chosen, owners, given_owned(self, owners))
+
     def _check_surface(self) -> None:
-        if self.surface not in SURFACE_OPTIONS:
-            raise InvalidValueError(f"surface = {self.surface!r}: must be one of {', '.join(SURFACE_OPTIONS)}")
-        check_owned("surface", self.surface, SURFACE_OPTIONS, given_owned(self, SURFACE_OPTIONS))
+        self._check_choice("surface", SURFACE_OPTIONS)
         check_length("surface_amplitude", self.surface_amplitude, LARGEST_AMPLITUDE)
+        if self.surface == "leaving" and self.surface_speed > FASTEST_LEAVING:
+            hint = f"; for {self.surface_speed:g} mm/s give {self.surface_speed / 1e3:g}"
+            raise InvalidValueError(
+                f"surface_speed = {self.surface_speed:g} m/s: must be at most {FASTEST_LEAVING:g} m/s{hint}"
+            )
 
     def _check_profile(self) -> None:
+        self._check_choice("profile", PROFILE_OPTIONS)
         if self.greatest > MOST_FORCE:
             left_out = " (swing: left out, half of it)" if self.swing is None else ""
             raise InvalidValueError(
@@ -199,12 +227,9 @@ class RegulateConfig:
             )
 
     def _check_motion(self) -> None:
-        if (self.motion in FROM_FILES) is not (self.motion_file is not None):
-            given = "no motion_file" if self.motion_file is None else f"motion_file = {self.motion_file}"
-            raise InvalidValueError(
-                f"motion = {self.motion} with {given}: path and table need a file (--motion-file), and "
-                "nothing else takes one"
-            )
+        self._check_choice("motion", MOTION_OPTIONS)
+        if self.motion in FROM_FILES and self.motion_file is None:
+            raise InvalidValueError(f"motion = {self.motion}: a file must say which (--motion-file)")
         if self.motion_size > LARGEST_MOTION:
             raise InvalidValueError(
                 f"motion_size = {self.motion_size:g} m: must be at most {LARGEST_MOTION:g} m, or the tip would "

@@ -17,3 +17,6 @@ SURFACE_OPTIONS: Mapping[SurfaceName, tuple[str, ...]] = {
 
 LARGEST_AMPLITUDE = 0.1
 """Half of the way that a sine surface may go [m]: an axis of a usual linear stage follows over 0.2 m at most."""
+
+FASTEST_LEAVING = 1.0
+"""Of a surface that leaves [m/s]: what falls is as fast after 5 cm."""

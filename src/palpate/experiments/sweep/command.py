@@ -70,7 +70,8 @@ def run_sweep(config: SweepConfig) -> Answer:
 def _carry_out(console: Console, work: SweepAtWork) -> None:
     """Do what is left, and show how far it is."""
     if work.records:
-        say(console, f"{len(work.records)} of them are there already")
+        later = "; --keep-reports is for those still to be done" if work.checked.plan.asked.keep_reports else ""
+        say(console, f"{len(work.records)} of them are there already{later}")
     left = len(work.left)
     if left:
         foretold = _foretold(work.checked.plan.asked, work.expected, left)
