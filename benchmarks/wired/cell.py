@@ -53,8 +53,10 @@ GAIN = 0.005
 
 UPWARDS, DOWNWARDS = 0.02, 0.005
 """With which the tip goes off the plane and onto it at most [m/s]: while the loop stands still, on a busy machine
-for as long as the longest watchdog waits (1 s), it presses by 10 N more, and the sensor has 17. A robot with a
-sensor out of its range does not start, and nobody would draw this one back."""
+for as long as the longest watchdog waits (1 s), it presses by 10 N more, and the sensor has 17."""
+
+DRAWN_BACK_FOR = 0.2
+"""How long the tip goes off the plane if the sensor is out of its range all the same [s]: by 8 N."""
 
 SLIDING = 0.01
 """With which the tip goes to and fro along the plane [m/s]."""
@@ -291,9 +293,18 @@ class Cell:
         except DeviceError:
             self.hand.start()
         try:
-            self.sensor.read()
+            loaded = not self.sensor.read().healthy
         except DeviceError:
             sleep(0.15)  # it asks again by itself
+        else:
+            if loaded:
+                self._draw_back()
+
+    def _draw_back(self) -> None:
+        """Take the load off a sensor out of its range, as its message says: a rig does not step with it."""
+        self.arm.move((0.0, 0.0, UPWARDS), (0.0, 0.0, 0.0))
+        sleep(DRAWN_BACK_FOR)
+        self.arm.stop()
 
     def in_contact(self) -> bool:
         """Whether arm and hand both press, as the emulator sees it."""

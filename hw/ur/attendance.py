@@ -107,8 +107,11 @@ class Attendance:
         self._watch(now, session)
         if session is not None:
             self._attend(now, session)
+        silent = self._silence >= _GIVE_UP
+        if silent:  # while it is brought up, too: the process must not end without a word
+            self._found(Problem.SILENT, now)
         self.publish(now)
-        return self._problem not in FATAL and self._silence < _GIVE_UP
+        return self._problem not in FATAL and not silent
 
     def publish(self, now: float) -> None:
         """Say how it is."""

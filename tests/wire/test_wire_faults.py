@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Never
 
 import numpy as np
 import psutil
@@ -20,10 +21,12 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
 from wire_faults import shown, tried
 from wire_soak import Account, Look, soak
-from wired.cell import ARM, BOX, PATIENT, Cell, Tip
+from wired.cell import ARM, BOX, GRIP, PATIENT, Cell, Tip
 from wired.fault_table import CASES, NOTICED, Case, Safe
 from wired.procedures import Borne, Lost, Procedure, Refused, Switch, nothing, read_on, recover_arm
 
+from palpate.hw.devices import DeviceError
+from palpate.runtime.data import Command
 from ur_wire_sessions import own_address
 
 ATTEMPTS = 3
@@ -133,6 +136,21 @@ def test_hours_are_accounted_for_in_seconds() -> None:
     assert not [leak for leak in account.leaks() if not leak.startswith("memory")]
     assert len(psutil.Process().children(recursive=True)) <= children + 1  # the tracker of multiprocessing
     assert len(os.listdir("/proc/self/fd")) <= files + 1  # the pipe to it
+
+
+def press_on(cell: Cell) -> Never:
+    while True:
+        cell.rig.step(Command((0.0, 0.0, -0.02), grip_force=GRIP))
+
+
+def test_a_sensor_that_is_pressed_out_of_its_range_is_relieved_and_goes_on(cells: Cells) -> None:
+    """As by a loop that stood still while the tip went down."""
+    cell = cells.of(Tip.BOX)
+    cell.pace.start()
+    with pytest.raises(DeviceError, match="take the load off"):
+        press_on(cell)
+    cell.everything_up()
+    assert cell.in_contact()
 
 
 def looks(files: np.ndarray, memory: np.ndarray) -> list[Look]:

@@ -205,6 +205,13 @@ def test_whatever_goes_wrong_is_told_with_a_remedy_and_recovered_from(tmp_path, 
     assert "CONCURRENT" not in names(tmp_path)
 
 
+def test_a_controller_that_says_nothing_while_the_arm_is_brought_up_is_blamed(tmp_path):
+    spoil(tmp_path, "silent")
+    with pytest.raises(DeviceError, match="no state any more") as refused, arm_on(tmp_path):
+        pass
+    assert "controller and network" in refused.value.remedy
+
+
 @pytest.mark.parametrize(
     "how", [signal.SIGKILL, *(pytest.param(s, marks=pytest.mark.slow) for s in (signal.SIGSEGV, signal.SIGABRT))]
 )

@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from palpate import __version__
 from palpate.atomic_file import replacing
 from palpate.reporting.encode import DOTS_PER_INCH, picture_uri
 from palpate.reporting.story import NOTHING, Story
@@ -103,7 +104,7 @@ def report_page(story: Story, parts: Iterable[str]) -> str:
             *parts,
             section("What to do", [f"<p>{text(each)}</p>" for each in story.advice or (NOTHING,)]),
             section("How to repeat it", [*repeat, table(story.settings, ("name", "value"))]),
-            f"<footer>{text(story.footer)} Written by palpate.</footer>",
+            f"<footer>{text(story.footer)} Written by palpate {__version__}.</footer>",
         ],
     )
 
