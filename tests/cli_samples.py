@@ -36,7 +36,9 @@ class Sample:
 SAMPLES = {
     "explore": Sample("--speed 20", ("speed = 20 m/s", "0.1 m/s", "for 20 mm/s give 0.02"), SMALL),
     "regulate": Sample(
-        "--motion-size 5", ("motion_size = 5 m", "at most 0.05 m", "leave the object"), "--duration 0.5 --out held"
+        "--motion circle --motion-size 5",
+        ("motion_size = 5 m", "at most 0.05 m", "leave the object"),
+        "--duration 0.5 --out held",
     ),
     "friction": Sample(
         "--travel 1", ("travel = 1 m", "at most", "--most-travel"), "--quick --loads 2 --robot stage --out rubbed"

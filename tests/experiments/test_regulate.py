@@ -332,7 +332,8 @@ def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface)
 
 
 def test_texts_read_back_the_same():
-    config = RegulateConfig(frequencies=(0.1, 7.3), axis=(0.0, 0.6, -0.8), swing=0.7, tip=(0.01,), drift=0.2)
+    sines = {"profile": "sine", "frequencies": (0.1, 7.3), "swing": 0.7}
+    config = RegulateConfig(**sines, axis=(0.0, 0.6, -0.8), tip=(0.01,), drift=0.2)
     assert read_regulation(regulation_text(config)) == config
     found = Identified(1.0 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 0.1, 1e-3, 61.0)
     assert read_identified(identified_text(found)) == found

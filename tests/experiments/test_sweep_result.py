@@ -114,12 +114,12 @@ def test_tables_hold_every_run_and_floats_read_back_to_the_same_bits(tmp_path):
 
 
 def test_a_column_of_several_kinds_can_be_kept(tmp_path):
-    result = made("swing=null,0.5", "tip=[0.008],[0.008,0.008,0.012]", status=lambda n: list(RunStatus)[n])
+    result = made("stiffness=null,5e3", "tip=[0.008],[0.008,0.008,0.012]", status=lambda n: list(RunStatus)[n])
     columns = columns_of(result.plan, FIGURES)
     rows = rows_of(result.plan, result.records, FIGURES)
     write_csv(rows, columns, tmp_path / "runs.csv")
     assert [row["tip"] for row in rows] == ["0.008", "0.008 0.008 0.012"] * 2
-    assert [row["swing"] for row in rows] == [None, None, 0.5, 0.5]
+    assert [row["stiffness"] for row in rows] == [None, None, 5e3, 5e3]
     pytest.importorskip("pyarrow")
     assert write_parquet(rows, columns, tmp_path / "runs.parquet")
 
@@ -204,7 +204,10 @@ SHAPES = {
     "two numbers, many": (("friction=0.1:0.9:8", "force=1:4:9"), 1),
     "two words": (("surface=still,soft", "object=plate,sphere"), 2),
     "three": (("friction=0.2,0.5", "surface=still,soft", "force=1,2,3"), 2),
-    "four, one of them with a single value": (("hold=1,2", "friction=0.2,0.5", "rate=3", "force=1,2"), 1),
+    "four, one of them with a single value": (
+        ("drift=1,2", "friction=0.2,0.5", "spin_length=0.003", "force=1,2"),
+        1,
+    ),
     "a robot and a number": (("robot=stage,turning-stage", "force=1,2"), 1),
 }
 
@@ -256,7 +259,7 @@ def test_runs_that_did_not_finish_do_not_count():
 
 
 def test_with_two_options_the_one_with_more_numbers_lies_along_x():
-    (panel,) = _panels(made("friction=0.1:0.4:4", "force=1,2", "rate=2"))
+    (panel,) = _panels(made("friction=0.1:0.4:4", "force=1,2", "spin_length=0.002"))
     assert (panel.along.name, panel.lines.name) == ("friction", "force")
     (panel,) = _panels(made("surface=still,soft,sine", "force=1,2"))
     assert (panel.along.name, panel.lines.name) == ("force", "surface")

@@ -101,7 +101,7 @@ def test_what_a_run_is_does_not_depend_on_the_order_of_options_nor_on_what_else_
 
 def test_runs_that_differ_in_anything_have_other_digests():
     plan = planned("force=1,2", "friction=0.2,0.4", seeds=3)
-    other = planned("force=1,2", "friction=0.2,0.4", seeds=3, fixed=(*SHORT, "hold=2"))
+    other = planned("force=1,2", "friction=0.2,0.4", seeds=3, fixed=(*SHORT, "drift=2"))
     digests = [run.case.digest for run in (*plan.runs, *other.runs)]
     assert len(set(digests)) == len(digests)
 
@@ -121,9 +121,9 @@ def test_a_file_is_what_is_in_it_wherever_it_lies(tmp_path):
 
 def test_an_experiment_file_goes_before_defaults_and_behind_what_is_typed(tmp_path):
     file = tmp_path / "mine.yaml"
-    file.write_text("force: 3\nfriction: 0.6\nhold: 2\n")
-    (run,) = planned("friction=0.5", fixed=("hold=1.5",), config=file).runs
-    assert (run.case.config.force, run.case.config.friction, run.case.config.hold) == (3.0, 0.5, 1.5)
+    file.write_text("force: 3\nfriction: 0.6\ndrift: 2\n")
+    (run,) = planned("friction=0.5", fixed=("drift=1.5",), config=file).runs
+    assert (run.case.config.force, run.case.config.friction, run.case.config.drift) == (3.0, 0.5, 1.5)
 
 
 def test_a_robot_brings_its_own_values_whether_set_or_varied():
@@ -160,7 +160,7 @@ def test_a_robot_brings_its_own_values_whether_set_or_varied():
         (["seed=1,2"], ["--seeds"]),
         (["out=a,b"], ["--out"]),
         (["force=-1,2"], ["with force=-1", "above 0"]),
-        (["force=1,2", "swing=0.5,1.5", "profile=sine"], ["with force=1, swing=1.5", "less than the force"]),
+        (["force=1,14", "swing=0.5,1.5", "profile=ramp"], ["with force=14, swing=1.5", "at most 15 N"]),
         (["force=[1"], ["no valid YAML"]),
     ],
 )
