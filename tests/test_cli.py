@@ -43,6 +43,13 @@ def test_exploration_leaves_its_files_and_says_where(tmp_path):
     assert "\x1b[" not in done.stdout, "colours in a pipe"
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Reports take longer than all else of a small run, and say nothing here."""
+    monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: None)
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_the_same_seed_gives_the_same_points(tmp_path):
     noisy = [*SMALL, "--force-noise", "0.01", "--moment-noise", "1e-4"]
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
@@ -161,6 +168,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, capsys):
 # --- files ---
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_shown_robot_is_a_start_for_your_own(tmp_path, capsys):
     assert main(["robot", "list"]) == 0
     listed = capsys.readouterr().out
@@ -323,6 +331,7 @@ def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
     assert "Traceback" not in said
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_folder_whose_name_looks_like_markup_is_named_as_it_is(tmp_path, capsys):
     out = tmp_path / "[bold]a[" / "]"
     assert main(["explore", *SMALL, "--out", str(out)]) == 0

@@ -117,7 +117,7 @@ def test_a_fingertip_of_ones_own_feels_where_it_is_touched(tmp_path):
 @pytest.mark.parametrize(
     ("typed", "said"),
     [
-        (("--beside", "0.05"), "beside = 0.05 m: the tip meets no ball"),
+        pytest.param(("--beside", "0.05"), "beside = 0.05 m: the tip meets no ball", marks=pytest.mark.slow),
         (("--force", "-2"), "force = -2 N: must be"),
     ],
 )

@@ -22,8 +22,15 @@ def check_held(found):
     assert found.truth.touching[found.scanning].all()
 
 
-@pytest.mark.parametrize("name", ["sphere", "ellipsoid"])
-@pytest.mark.parametrize(("speed", "limit"), [(0.02, 0.06), (0.05, 0.12)])
+@pytest.mark.parametrize(
+    ("name", "speed", "limit"),
+    [
+        ("sphere", 0.02, 0.06),
+        ("ellipsoid", 0.05, 0.12),
+        pytest.param("ellipsoid", 0.02, 0.06, marks=pytest.mark.slow),
+        pytest.param("sphere", 0.05, 0.12, marks=pytest.mark.slow),
+    ],
+)
 def test_the_force_is_held(name, speed, limit):
     found = explore(replace(ROWS, object=name, size=(), speed=speed))
     check_held(found)
@@ -37,7 +44,7 @@ def test_points_lie_on_the_surface(name):
     assert found.point_rms < 1e-5
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_the_radius_is_found_through_noise(seed):
     found = explore(replace(ROWS, force_noise=0.010, moment_noise=1e-4, seed=seed))
     check_held(found)

@@ -129,7 +129,10 @@ def test_hours_are_accounted_for_in_seconds() -> None:
     children, files = len(psutil.Process().children(recursive=True)), len(os.listdir("/proc/self/fd"))
     account = Account()
     with Cell(own_address(30), patience=PATIENT) as cell:
-        soak(cell, account, 4.0, 0.3, seed=3)
+        for seed in range(3, 13):  # on a busy machine four seconds may be over before much has happened
+            soak(cell, account, 4.0, 0.3, seed)
+            if account.steps > 100:
+                break
     assert account.wrong == []
     assert account.injected.total() >= 1
     assert account.steps > 100
