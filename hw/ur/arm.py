@@ -302,7 +302,8 @@ class UrArm:
         if monotonic() - status.beat > 0.5 * oldest:
             raise DeviceError(
                 self.name,
-                "the process that talks to it hangs or is starved",
+                # ur_rtde keeps Python to itself for a while after a connection is lost
+                "the process that talks to it is held up by a lost connection, hangs, or is starved",
                 "see that controller and network are up, and what else runs on this computer, then recover()",
             )
         raise DeviceError(self.name, *WORDS[Problem.SILENT])
