@@ -48,10 +48,6 @@ class _Interpreter:
         with self._lock:
             self._runs += 1
             if self._runs == 1:
-                self._put_back.callback(sys.setswitchinterval, sys.getswitchinterval() + _ROUNDING)
-                self._put_back.callback(gc.set_threshold, *gc.get_threshold())
-                if gc.get_freeze_count() == 0:  # unfreezing knows no levels: it belongs to who froze first
-                    self._put_back.callback(gc.unfreeze)
                 self._keep_out()
 
     def leave(self) -> None:
@@ -60,13 +56,16 @@ class _Interpreter:
             if self._runs == 0:
                 self._put_back.close()
 
-    @staticmethod
-    def _keep_out() -> None:
-        young, middle, _ = gc.get_threshold()  # young: 0 means off, and stays so
+    def _keep_out(self) -> None:
+        interval = sys.getswitchinterval()
+        self._put_back.callback(sys.setswitchinterval, interval + _ROUNDING)
+        sys.setswitchinterval(min(interval, SWITCH_INTERVAL) + _ROUNDING)
+        young, middle, full = gc.get_threshold()  # young: 0 means off, and stays so
+        self._put_back.callback(gc.set_threshold, young, middle, full)
         gc.set_threshold(min(young, _SMALL), min(middle, _MIDDLE), _NEVER)
-        if gc.get_freeze_count() == 0:
+        if gc.get_freeze_count() == 0:  # unfreezing knows no levels: it belongs to who froze first
+            self._put_back.callback(gc.unfreeze)
             gc.freeze()
-        sys.setswitchinterval(min(sys.getswitchinterval(), SWITCH_INTERVAL) + _ROUNDING)
 
 
 _interpreter = _Interpreter()
