@@ -31,6 +31,7 @@ from palpate.experiments.regulate.surfaces import SURFACE_OPTIONS
 from palpate.experiments.regulate.view import regulation_scene
 from palpate.experiments.regulate.words import WORDS, limits, outcome
 from palpate.experiments.replay.run import replay_log
+from palpate.experiments.replay.settings import changed_config
 from palpate.runtime import Command, Ending, Phase
 from palpate.runtime.log import LogWriter, read_log
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
@@ -464,6 +465,22 @@ def test_a_log_from_before_they_were_refused_is_read():
     old = regulation_text(config).replace("leave_time: 5.0", "leave_time: 3.0")
     assert old != regulation_text(config)
     assert read_regulation(old) == config
+    old = (
+        regulation_text(config)
+        .replace("hold: 1.0", "hold: 2.0")
+        .replace("motion_size: 0.005", "motion_size: 0.01")
+    )
+    assert old != regulation_text(config)
+    assert read_regulation(old) == config
+
+
+def test_a_replay_with_another_profile_leaves_out_what_the_recorded_one_took():
+    recorded = RegulateConfig(profile="step", hold=0.5, swing=0.5, motion="circle", motion_size=0.01)
+    assert changed_config(recorded, {"profile": "sine", "motion": "still"}, REGULATION) == RegulateConfig(
+        profile="sine", swing=0.5
+    )
+    with pytest.raises(InvalidValueError, match="rate = 2: is for --profile ramp"):
+        changed_config(recorded, {"profile": "sine", "rate": 2.0}, REGULATION)
 
 
 def test_pressing_is_told_of_where_something_is_pressed(tmp_path, capsys):

@@ -4,10 +4,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.experiments.explore.objects import check_length, spaced
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
+
+LARGEST_LENGTH = 2.0
+"""Of object, fingertip and raster [m]: robots reach 1 m either way; a larger number is in another unit."""
 
 LONGEST_PERIOD = 8e-3
 """Slowest control [s]: from 125 Hz on a stage explores as well as at 1 kHz; slower, it lands hard."""
@@ -39,6 +41,27 @@ def check_not_negative(config: "DataclassInstance", units: Mapping[str, str]) ->
 def given(config: "DataclassInstance", units: Mapping[str, str]) -> Mapping[str, str]:
     """Return the part of `units` whose fields are not None: those that may be left out, but were not."""
     return {name: unit for name, unit in units.items() if getattr(config, name) is not None}
+
+
+def check_length(name: str, length: float, largest: float = LARGEST_LENGTH) -> None:
+    """Refuse a length that is none, or that is in another unit: all are in metres, as the largest is.
+
+    Raises:
+        InvalidValueError: It is such a length.
+    """
+    if positive(name, length, "m") > largest:
+        hint = f"; for {length:g} mm give {length / 1e3:g}" if length <= 1e3 * largest else ""
+        raise InvalidValueError(f"{name} = {length:g} m: must be at most {largest:g} m{hint}")
+
+
+def spaced(numbers: tuple[float, ...]) -> str:
+    """Return numbers as people type them."""
+    return " ".join(f"{number:g}" for number in numbers)
+
+
+def speed_hint(speed: float, fastest: float) -> str:
+    """Return what else a speed [m/s] that is above the fastest may have been: one in mm/s, if that could be."""
+    return f"; for {speed:g} mm/s give {speed / 1e3:g}" if 1.0 <= speed <= 1e3 * fastest else ""
 
 
 def check_size(thing: str, size: tuple[float, ...], example: tuple[float, ...]) -> None:

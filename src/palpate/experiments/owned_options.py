@@ -31,10 +31,21 @@ def foreign_names(chosen: str, owners: Owners) -> tuple[str, ...]:
     return () if own is None else tuple(name for name in owned_names(owners) if name not in own)
 
 
+def foreign_options(values: Mapping[str, object], choices: Mapping[str, Owners]) -> frozenset[str]:
+    """Return the options that belong to other choices than those that are made.
+
+    Args:
+        values: Of a configuration, by name; those of `choices` say what is chosen.
+        choices: By the option that makes a choice, the owners of those that go with it.
+    """
+    made = {option: str(values.get(option)) for option in choices}
+    return frozenset(name for option, owners in choices.items() for name in foreign_names(made[option], owners))
+
+
 def check_owned(
     option: str, chosen: str, owners: Owners, given: Mapping[str, object], hints: Mapping[str, str] | None = None
 ) -> None:
-    """Refuse options that belong to other choices.
+    """Refuse a choice that there is not, and options that belong to other choices.
 
     Args:
         option: By which the choice is made, as strategy.
@@ -44,8 +55,10 @@ def check_owned(
         hints: By option, what else may have been meant.
 
     Raises:
-        InvalidValueError: There is one.
+        InvalidValueError: It is such a choice, or there is such an option.
     """
+    if chosen not in owners:
+        raise InvalidValueError(f"{option} = {chosen!r}: must be one of {', '.join(owners)}")
     foreign = foreign_names(chosen, owners)
     for name, value in given.items():
         if name in foreign:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.errors import InvalidValueError, not_negative, positive, vector
-from palpate.experiments.explore.objects import check_length
+from palpate.experiments.config_checks import check_length
 
 STANDARD_STREAM = Path("-")
 """Standard input or standard output, as many tools write it."""

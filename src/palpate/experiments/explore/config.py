@@ -6,14 +6,12 @@ from pathlib import Path
 
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.experiments.change_names import EXPLORED, check_change_names
-from palpate.experiments.config_checks import check_period, check_seed, check_tip
+from palpate.experiments.config_checks import check_length, check_period, check_seed, check_tip, spaced, speed_hint
 from palpate.experiments.explore.objects import (
     ObjectName,
     article_of,
     check_file,
-    check_length,
     checked_size,
-    spaced,
 )
 from palpate.experiments.explore.strategies import (
     ACCURACY,
@@ -192,7 +190,7 @@ class ExploreConfig:
             not_negative("moment_noise", self.moment_noise, "N m")
         self._check_force()
         if not 0.0 < self.speed <= FASTEST:
-            hint = f"; for {self.speed:g} mm/s give {self.speed / 1e3:g}" if 1.0 <= self.speed <= 100.0 else ""
+            hint = speed_hint(self.speed, FASTEST)
             raise InvalidValueError(
                 f"speed = {self.speed:g} m/s: must be above 0 and at most {FASTEST:g} m/s{hint}"
             )

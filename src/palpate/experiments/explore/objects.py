@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, positive
+from palpate.experiments.config_checks import check_length, spaced
 
 ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field"]
 
@@ -21,9 +22,6 @@ OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
 
 FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field")
 """Objects that a file describes."""
-
-LARGEST_LENGTH = 2.0
-"""Of object, fingertip and raster [m]: robots reach 1 m either way; a larger number is in another unit."""
 
 
 def article_of(name: ObjectName) -> str:
@@ -76,19 +74,3 @@ def check_file(name: ObjectName, file: Path | None, scale: float) -> None:
         )
     elif scale != 1.0:
         raise InvalidValueError(f"scale = {scale:g}: is for files; {name} takes --size, in metres")
-
-
-def check_length(name: str, length: float, largest: float = LARGEST_LENGTH) -> None:
-    """Refuse a length that is none, or that is in another unit: all are in metres, as the largest is.
-
-    Raises:
-        InvalidValueError: It is such a length.
-    """
-    if positive(name, length, "m") > largest:
-        hint = f"; for {length:g} mm give {length / 1e3:g}" if length <= 1e3 * largest else ""
-        raise InvalidValueError(f"{name} = {length:g} m: must be at most {largest:g} m{hint}")
-
-
-def spaced(numbers: tuple[float, ...]) -> str:
-    """Return numbers as people type them."""
-    return " ".join(f"{number:g}" for number in numbers)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Literal
 
-from palpate.errors import InvalidValueError
 from palpate.experiments.owned_options import check_owned
 
 StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
@@ -44,6 +43,4 @@ def check_options(strategy: str, given: Mapping[str, object]) -> None:
     Raises:
         InvalidValueError: As it says.
     """
-    if strategy not in STRATEGY_OPTIONS:
-        raise InvalidValueError(f"strategy = {strategy!r}: must be one of {', '.join(STRATEGY_OPTIONS)}")
     check_owned("strategy", strategy, STRATEGY_OPTIONS, given, {"radius": "; the object's size is --size"})

@@ -253,7 +253,6 @@ _POSITIVE_IF_GIVEN = {
     "stribeck_speed": "m/s",
     "skin_stiffness": "N/m",
     "most_travel": "m",
-    "period": "s",
 }
 
 _NOT_NEGATIVE = {"drift": "N/min"}

@@ -9,18 +9,19 @@ from typing import Literal
 from palpate.errors import InvalidValueError, positive
 from palpate.experiments.change_names import REGULATED, check_change_names
 from palpate.experiments.config_checks import (
+    check_length,
     check_not_negative,
     check_period,
     check_positive,
     check_seed,
     check_tip,
     given,
+    speed_hint,
 )
 from palpate.experiments.explore.config import (
     MOST_FORCE,
     check_force_noise,
 )
-from palpate.experiments.explore.objects import check_length
 from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.owned_options import Owners, check_owned, given_owned
 from palpate.experiments.regulate.surfaces import FASTEST_LEAVING, LARGEST_AMPLITUDE, SURFACE_OPTIONS, SurfaceName
@@ -46,6 +47,9 @@ MOTION_OPTIONS: Mapping[MotionName, tuple[str, ...]] = {
     "table": ("motion_file",),
 }
 """Likewise of a motion."""
+
+CHOICES: Mapping[str, Owners] = {"surface": SURFACE_OPTIONS, "profile": PROFILE_OPTIONS, "motion": MOTION_OPTIONS}
+"""Options that say which others there are."""
 
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
 """Of the simulated contact, hard and soft [N/m], if nothing else is said."""
@@ -184,27 +188,21 @@ class RegulateConfig:
         check_period(self.period)
         if self.axis and not (len(self.axis) == 3 and 0.0 < math.hypot(*self.axis) < math.inf):
             raise InvalidValueError(f"axis = {self.axis}: give three numbers that are not all 0")
+        for option, owners in CHOICES.items():
+            check_owned(option, getattr(self, option), owners, given_owned(self, owners))
         self._check_surface()
         self._check_profile()
         self._check_motion()
 
-    def _check_choice(self, option: str, owners: Owners) -> None:
-        chosen = getattr(self, option)
-        if chosen not in owners:
-            raise InvalidValueError(f"{option} = {chosen!r}: must be one of {', '.join(owners)}")
-        check_owned(option, chosen, owners, given_owned(self, owners))
-
     def _check_surface(self) -> None:
-        self._check_choice("surface", SURFACE_OPTIONS)
         check_length("surface_amplitude", self.surface_amplitude, LARGEST_AMPLITUDE)
         if self.surface == "leaving" and self.surface_speed > FASTEST_LEAVING:
-            hint = f"; for {self.surface_speed:g} mm/s give {self.surface_speed / 1e3:g}"
             raise InvalidValueError(
-                f"surface_speed = {self.surface_speed:g} m/s: must be at most {FASTEST_LEAVING:g} m/s{hint}"
+                f"surface_speed = {self.surface_speed:g} m/s: must be at most {FASTEST_LEAVING:g} m/s"
+                f"{speed_hint(self.surface_speed, FASTEST_LEAVING)}"
             )
 
     def _check_profile(self) -> None:
-        self._check_choice("profile", PROFILE_OPTIONS)
         if self.greatest > MOST_FORCE:
             left_out = " (swing: left out, half of it)" if self.swing is None else ""
             raise InvalidValueError(
@@ -227,7 +225,6 @@ class RegulateConfig:
             )
 
     def _check_motion(self) -> None:
-        self._check_choice("motion", MOTION_OPTIONS)
         if self.motion in FROM_FILES and self.motion_file is None:
             raise InvalidValueError(f"motion = {self.motion}: a file must say which (--motion-file)")
         if self.motion_size > LARGEST_MOTION:
@@ -277,7 +274,6 @@ _POSITIVE_IF_GIVEN = {
     "stiffness": "N/m",
     "assumed_stiffness": "N/m",
     "landing_speed": "m/s",
-    "period": "s",
 }
 
 _NOT_NEGATIVE = {"leave_time": "s", "drift": "N/min"}

@@ -6,9 +6,8 @@ from pathlib import Path
 from palpate.controllers.gains import ForceGain
 from palpate.controllers.identification import Identification
 from palpate.errors import InvalidValueError, positive
-from palpate.experiments.owned_options import foreign_names
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.surfaces import SURFACE_OPTIONS
+from palpate.experiments.owned_options import foreign_options
+from palpate.experiments.regulate.config import CHOICES, RegulateConfig
 from palpate.strict_decode import decode, read_mapping
 from palpate.yaml_text import yaml_text
 
@@ -73,15 +72,14 @@ def regulation_text(config: RegulateConfig) -> str:
 def read_regulation(text: str) -> RegulateConfig:
     """Return the configuration that `regulation_text` wrote.
 
-    What belongs to other surfaces than that of the run is passed over: older logs may hold such values, which
-    did nothing.
+    What belongs to other surfaces, profiles and motions than those of the run is passed over: older logs may
+    hold such values, which did nothing.
 
     Raises:
         InvalidValueError: A key is misspelt, a value of the wrong type, or they cannot be together.
     """
     values = read_mapping(text, "a regulation")
-    surface = values.get("surface")
-    foreign = foreign_names(surface, SURFACE_OPTIONS) if isinstance(surface, str) else ()
+    foreign = foreign_options(values, CHOICES)
     return decode({name: value for name, value in values.items() if name not in foreign}, RegulateConfig, text)
 
 

@@ -4,6 +4,7 @@ from palpate.controllers import ForceGain
 from palpate.controllers.landing import LandingModel, meeting_speed, moved_mass
 from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.errors import InvalidValueError
+from palpate.experiments.config_checks import speed_hint
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.robot.simulated_stage import RobotInScene
 from palpate.runtime import Limits
@@ -43,7 +44,7 @@ def check_meeting(config: RegulateConfig, model: LandingModel, landing: float, l
         return
     if config.surface_speed > FASTEST_SURFACE:
         speed = config.surface_speed
-        hint = f"; for {speed:g} mm/s give {speed / 1e3:g}" if 1.0 <= speed <= 1e3 * FASTEST_SURFACE else ""
+        hint = speed_hint(speed, FASTEST_SURFACE)
         raise InvalidValueError(
             f"surface_speed = {speed:g} m/s: must be at most {FASTEST_SURFACE:g} m/s, the fastest that is "
             f"followed{hint}"

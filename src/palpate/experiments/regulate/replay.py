@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.config import CHOICES, RegulateConfig
 from palpate.experiments.regulate.file import REGULATION_TEXT, read_regulation
 from palpate.experiments.regulate.plan import RegulationPlan, plan_from_texts, plan_with
 from palpate.experiments.replay.settings import Changeable, changed_config, robot_of
@@ -36,7 +36,7 @@ FIXED: Mapping[str, str] = {
 }
 """Fields of `RegulateConfig` that no replay can change, and why."""
 
-REGULATION = Changeable("a regulation", RegulateConfig, FIXED)
+REGULATION = Changeable("a regulation", RegulateConfig, FIXED, CHOICES)
 
 
 def planned_regulation(texts: Mapping[str, str], settings: Mapping[str, object]) -> RegulationPlan:

@@ -1,10 +1,11 @@
 """What a replay may change of a run, and how it is written: `force=3`."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Protocol, TypeVar
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.owned_options import Owners, foreign_options
 from palpate.experiments.robot.values import load_named_robot
 from palpate.nearest_name import nearest, without_unit
 from palpate.runtime.robot import Robot, read_robot
@@ -25,16 +26,18 @@ class Changeable:
         what: It is, with its article, for messages.
         kind: Of its configuration.
         fixed: Fields of that which no replay can change, and why.
+        choices: Of its fields, those that say which others there are; see `foreign_options`.
     """
 
     what: str
     kind: type[Any]
     fixed: Mapping[str, str]
+    choices: Mapping[str, Owners] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Fields that it can: what sensing, control and supervision go by."""
-        return tuple(field.name for field in fields(self.kind) if field.name not in self.fixed)
+        return tuple(each.name for each in fields(self.kind) if each.name not in self.fixed)
 
 
 class OnRobot(Protocol):
@@ -77,6 +80,8 @@ def _value(name: str, text: str) -> object:
 def changed_config(config: Config, settings: Mapping[str, object], may: Changeable) -> Config:
     """Return a configuration with other values for what a replay can change.
 
+    What was given for a choice that is changed, as the time of steps for another profile, is left out.
+
     Raises:
         InvalidValueError: A name is not known or cannot be changed, or a value is impossible.
     """
@@ -88,7 +93,11 @@ def changed_config(config: Config, settings: Mapping[str, object], may: Changeab
             near = nearest(name, names) or nearest(without_unit(name), names)
             advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(may.names)}"
             raise InvalidValueError(f"{name}: {may.what} has no such setting; {advice}")
-    return replace(config, **decode_some(settings, type(config)))  # type: ignore[type-var]
+    changed = decode_some(settings, may.kind)
+    recorded = {each.name: getattr(config, each.name) for each in fields(may.kind)}
+    foreign = foreign_options(recorded | changed, may.choices) - changed.keys()
+    default = {each.name: each.default for each in fields(may.kind) if each.name in foreign}
+    return replace(config, **default, **changed)  # type: ignore[type-var]
 
 
 def robot_of(config: OnRobot, settings: Mapping[str, object], texts: Mapping[str, str]) -> Robot:
