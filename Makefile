@@ -1,6 +1,5 @@
 # palpate: every target makes and reuses its own .venv; `make` alone explains.
-PYTHON ?= python3
-VENV   := .venv
+VENV   ?= .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 OUT    ?= runs/demo
@@ -13,7 +12,8 @@ help:  ## Show this list
 	@echo
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## (.*)/  make \1|\2/' | awk -F'|' '{printf "%-18s %s\n", $$1, $$2}'
 	@echo
-	@echo "Each installs what it needs into $(VENV) first. Another Python: make test PYTHON=python3.12"
+	@echo "Each installs what it needs into $(VENV) first, with a Python that can do everything, if there is one."
+	@echo "Another: make test PYTHON=python3.13 VENV=.venv-3.13"
 
 demo: $(VENV)/.run $(VENV)/.kernels  ## Explore a simulated sphere by touch and write a report to runs/demo
 	$(BIN)/palpate explore --object sphere --force 2 --speed 0.025 --force-noise 0.01 --moment-noise 1e-4 --out $(OUT)
@@ -42,16 +42,16 @@ docs: $(VENV)/.docs $(VENV)/.kernels  ## Build the documents into build/docs; a 
 build: $(VENV)/.build  ## Build sdist and wheel, install each into a fresh environment, and try it there
 	rm -rf dist build/wheel build/sdist
 	$(BIN)/python -m build --outdir dist .
-	$(BIN)/python tests/built.py dist
+	$(BIN)/python tests/install/built.py dist
 	$(MAKE) --no-print-directory --jobs 2 build/wheel build/sdist
 
 # What is built: `python -m build` makes the wheel from the unpacked sdist, so that one proves the other.
 build/wheel: ARCHIVE = dist/*.whl
 build/sdist: ARCHIVE = dist/*.tar.gz
-build/wheel build/sdist:
-	$(PYTHON) -m venv $@
+build/wheel build/sdist: $(VENV)/.build
+	$(BIN)/python -m venv $@
 	$@/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt $(ARCHIVE)
-	cd $@ && bin/python $(CURDIR)/tests/smoke.py
+	cd $@ && bin/python $(CURDIR)/tests/install/smoke.py
 
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/palpate bench
@@ -84,8 +84,7 @@ clean:  ## Remove environments, builds, caches and runs
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/python:
-	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'palpate needs Python 3.11 or newer; this is ' + sys.version.split()[0] + '. Try make PYTHON=python3.11')"
-	$(PYTHON) -m venv $(VENV)
+	python3 tests/install/choose_python.py $(VENV) $(PYTHON)
 
 # numba looks only at the file of a cached function, not at what it inlines from others: forget all when one changes
 $(VENV)/.kernels: $(BIN)/python $(wildcard src/palpate/sensing/kernels/*.py src/palpate/surfaces/*.py src/palpate/grasp/*.py)
@@ -93,12 +92,20 @@ $(VENV)/.kernels: $(BIN)/python $(wildcard src/palpate/sensing/kernels/*.py src/
 	@touch $@
 
 # an unpacked sdist holds the folders but not the links to them
+# a Python that is named, and an environment that has another
+ifneq ($(and $(PYTHON),$(wildcard $(BIN)/python)),)
+SAYS := -c "import platform; print(platform.python_version())"
+ifneq ($(shell $(PYTHON) $(SAYS)),$(shell $(BIN)/python $(SAYS)))
+$(error $(VENV) has CPython $(shell $(BIN)/python $(SAYS)), and PYTHON=$(PYTHON) is another: rm -r $(VENV) first, or add VENV=.venv-other)
+endif
+endif
+
 LINKS := src/palpate/controllers src/palpate/hw src/palpate/sim
 $(LINKS):
 	ln -s ../../$(@F) $@
 
 $(VENV)/.run: $(BIN)/python pyproject.toml constraints.txt | $(LINKS)
-	$(PIP) --editable '.[grasp,render]'
+	$(PIP) --editable .
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.run

@@ -1,6 +1,7 @@
 """MuJoCo scenes made of pieces that name physical quantities, and the back end that runs them."""
 
 from palpate.sim import headless as headless
+from palpate.sim import mujoco_version as mujoco_version
 from palpate.sim.backend import MujocoBackend, Truth
 from palpate.sim.carriers.arm_carrier import ArmCarrier
 from palpate.sim.carriers.carrier import Carrier, Drive, Load

@@ -8,64 +8,82 @@ from importlib.metadata import requires
 import pytest
 
 from palpate.extras import MissingLibraryError, require
+from palpate.hw.ur.support import refuse_unsupported
+
+
+def python_without(library: str, program: str, *typed: str) -> subprocess.CompletedProcess[str]:
+    """Run a program where a library is not installed."""
+    return subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.modules[{library!r}] = None; {program}", *typed],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
 
 
 def palpate_without(library: str, *typed: str) -> subprocess.CompletedProcess[str]:
     """Type a command where a library is not installed."""
-    program = (
-        f"import sys; sys.modules[{library!r}] = None; sys.argv = ['palpate', *sys.argv[1:]]; "
-        "from palpate.__main__ import main; sys.exit(main())"
-    )
-    return subprocess.run([sys.executable, "-c", program, *typed], capture_output=True, text=True, timeout=120)
+    run = "sys.argv = ['palpate', *sys.argv[1:]]; from palpate.__main__ import main; sys.exit(main())"
+    return python_without(library, run, *typed)
 
 
 def test_what_is_there_is_not_refused():
-    require("numpy", "grasp", "nothing")
+    require("numpy", "parquet", "nothing")
 
 
 def test_what_is_missing_is_named_with_its_remedy():
     with pytest.raises(
-        MissingLibraryError, match=r'a thing needs no_such_library.*pip install "palpate\[grasp\]"'
+        MissingLibraryError, match=r'a thing needs no_such_library.*pip install "palpate\[parquet\]"'
     ) as told:
-        require("no_such_library", "grasp", "a thing")
+        require("no_such_library", "parquet", "a thing")
     assert told.value.name == "no_such_library"
 
 
-@pytest.mark.parametrize(
-    ("library", "extra", "typed"),
-    [
-        ("casadi", "grasp", ["grasp"]),
-        ("casadi", "grasp", ["grasp", "--dry-run"]),
-        ("casadi", "grasp", ["bench", "grasp", "--quick"]),
-        ("casadi", "grasp", ["sweep", "grasp", "--vary", "mass=0.1,0.2"]),
-        ("ray", "cluster", ["sweep", "explore", "--vary", "force=1,2", "--ray", "local"]),
-    ],
-)
-def test_a_command_that_needs_it_is_a_mistake_and_leaves_nothing(tmp_path, library, extra, typed):
+def test_a_command_that_needs_it_is_a_mistake_and_leaves_nothing(tmp_path):
     out = tmp_path / "out"
-    done = palpate_without(library, *typed, "--out", str(out))
+    typed = ["sweep", "explore", "--vary", "force=1,2", "--ray", "local", "--out", str(out)]
+    done = palpate_without("ray", *typed)
     assert done.returncode == 2, done.stderr
-    assert f"needs {library}, which is not installed" in done.stderr
-    assert f'pip install "palpate[{extra}]"' in done.stderr
+    assert "needs ray, which is not installed" in done.stderr
+    assert 'pip install "palpate[cluster]"' in done.stderr
     assert "Traceback" not in done.stderr
     assert not out.exists()
-    brought = [each for each in requires("palpate") or () if re.search(f"extra == .{extra}.", each)]
-    assert any(each.startswith(library) for each in brought), brought
+    brought = [each for each in requires("palpate") or () if re.search("extra == .cluster.", each)]
+    assert any(each.startswith("ray") for each in brought), brought
 
 
-def test_all_studies_but_the_one_that_needs_it_can_be_named(tmp_path):
-    done = palpate_without("casadi", "bench", "--out", str(tmp_path / "out"))
+@pytest.mark.parametrize("typed", [["explore", "--robot", "emulated-ur5e"], ["grasp", "--robot", "emulated-hand"]])
+def test_only_a_ur_needs_the_library_of_its_maker(tmp_path, typed):
+    """One line, before anything starts, and nothing is left."""
+    out = tmp_path / "out"
+    done = palpate_without("rtde_control", *typed, "--out", str(out))
     assert done.returncode == 2, done.stderr
-    others = "palpate bench contact mapping friction control simulation"
-    assert done.stderr.splitlines()[-1].endswith(f'pip install "palpate[grasp]", or name the others: {others}')
+    assert done.stderr.startswith("palpate: a UR arm needs ur_rtde, which exists for CPython 3.11 and 3.12 on Linux x86-64")
+    assert "python3.12 -m venv" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not out.exists()
 
 
-def test_feeling_needs_no_grasps_and_pictures_say_what_they_need(tmp_path):
-    small = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05", "--out", str(tmp_path)]
-    done = palpate_without("casadi", "explore", *small)
+def test_without_the_library_of_a_ur_all_else_imports():
+    program = (
+        "import pkgutil, palpate\n"
+        "for module in pkgutil.walk_packages(palpate.__path__, 'palpate.'):\n"
+        "    if module.name != 'palpate.__main__': __import__(module.name)"
+    )
+    done = python_without("rtde_control", f"sys.modules.update(rtde_receive=None, rtde_io=None)\n{program}")
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "report.html").exists()
-    done = palpate_without("OpenGL", "view", str(tmp_path), "--picture", str(tmp_path / "still.png"))
-    assert done.returncode == 2, done.stderr
-    assert 'needs OpenGL, which is not installed: pip install "palpate[render]"' in done.stderr
-    assert not (tmp_path / "still.png").exists()
+
+
+def test_where_the_library_of_a_ur_is_it_is_not_refused():
+    pytest.importorskip("rtde_control")
+    refuse_unsupported()
+
+
+@pytest.mark.parametrize("found", ["'3.17.0'", "'5.0.0'", "None"])
+def test_another_mujoco_than_asked_for_is_refused_by_name(found):
+    """Two packages fill its folder, and pip sees no conflict: what was imported is asked."""
+    program = f"import mujoco; mujoco.__version__ = {found}; import palpate.sim"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert "palpate.sim needs MuJoCo 4.x" in done.stderr.splitlines()[-1]
+    assert 'pip install "mujoco>=4,<5"' in done.stderr

@@ -17,6 +17,7 @@ from palpate.hw.ur.hello import controller_version
 from palpate.hw.ur.problems import WORDS, Problem
 from palpate.hw.ur.requests import Task
 from palpate.hw.ur.settings import Payload, UrSettings, checked_fraction
+from palpate.hw.ur.support import refuse_unsupported
 from palpate.hw.ur.version import Version
 from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
 from palpate.runtime.data import ArmSample
@@ -46,7 +47,12 @@ class UrArm:
             address: Of the controller: a host name or IP address.
             settings: Limits, tool and times; None: the defaults.
             library: Name of the module that makes connections; a test has its own.
+
+        Raises:
+            MissingLibraryError: There is no ur_rtde for this computer.
         """
+        if library == REAL_LIBRARY:
+            refuse_unsupported()
         self.settings = settings or UrSettings()
         self._address, self._library = address, library
         self._client: Client | None = None

@@ -1,13 +1,14 @@
 """A row of numbers in memory that two processes share: one writes, the other reads, nobody waits.
 
-Four slots in turn: a row is written to the next one, and then its number is, in one store. A reader copies the
-slot of the newest number and looks at the number again: only a writer that went round meanwhile can have touched
-the copy. That a number is not seen before its row relies on x86's order of stores; the row's own number at both of
-its ends finds it where that does not hold, but for a copy in which both are new and something between is old.
+Four slots in turn: a row is written to the next one with its number and a checksum of both, and then the number of
+the newest. A reader copies the slot of that number and checks the copy. Whatever order a processor's stores become
+visible in, and however often the writer went round meanwhile: a copy that is not one whole row has another number,
+or passes its checksum by a chance of 2^-32.
 """
 
 import mmap
 import struct
+import zlib
 from collections.abc import Sequence
 
 _SLOTS = 4
@@ -31,7 +32,8 @@ class SharedRow:
             width: Numbers per row.
         """
         self.size = size_of(width)
-        self._struct = struct.Struct(f"@q{width}dq")
+        self._row, self._checksum = struct.Struct(f"=q{width}d"), struct.Struct("=Q")
+        self._slot = self._row.size + self._checksum.size
         self._memory, self._first = memory, offset + _BYTES
         self._newest = memoryview(memory)[offset : offset + _BYTES].cast("q")
         self._count = self._newest[0]
@@ -39,8 +41,9 @@ class SharedRow:
     def write(self, values: Sequence[float]) -> None:
         """Put a row in place of the last one."""
         self._count = count = self._count + 1
-        place = self._first + count % _SLOTS * self._struct.size
-        self._struct.pack_into(self._memory, place, count, *values, count)
+        row = self._row.pack(count, *values)
+        place = self._place(count)
+        self._memory[place : place + self._slot] = row + self._checksum.pack(zlib.crc32(row))
         self._newest[0] = count
 
     def read(self) -> tuple[float, ...] | None:
@@ -49,14 +52,20 @@ class SharedRow:
             count = self._newest[0]
             if not count:
                 return None
-            row = self._struct.unpack_from(self._memory, self._first + count % _SLOTS * self._struct.size)
-            if row[0] == row[-1] == count and self._newest[0] - count < _SLOTS - 1:
-                return row[1:-1]
+            place = self._place(count)
+            copy = self._memory[place : place + self._slot]
+            row = self._row.unpack_from(copy)
+            (checksum,) = self._checksum.unpack_from(copy, self._row.size)
+            if row[0] == count and checksum == zlib.crc32(copy[: self._row.size]):
+                return row[1:]
         return None
 
     def close(self) -> None:
         """Let go of the memory, so that it can be closed."""
         self._newest.release()
+
+    def _place(self, count: int) -> int:
+        return self._first + count % _SLOTS * self._slot
 
 
 def size_of(width: int) -> int:

@@ -15,8 +15,7 @@ import math
 from collections.abc import Callable
 from typing import TypeVar, cast
 
-from numba import njit
-
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 from palpate.sim.friction.law import FrictionLaw
 

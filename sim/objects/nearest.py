@@ -8,8 +8,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 
 HEADER = 8

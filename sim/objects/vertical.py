@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 from palpate.sim.objects.nearest import BRANCHES, DEEPEST, TRIANGLE
 

@@ -12,7 +12,6 @@ from enum import Enum
 from typing import Protocol
 
 from palpate.errors import PalpateError
-from palpate.extras import require
 
 REMEDY = (
     "install EGL (Debian: apt install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri), or OSMesa (libosmesa6), and "
@@ -50,9 +49,7 @@ def offscreen_context(width: int, height: int) -> GlContext:
 
     Raises:
         NoRendererError: There is none.
-        MissingLibraryError: PyOpenGL is not installed.
     """
-    require("OpenGL", "render", "drawing off screen")
     asked = os.environ.get("MUJOCO_GL", "").upper()
     reasons = []
     for platform in [Platform[asked]] if asked in Platform.__members__ else Platform:

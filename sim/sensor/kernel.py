@@ -14,8 +14,9 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numba import float64, njit
+from numba import float64
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 
 _Function = TypeVar("_Function", bound=Callable[..., object])

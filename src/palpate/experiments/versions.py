@@ -9,17 +9,14 @@ from palpate.yaml_text import yaml_text
 VERSIONS_TEXT = "versions.yaml"
 """Under this name a log keeps them."""
 
-PACKAGES = {
-    **{name: name for name in ("palpate", "numpy", "scipy", "numba", "llvmlite")},
-    "mujoco": "mujoco-core",  # the whole of MuJoCo but its editor, and so what an install without extras has
-}
-"""Whose arithmetic the numbers of a run depend on, each with what it is installed as."""
+PACKAGES = ("palpate", "numpy", "scipy", "numba", "llvmlite", "mujoco", "casadi")
+"""Whose arithmetic the numbers of a run depend on."""
 
 
 @cache
 def versions() -> dict[str, str]:
     """Return Python's and the packages' versions."""
-    return {"python": platform.python_version(), **{name: _version(home) for name, home in PACKAGES.items()}}
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
 
 
 def versions_text() -> str:

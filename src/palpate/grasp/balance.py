@@ -3,8 +3,7 @@
 import math
 from typing import Any
 
-from numba import njit
-
+from palpate.compiling import njit
 from palpate.grasp.dual_newton import MU, E
 
 __all__ = ["balance"]

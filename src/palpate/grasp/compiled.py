@@ -20,6 +20,7 @@ from typing import Any, Protocol
 import casadi
 
 from palpate.atomic_file import replacing
+from palpate.compiling import compiling
 
 __all__ = ["Compiled", "Executor", "Interpreted"]
 
@@ -89,7 +90,10 @@ class Compiled:
             source, made = Path(room) / "grasp.c", Path(room) / "grasp.so"
             source.write_text(code)
             command = [compiler, *FLAGS, str(source), "-o", str(made), "-lm"]
-            subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE, stdin=subprocess.DEVNULL)
+            with compiling("the solver of grasp forces"):
+                subprocess.run(
+                    command, check=True, capture_output=True, timeout=PATIENCE, stdin=subprocess.DEVNULL
+                )
             with replacing(library) as file:  # two programs that do this at once write the same
                 file.write(made.read_bytes())
         return library

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from numba import njit
-
+from palpate.compiling import njit
 from palpate.errors import ORTHONORMAL_TOLERANCE
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT
 

@@ -13,7 +13,7 @@ kappa (y - y0).
 import math
 from typing import Any
 
-from numba import njit
+from palpate.compiling import njit
 
 P, N, T1, T2, E, MU, LO, HI, RESERVE, ROW = 0, 3, 6, 9, 12, 13, 14, 15, 16, 17
 """Columns of a contact: place, normal, tangents (scaled, object frame), e, mu, bounds of f, d; their number."""

@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from palpate.compiling import njit
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 """For Owen's function: its integrand is smooth; 16 points leave 1e-9."""

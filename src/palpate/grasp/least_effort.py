@@ -5,8 +5,8 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray
 from palpate.grasp.dual_newton import FARKAS, descend
 from palpate.grasp.scaled import ScaledGrasp

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, numbers, positive
-from palpate.extras import require
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.objective import Objective
 from palpate.grasp.result import GraspForces, SolveStatus
@@ -51,7 +50,6 @@ class GraspForceOptimizer:
 
         Raises:
             InvalidValueError: An objective or a weight that does not exist.
-            MissingLibraryError: CasADi is not installed.
         """
         self.objective = _objective(objective)
         self._weight = positive("effort_weight", effort_weight, "")
@@ -105,8 +103,7 @@ class GraspForceOptimizer:
 
 
 def _solver_for(grasp: GraspContacts) -> type[Convex] | type[Curved]:
-    """Import what solves it, with CasADi, which only grasps need."""
-    require("casadi", "grasp", "finding grasp forces")
+    """Import what solves it, with CasADi: a second that only grasps need."""
     from palpate.grasp.convex import Convex
     from palpate.grasp.curved import Curved
 

@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.grasp.dual_newton import MU, E
 from palpate.grasp.joint_probability import joint_deviations
 from palpate.grasp.sharing import spread

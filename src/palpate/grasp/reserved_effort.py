@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.extras import require
 from palpate.grasp.dual_newton import HI, LO, MU, RESERVE
 from palpate.grasp.interior_answer import InteriorPointStatus
 from palpate.grasp.least_effort import LeastEffort, Outcome
@@ -76,8 +75,7 @@ class ReservedEffort:
 
 
 def _interior_point(contacts: int, effort_weight: float) -> InteriorPoint:
-    """Import it, with CasADi, which only grasps need, and build one."""
-    require("casadi", "grasp", "finding grasp forces")
+    """Import it, with CasADi (a second that only grasps need), and build one."""
     from palpate.grasp.interior_point import InteriorPoint
 
     return InteriorPoint(contacts, Objective.MIN_EFFORT, 0, effort_weight)

@@ -22,8 +22,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.grasp.dual_newton import MU
 
 YIELDING = 0.3

@@ -9,7 +9,8 @@ foot in base and tip in flange, 12 numbers each (position, rotation by rows).
 import math
 
 import numpy as np
-from numba import njit
+
+from palpate.compiling import njit
 
 JOINT = 5
 """Numbers per joint in a packed chain."""

@@ -3,7 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from palpate.compiling import njit
 
 DEPTH = 128
 """Room for boxes still to look into: one per level of the tree and some."""

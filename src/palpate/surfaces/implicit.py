@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
-from numba import njit
 from numba.core.dispatcher import Dispatcher
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray, InvalidValueError, positive, rotation_matrix, vector
 from palpate.surfaces.shown import Shown
 

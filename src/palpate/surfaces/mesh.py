@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.surfaces.implicit import Implicit
 

@@ -9,18 +9,12 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, cast
 
+import casadi
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.errors import InvalidValueError, positive
-from palpate.extras import require
 from palpate.surfaces.implicit import Evaluate, Implicit, check_shape
-
-try:
-    import casadi
-except ImportError:
-    require("casadi", "grasp", "a surface from an expression")
-    raise
 
 _UNARY = {
     casadi.OP_NEG: "-{0}",

@@ -21,7 +21,6 @@ from palpate.experiments.json_document import plain
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import lively
 from palpate.experiments.said import say
-from palpate.extras import MissingLibraryError, require
 
 STUDIES: Mapping[StudyName, str] = {
     name: f"palpate.experiments.bench.{name}" for name in cast(tuple[StudyName, ...], get_args(StudyName))
@@ -40,12 +39,9 @@ def run_bench(config: BenchConfig, studies: Mapping[StudyName, str] = STUDIES) -
     Raises:
         InvalidValueError: The folder cannot be written.
         KeyboardInterrupt: Before any study was finished; nothing is written.
-        MissingLibraryError: A study needs a library that is not installed.
         OSError: A file cannot be written.
     """
     wanted = tuple(dict.fromkeys(config.studies or studies))
-    if "grasp" in wanted:
-        _require_casadi([name for name in wanted if name != "grasp"])
     make_folder(config.out)
     console = Console()
     done: list[Study] = []
@@ -69,17 +65,6 @@ def run_bench(config: BenchConfig, studies: Mapping[StudyName, str] = STUDIES) -
         facts={"studies": _facts(done), "left_out": left_out},
         files=files,
     )
-
-
-def _require_casadi(others: Sequence[str]) -> None:
-    """Refuse the study of grasps without its library; say how the other studies are had without it."""
-    try:
-        require("casadi", "grasp", "the study of grasps")
-    except MissingLibraryError as missing:
-        if not others:
-            raise
-        remedy = f"or name the others: palpate bench {' '.join(others)}"
-        raise MissingLibraryError(f"{missing}, {remedy}", name=missing.name) from None
 
 
 def _write(config: BenchConfig, done: Sequence[Study], left_out: Sequence[str]) -> tuple[Path, ...]:

@@ -38,7 +38,6 @@ from palpate.experiments.grasp.surface import true_surface, with_surface
 from palpate.experiments.grasp.text import GRASP_TEXT, KNOWN_TEXT, grasp_text, read_grasp
 from palpate.experiments.grasp.unit_text import MILLI
 from palpate.experiments.robot.values import load_named_robot
-from palpate.extras import require
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime import FingerDescription, Limits, Touch
 from palpate.runtime.robot import Robot, read_robot
@@ -220,9 +219,7 @@ def plan_with(config: GraspConfig, texts: Mapping[str, str], robot: Robot | None
 
     Raises:
         InvalidValueError: Something in the texts is wrong.
-        MissingLibraryError: CasADi is not installed: how much a grasp holds needs it, even where a grip does not.
     """
-    require("casadi", "grasp", "grasping")
     config = with_surface(config, texts)
     believed = believed_surface(config, texts)
     if config.robot is not None and robot is None:

@@ -8,8 +8,8 @@ the stages that every quadric shares: load and scale, turn into the surface's ax
 import math
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.kernels.double_double import (
     add,

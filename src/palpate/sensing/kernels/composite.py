@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.kernels.block import BLOCK
 from palpate.sensing.kernels.quadric import solve_quadric

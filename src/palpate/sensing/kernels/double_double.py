@@ -9,8 +9,9 @@ with fastmath, which would cancel the error terms.
 from typing import Any
 
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 
+from palpate.compiling import njit
 from palpate.sensing.kernels.intrinsic import intrinsic
 
 

@@ -18,9 +18,9 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from numba import njit
 from numba.core.dispatcher import Dispatcher
 
+from palpate.compiling import njit
 from palpate.sensing.contact import ContactStatus
 from palpate.surfaces.implicit import Evaluate, Level
 

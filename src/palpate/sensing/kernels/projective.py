@@ -9,8 +9,8 @@ pushing and pulling, one may be the wanted contact: the one on the wanted sheet 
 import math
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.sensing.kernels.block import (
     BLOCK,
     F_LOW,

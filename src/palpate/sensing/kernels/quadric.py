@@ -15,8 +15,8 @@ itself, so that its result does not depend on its neighbours in the block.
 import math
 
 import numpy as np
-from numba import njit
 
+from palpate.compiling import njit
 from palpate.sensing.kernels.block import (
     AA,
     BB,

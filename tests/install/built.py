@@ -1,6 +1,6 @@
 """Whether an sdist and a wheel hold what they should and nothing else: run by `make build`, before they are tried.
 
-    python tests/built.py dist
+    python tests/install/built.py dist
 
 The sdist must hold every file of the checkout that git does not ignore, except continuous integration's and the
 links; the wheel, which was made from it, every file of the package and its folders.
@@ -13,7 +13,7 @@ import tarfile
 import zipfile
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 FOLDERS = ("controllers", "hw", "sim")
 LINKS = tuple(f"src/palpate/{folder}" for folder in FOLDERS)
 
