@@ -3,14 +3,16 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 OUT    ?= runs/demo
+PARTS  ?= 8
+PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format docs build bench pictures clean
+.PHONY: help demo test test-all test-part test-pythons check format docs build bench pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
 	@echo
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## (.*)/  make \1|\2/' | awk -F'|' '{printf "%-18s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## (.*)/  make \1|\2/' | awk -F'|' '{printf "%-20s %s\n", $$1, $$2}'
 	@echo
 	@echo "Each installs what it needs into $(VENV) first, with a Python that can do everything, if there is one."
 	@echo "Another: make test PYTHON=python3.13 VENV=.venv-3.13"
@@ -23,6 +25,13 @@ test: $(VENV)/.test $(VENV)/.kernels  ## Run the tests
 
 test-all: $(VENV)/.test $(VENV)/.kernels  ## Run every test, the long ones too (fuzzing at full length)
 	$(BIN)/python -m pytest -n auto --dist loadgroup
+
+test-part: $(VENV)/.test $(VENV)/.kernels  ## Run one of PARTS parts of the long tests: another with every commit
+	@echo "Part $(PART) of $(PARTS) of the long tests: all of them run every $(PARTS) commits"
+	$(BIN)/python -m pytest -m slow --part $(PART)/$(PARTS) -n auto --dist loadgroup
+
+test-pythons: $(VENV)/.test  ## Run demo and tests on every other CPython that is installed
+	$(BIN)/python tests/install/every_python.py
 
 check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imports
 	$(BIN)/ruff check .
@@ -80,15 +89,15 @@ pictures: $(VENV)/.test $(VENV)/.kernels  ## Make the pictures of README and doc
 	$(BIN)/python benchmarks/grasp.py --picture docs/grasp_speed_error.png
 
 clean:  ## Remove environments, builds, caches and runs
-	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-* build dist runs .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/python:
 	python3 tests/install/choose_python.py $(VENV) $(PYTHON)
 
 # numba looks only at the file of a cached function, not at what it inlines from others: forget all when one changes
-$(VENV)/.kernels: $(BIN)/python $(wildcard src/palpate/sensing/kernels/*.py src/palpate/surfaces/*.py src/palpate/grasp/*.py)
-	find src -name '*.nbi' -delete
+$(VENV)/.kernels: $(BIN)/python $(shell grep -rlE 'import njit' src controllers hw sim)
+	find -L src -name "*.$$($(BIN)/python -c 'import sys; print("py%d%d" % sys.version_info[:2])').nbi" -delete
 	@touch $@
 
 # an unpacked sdist holds the folders but not the links to them

@@ -34,6 +34,7 @@ for package in (palpate.hw, palpate.experiments):
 """
 
 
+@pytest.mark.slow
 def test_everything_can_be_imported_without_what_windows_lacks():
     told = subprocess.run([sys.executable, "-c", LIKE_WINDOWS], capture_output=True, text=True, timeout=300)
     assert told.returncode == 0, told.stderr[-2000:]
@@ -44,7 +45,7 @@ def test_everything_can_be_imported_without_what_windows_lacks():
 
 def test_what_needs_linux_says_so(monkeypatch):
     monkeypatch.delattr(os, "memfd_create")
-    with pytest.raises(MissingLibraryError, match=r"ur_rtde, which exists for CPython 3\.11 and 3\.12 on Linux x86-64"):
+    with pytest.raises(MissingLibraryError, match=r"ur_rtde, which exists for CPython .* on Linux"):
         UrArm("127.0.0.9")
     monkeypatch.setattr(os, "name", "nt")
     with pytest.raises(InvalidValueError, match="no pseudo terminals"):
