@@ -151,6 +151,7 @@ def test_the_whole_of_it(tmp_path, monkeypatch, capsys):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_it_starts_from_the_folder():
     started = [sys.executable, str(BENCHMARKS / "contact"), "--help"]
     said = subprocess.run(started, check=True, capture_output=True, text=True).stdout
@@ -158,6 +159,7 @@ def test_it_starts_from_the_folder():
     assert "180 digits" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "script",
     [

@@ -49,6 +49,7 @@ def undrawn(monkeypatch):
     monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: None)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_same_seed_gives_the_same_points(tmp_path):
     noisy = [*SMALL, "--force-noise", "0.01", "--moment-noise", "1e-4"]
@@ -168,6 +169,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, capsys):
 # --- files ---
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_shown_robot_is_a_start_for_your_own(tmp_path, capsys):
     assert main(["robot", "list"]) == 0
@@ -212,6 +214,7 @@ def test_a_sensor_file_can_be_shown_too(capsys):
         assert reason in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_an_experiment_file_and_what_is_typed(tmp_path, capsys):
     file = tmp_path / "mine.yaml"
     file.write_text(
@@ -309,6 +312,7 @@ def test_every_ending_has_its_exit_code_and_one_line(result, code, said, ending,
     assert capsys.readouterr().err == said
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
     out = tmp_path / "run"
     endless = ["--speed", "0.002", "--spacing", "0.001", "--out", str(out)]
@@ -331,6 +335,7 @@ def test_ctrl_c_stops_the_robot_and_says_so(tmp_path):
     assert "Traceback" not in said
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_folder_whose_name_looks_like_markup_is_named_as_it_is(tmp_path, capsys):
     out = tmp_path / "[bold]a[" / "]"

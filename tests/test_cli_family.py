@@ -90,6 +90,7 @@ def test_help_says_what_exit_codes_mean(capsys):
         assert f"{int(code)} " in told[told.index("Exit code") :]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_a_command_succeeds_and_its_document_is_all_there_is_on_standard_output(name, here, capsys):
     assert ended([*name.split(), *SAMPLES[name].success.split(), "--json"]) == 0
@@ -191,6 +192,7 @@ def test_a_path_that_leaves_the_workspace_is_refused_before_anything_moves(here,
     assert "leaves the robot's workspace" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["regulate", *map(slow, ("friction", "grasp"))])
 def test_a_run_gives_its_figures_and_writes_what_the_dry_run_said(name, here, capsys):
     typed = [name, *SAMPLES[name].success.split()]

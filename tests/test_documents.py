@@ -101,12 +101,14 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(with_python()) - AFTER_COMMANDS - set(QUICK)))
 def test_the_code_runs(name, folder, capsys):
     run_python(BY_NAME[name])
     assert name in SILENT or capsys.readouterr().out.strip()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_code_and_commands_run_from_top_to_bottom(name, folder):
     run_in_order(BY_NAME[name])

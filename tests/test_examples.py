@@ -66,6 +66,7 @@ def test_a_contact_from_a_wrench_is_right_to_rounding(tmp_path):
     assert "noise is VALID" in said
 
 
+@pytest.mark.slow
 def test_an_exploration_writes_what_it_says(tmp_path):
     said = printed_by(
         "explore_and_export.py", "--out", "found", "--width", "0.008", "--depth", "0.002", folder=tmp_path
@@ -80,6 +81,7 @@ def test_an_exploration_writes_what_it_says(tmp_path):
     assert float(re.search(r"([\d.]+) um from the true ellipsoid", said)[1]) < 5.0
 
 
+@pytest.mark.slow
 def test_a_live_plot_shows_what_rolls_on_an_emulated_box(tmp_path):
     said = printed_by("live_netft.py", "--seconds", "1", folder=tmp_path)
     assert "last OK: 2.00 N" in said
@@ -87,6 +89,7 @@ def test_a_live_plot_shows_what_rolls_on_an_emulated_box(tmp_path):
     assert (tmp_path / "live_netft.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_live_plot_tares_a_box_that_somebody_else_runs(tmp_path):
     """What hangs on the sensor from the beginning is no touch."""
     with EmulatorProcess(box_at_rest):
@@ -94,6 +97,7 @@ def test_a_live_plot_tares_a_box_that_somebody_else_runs(tmp_path):
     assert "last NO_FORCE" in said
 
 
+@pytest.mark.slow
 def test_a_controller_of_ones_own_holds_its_force(tmp_path):
     said = printed_by("own_controller.py", folder=tmp_path)
     assert said.startswith("done")
@@ -101,12 +105,14 @@ def test_a_controller_of_ones_own_holds_its_force(tmp_path):
     assert numbers_after("+-", said)[0] < 0.1
 
 
+@pytest.mark.slow
 def test_a_controller_of_ones_own_is_stopped_where_the_supervisor_says(tmp_path):
     said = printed_by("own_controller.py", "--force", "12", folder=tmp_path)
     assert said.startswith("stopped by the supervisor (contact force was 10.")
     assert "the robot is at rest" in said
 
 
+@pytest.mark.slow
 def test_a_fingertip_of_ones_own_feels_where_it_is_touched(tmp_path):
     said = printed_by("own_fingertip.py", "--beside", "0.0", "0.01", folder=tmp_path)
     off = [float(number) for number in re.findall(r"(\d+) um off", said)]
@@ -129,6 +135,7 @@ def test_a_fingertip_of_ones_own_refuses_what_would_never_end(typed, said, tmp_p
     assert not done.stdout
 
 
+@pytest.mark.slow
 def test_a_replay_is_the_same_until_something_is_changed(tmp_path):
     said = printed_by("replay_study.py", folder=tmp_path)
     rows = [line.rsplit(maxsplit=3) for line in said.splitlines()[2:]]
@@ -148,6 +155,7 @@ def assert_the_same_sphere(said):
     assert all(abs(force - 2.0) < 0.1 for force in numbers_after("felt", said))
 
 
+@pytest.mark.slow
 def test_the_emulated_robot_finds_what_the_simulated_one_does(tmp_path):
     robots = ("--robots", "ur5e-sim", unhurried_file(tmp_path, "127.0.0.79", scale=0.5))
     assert_the_same_sphere(printed_by("sim_to_emulated.py", *robots, folder=tmp_path))
@@ -158,6 +166,7 @@ def test_so_it_does_as_it_is_shipped_and_as_the_text_says(tmp_path):
     assert_the_same_sphere(printed_by("sim_to_emulated.py", folder=tmp_path))
 
 
+@pytest.mark.slow
 def test_a_nudge_finds_friction_and_saves_grip(tmp_path):
     said = printed_by("unknown_friction.py", "--friction", "0.45", folder=tmp_path)
     assert said.count("; held") == 2
@@ -178,6 +187,7 @@ def sweep_errors(folder):
     return {(float(r["surface_speed"]), float(r["assumed_stiffness"])): float(r["force_rms_n"]) for r in rows}
 
 
+@pytest.mark.slow
 def test_a_sweep_finds_that_a_higher_gain_holds_better(tmp_path):
     assert "All 2 runs got to their end" in printed_by("sweep.py", *SHORT, folder=tmp_path)
     errors = sweep_errors(tmp_path)
@@ -211,6 +221,7 @@ def cells_of(path):
     return re.split(r"^# %%.*\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_what_stands_on_the_last_line_of_its_cells(monkeypatch):
     """As a notebook does: statements are executed, a last expression is shown as HTML or as a picture."""
     monkeypatch.setenv("MPLBACKEND", "Agg")

@@ -107,6 +107,7 @@ single_changes = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(st.floats(1.0, FORCES[1]), single_changes, st.floats(-0.5, 0.5))
 def test_after_a_change_the_force_goes_from_old_to_new_and_no_further(old, change, tilt):
@@ -123,6 +124,7 @@ def test_after_a_change_the_force_goes_from_old_to_new_and_no_further(old, chang
     assert forces[-1] == pytest.approx(new, rel=0.01, abs=0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("old", [0.3, 0.4, 0.6, 2.0])
 @pytest.mark.parametrize("by", [0.02, 0.1, 0.2, 0.5, 3.0])
 def test_with_the_strongest_live_gain_a_higher_force_is_overshot_by_less_than_5_percent(old, by):
@@ -136,6 +138,7 @@ any_changes = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(any_changes, st.floats(-0.5, 0.5), st.sampled_from([2.0, 10.0]))
 def test_whatever_is_changed_whenever_commands_keep_to_the_slew_and_values_to_their_bounds(changes, tilt, slew):
@@ -149,6 +152,7 @@ def test_whatever_is_changed_whenever_commands_keep_to_the_slew_and_values_to_th
         assert np.abs(np.diff(values)).max() <= rate * PERIOD * (1 + 1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None, derandomize=True)
 @given(any_changes, st.floats(-0.5, 0.5))
 def test_a_replay_of_observations_and_changes_gives_the_same_commands_bit_for_bit(changes, tilt):

@@ -128,6 +128,7 @@ def test_with_a_stiffness_wrong_by_three_it_stays_stable(assumed):
     assert np.abs(swept.force[swept.scan, 2] - FORCE).max() < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("assumed", [20e3 / 3.0, 60e3])
 def test_a_moving_surface_is_kept_with_a_stiffness_wrong_by_three(assumed):
     """Landed on slowly, near its turning point; no loss, and nothing near the force's limit of 20 N."""

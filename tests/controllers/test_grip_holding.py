@@ -83,6 +83,7 @@ def ramp(offset, after=3.0, duration=0.5):
     return RampLoad((0.0, 0.0, 0.0), (0.0, 0.0, -after), PULLED_FROM, duration, (0.0, offset, 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("offset", "duration"), [(0.006, 0.5), (0.008, 0.05)], ids=["ramp", "step"])
 def test_an_object_pulled_at_beside_the_contacts_neither_slips_nor_spins(offset, duration):
     held = Held(ramp(offset, duration=duration))
@@ -103,6 +104,7 @@ def test_ignoring_spin_lets_it_spin():
     assert held.in_hand()[1] > math.radians(20.0)
 
 
+@pytest.mark.slow
 def test_by_the_friction_plant_no_contact_slips_under_load_and_shaking():
     pull = SumOfLoads((ramp(0.004, 2.0), ShakenLoad((0.0, 0.5, 0.5), 5.0, begin=PULLED_FROM + 0.5)))
     held = Held(pull, friction=BRISTLES)

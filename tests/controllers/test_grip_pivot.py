@@ -138,6 +138,7 @@ def test_a_recorded_run_replays_bit_for_bit(pivoted):
     assert replayed == pivoted.commands
 
 
+@pytest.mark.slow
 def test_the_hand_moves_along_so_that_the_point_stays_where_it_is():
     run = Slipping(pivoting(30.0, along=True), beside=OFFSET)
     height = run.now.arm.position_base_tip[2]

@@ -86,6 +86,7 @@ def true_grasp(grasp, surface, **more):
     return GraspContacts(grasp.positions, grasp.frames, surface.friction, surface.spin_length, **more)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.integers(2, 5), loads)
 def test_what_is_wanted_holds_all_of_the_load_and_is_the_least(fingers, load):
@@ -102,6 +103,7 @@ def test_what_is_wanted_holds_all_of_the_load_and_is_the_least(fingers, load):
     assert np.mean(least) * (1.0 - 2e-3) <= wanted.mean() <= 1.06 * np.mean(least)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(loads, st.floats(0.0, 0.5))
 def test_a_margin_is_one_of_friction(load, margin):
@@ -112,6 +114,7 @@ def test_a_margin_is_one_of_friction(load, margin):
     assert wanted == pytest.approx(answer.forces[:, 0], rel=1e-4, abs=1e-4)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(loads, st.tuples(*[st.floats(0.0, 12.0)] * 3))
 def test_forces_that_are_more_than_wanted_are_completed_to_such_that_hold(load, raised):
@@ -125,6 +128,7 @@ def test_forces_that_are_more_than_wanted_are_completed_to_such_that_hold(load, 
     assert GraspForceOptimizer(held, "load_factor").solve(np.array(load)).load_factor > 1.0 - 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gamma", "p"), [(1.0 / 3.0, 2.0), (0.0, 1.0), (0.2, 1.4)])
 def test_where_limits_are_no_cones_what_is_wanted_lies_within_them_and_comes_near_the_least(gamma, p):
     surface = LimitSurface(0.5, 0.003, gamma, p)
@@ -180,6 +184,7 @@ def test_a_likely_grip_holds_with_friction_that_is_worse_in_99_of_100_cases(load
     assert failed <= 0.01 * cases + 3.0 * math.sqrt(0.01 * cases)
 
 
+@pytest.mark.slow
 def test_a_grip_that_shares_presses_each_finger_with_its_part():
     load = (0.0, 0.0, -4.0, 0.0, 0.02, 0.0)
     plan = shared(3, parameters=SHARED)
@@ -195,6 +200,7 @@ def test_a_grip_that_shares_presses_each_finger_with_its_part():
     assert grip.pressed(now) == pytest.approx(lacking * grip.needed)
 
 
+@pytest.mark.slow
 def test_a_grip_that_falls_a_bit_is_left_and_one_that_falls_far_is_followed():
     played = GripParameters(play=0.2, margin=0.0, reserve=0.0, correction_share=0.0, correction_down=0.0)
     grip = SlipSafeGrip(3, KnownSurface(KNOWN), PERIOD, played, plan=shared(3, parameters=played))

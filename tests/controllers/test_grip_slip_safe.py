@@ -140,6 +140,7 @@ def test_noise_comes_through_as_stated():
 # --- the grip
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.3, 3.0), st.floats(-0.01, 0.01))
 def test_a_steady_load_is_gripped_with_what_it_needs_and_the_margin(force, torque):

@@ -45,6 +45,7 @@ def lifted(weight, stiffness, follows=FOLLOWS):
     return command.phase, took * PERIOD, worst
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.5, 13.0), st.floats(3.0, 5.3))
 def test_no_load_comes_on_faster_than_the_grip_follows(weight, exponent):

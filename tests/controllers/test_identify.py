@@ -38,6 +38,7 @@ def identified(stiffness, friction=0.3, seed=0, time_step=0.5e-3):
     return result, controller.result(), max(forces)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stiffness", "friction", "time_step"),
     [(500.0, 0.3, 0.5e-3), (20e3, 1.0, 0.5e-3), (200e3, 0.3, 0.25e-3)],
@@ -116,6 +117,7 @@ def test_a_delayed_spring_is_recovered(stiffness, servo, delay, damping_time):
         assert found.gain.gain_margin >= math.pi * (1.0 - 1e-6)
 
 
+@pytest.mark.slow
 def test_the_claimed_uncertainty_is_honest():
     """Of 40 records with white noise, about 38 lie within two standard deviations."""
     inside = 0

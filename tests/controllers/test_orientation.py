@@ -33,6 +33,7 @@ def turned(axis, normal, seconds=6.0, period=PERIOD, **settings_):
     return np.array(angles), np.array(rates)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(directions, directions)
 def test_the_axis_becomes_normal_no_faster_than_it_may(axis, normal):

@@ -138,6 +138,7 @@ def test_commands_change_no_faster_than_the_slew_allows():
     assert np.linalg.norm(np.diff(turn, axis=0), axis=1).max() <= 125.0 * PERIOD * (1 + 1e-9)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=4)
 @given(st.floats(0.1, 1.2), st.floats(1e-3, 8e-3), st.floats(-0.3, 0.3))
 def test_what_is_felt_is_what_the_plane_bears_however_it_lies(friction, spin_length, tilt):

@@ -315,6 +315,7 @@ def check(run, angle):
     assert all(finger.touching for finger in run.backend.truth().fingers)
 
 
+@pytest.mark.slow
 def test_a_held_cylinder_is_turned_with_a_newton_pulling_at_it():
     run = Turned(CYLINDER, load=RampLoad(ZERO, (0.6, 0.0, -0.8), 3.8, 0.2, (0.0, 0.01, 0.0)))
     run.turn(ANGLE)
@@ -327,6 +328,7 @@ def through(run, change):
     run.backend.step = lambda command: step(change(command) if command.finger_velocity else command)
 
 
+@pytest.mark.slow
 def test_a_finger_that_stands_still_is_noticed_for_touch_tells_what_really_happens():
     run = Turned(SPHERE)
     through(run, lambda command: replace(command, finger_velocity=(0.0, *command.finger_velocity[1:])))

@@ -72,6 +72,7 @@ values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(values)
 def test_any_values_make_strict_json(value):
     text = document("x", Answer(facts={"value": value}))
@@ -174,6 +175,7 @@ def test_what_other_processes_and_libraries_print_goes_to_standard_error():
     assert set(done.stderr.split()) == {"library", "child", "palpate"}
 
 
+@pytest.mark.slow
 def test_whoever_stops_reading_a_document_sees_no_traceback():
     reader, writer = os.pipe()
     os.close(reader)

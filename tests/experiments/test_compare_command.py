@@ -29,6 +29,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["contacts.ply", "contacts.csv"])
 def test_a_cloud_against_a_mesh(folder, name, capsys):
     out = folder / "new" / "out"
@@ -62,6 +63,7 @@ def test_alignment_is_said(folder, capsys):
     assert "first moved onto the reference" in (folder / "compare.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_reference_elsewhere_is_remarked_on(folder, capsys):
     away = trimesh.load_mesh(folder / "ball.stl")
     away.apply_translation((0.0, 0.0, 0.1))

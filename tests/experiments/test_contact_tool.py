@@ -534,6 +534,7 @@ def test_ten_thousand_fuzzed_files(tmp_path):
     assert survive(tmp_path, 10_000, seed=2) > 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [(), ("--json",)])
 def test_ctrl_c_ends_a_live_source_and_its_file_has_what_came(tmp_path, form):
     out = tmp_path / "contacts.csv"

@@ -51,6 +51,7 @@ def listening(process):
     return {(its.laddr.ip, its.laddr.port) for its in found if its.status in ("LISTEN", "NONE") and not its.raddr}
 
 
+@pytest.mark.slow
 def test_an_arm_listens_where_it_says_has_its_faults_and_ends_in_good_order(capsys):
     with emulated("ur", "--address", "127.0.9.80", "--fault", "local_control", "1") as (process, said, port):
         assert "127.0.9.80" in said
@@ -74,6 +75,7 @@ def test_an_arm_listens_where_it_says_has_its_faults_and_ends_in_good_order(caps
     assert "no emulator is there" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_box_sends_records_of_its_load_and_a_second_one_is_refused():
     with emulated("netft", "--address", "127.0.9.81", "--load", "1", "0", "-5", "0", "0", "0.01") as (
         process,
@@ -124,6 +126,7 @@ def connected(port, longest=60.0):
             time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_words(capsys):
     """All of it is ready when that port is, and the answer to --json is one document all the same."""
     port, address = free_port(), "127.0.9.82"
@@ -146,6 +149,7 @@ def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_word
     assert json.loads(said)["control_port"] == port
 
 
+@pytest.mark.slow
 def test_one_that_ignores_hang_ups_goes_on_when_its_terminal_is_closed():
     """As under nohup."""
     port = free_port()

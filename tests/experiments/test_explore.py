@@ -37,6 +37,7 @@ def test_the_force_is_held(name, speed, limit):
     assert found.force_rms < limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sphere", "ellipsoid", "cylinder", "box"])
 def test_points_lie_on_the_surface(name):
     found = explore(replace(ROWS, object=name, size=()))
@@ -51,18 +52,21 @@ def test_the_radius_is_found_through_noise(seed):
     assert abs(found.sphere.radius - 0.04) < 3e-5
 
 
+@pytest.mark.slow
 def test_landing_is_soft():
     """5 mm/s at 20 kN/m: the force on landing stays below the set force plus 1 N."""
     found = explore(ROWS)
     assert np.nanmax(found.true_normal_force[~found.scanning]) < ROWS.force + 1.0
 
 
+@pytest.mark.slow
 def test_an_ellipsoidal_tip_feels_the_same_surface():
     found = explore(replace(ROWS, tip=(0.010, 0.008, 0.012)))
     check_held(found)
     assert found.point_rms < 1e-5
 
 
+@pytest.mark.slow
 def test_friction_need_not_be_known():
     for friction in (0.05, 1.0):
         found = explore(replace(ROWS, friction=friction))
@@ -87,6 +91,7 @@ def test_a_change_that_cannot_be_is_refused_before_anything_moves(change, words)
         plan(ExploreConfig(change=(change,)))
 
 
+@pytest.mark.slow
 def test_force_and_speed_follow_changes_while_it_runs_and_points_stay_on_the_surface():
     """The tip is compressed more by a larger force: the map must not show it."""
     found = explore(ExploreConfig(width=0.03, depth=0.004, change=((1.0, "force", 4.0), (1.5, "speed", 0.03))))

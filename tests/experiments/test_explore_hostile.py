@@ -38,6 +38,7 @@ def without_growth():
         yield
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SHORT, ids=lambda scene: scene.name)
 def test_what_is_otherwise_than_assumed_does_no_harm_and_is_told(scene):
     found = scene.carried_out("stage", "raster")
@@ -114,11 +115,13 @@ def test_at_the_stated_speed_a_wall_is_hit_with_the_limit(stiffness, delay, mass
     assert WallBound.of(landing, force, speed, friction, 20.0).force == pytest.approx(20.0)
 
 
+@pytest.mark.slow
 def test_a_wall_is_hit_with_no_more_than_is_stated():
     found = Wall("stage", 20e3, 0.02).hit()
     assert 0.7 * found.wall.force < most_force(found) <= found.wall.force < found.wall.limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [SMOOTH, ROUGH])
 def test_a_mesh_that_nobody_knew_explores_to_the_same_figures(name, tmp_path):
     (case,) = (case for case in CASES if case.name == name)

@@ -36,6 +36,7 @@ def both(request):
     return carry_out(planned), carry_out(prepared(plan(config)))
 
 
+@pytest.mark.slow
 def test_pressing_finds_the_contact_and_a_law_that_holds_the_force_better(both):
     assumed, found = both
     told = found.identified
@@ -51,6 +52,7 @@ def test_pressing_finds_the_contact_and_a_law_that_holds_the_force_better(both):
     assert found.gain.gain == pytest.approx(1.0 / told.damping)
 
 
+@pytest.mark.slow
 def test_the_settings_say_the_margins_and_what_they_come_from(both):
     assumed, found = (dict(settings(each)) for each in both)
     assert "identified by pressing" not in assumed
@@ -61,6 +63,7 @@ def test_the_settings_say_the_margins_and_what_they_come_from(both):
     assert law in found["force gain"]
 
 
+@pytest.mark.slow
 def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
     words = ["--robot", "ur5e-sim", "--identify", "--width", "0.006", "--depth", "0.002", "--force-noise", "0.003"]

@@ -48,6 +48,7 @@ def test_the_stiffness_is_that_of_the_object_within_what_is_claimed(swung):
     assert np.median(layer.mean[known]) == pytest.approx(OBJECT, rel=0.2)
 
 
+@pytest.mark.slow
 def test_an_edge_tells_no_stiffness_though_the_force_errs_there():
     edge = ExploreConfig(object="box", size=(0.03, 0.02, 0.02), strategy="contour", curve="edge", speed=0.04)
     assert np.isnan(explore(edge).map.stiffness.mean).all()
@@ -66,6 +67,7 @@ def test_a_softer_object_is_felt_as_softer():
     assert np.nanmedian(layer.sd) < 5e3
 
 
+@pytest.mark.slow
 def test_the_force_follows_its_swing_and_the_points_stay_on_the_surface(swung, steady):
     held = swung.scanning
     assert swung.run.ending is Ending.DONE

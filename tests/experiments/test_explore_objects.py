@@ -58,6 +58,7 @@ def described(files, name):
     return {"object": "mesh", "file": files / f"{name}.stl", "center": (0.06, 0.0) if name == "ring" else ()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
 def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
     found = carry_out(plan(ExploreConfig(robot="stage", **SMALL, **described(files, name))))
@@ -85,6 +86,7 @@ def test_whole_objects_on_both_robots(name, files, robot):
     assert found.point_rms < 1e-5
 
 
+@pytest.mark.slow
 def test_a_ur5e_explores_bumps():
     found = carry_out(plan(ExploreConfig(robot="ur5e-sim", object="bumps", **SMALL)))
     assert found.run.ending is Ending.DONE
@@ -110,6 +112,7 @@ def test_a_mesh_stands_on_the_ground_in_the_middle_wherever_its_file_has_it(tmp_
     assert (low + high)[:2] == pytest.approx((0.0, 0.0), abs=1e-15)
 
 
+@pytest.mark.slow
 def test_heights_below_zero_are_found_as_well(tmp_path):
     """How high the whole lies makes no difference."""
     found = []
@@ -256,6 +259,7 @@ def packed(planned):
     return planned.target.parameters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ball", "heights"])
 def test_a_log_keeps_the_object_itself_so_that_its_file_may_change_or_go(name, tmp_path, files):
     fields = described(files, name)
@@ -327,6 +331,7 @@ def test_a_raster_that_does_not_fit_is_refused_with_one_that_does(name, fields, 
     assert taken
 
 
+@pytest.mark.slow
 def test_rows_go_where_they_are_asked_to():
     found = carry_out(plan(ExploreConfig(object="bumps", **SMALL, speed=0.05, center=(0.03, -0.02))))
     touched = found.cloud.position

@@ -285,6 +285,7 @@ def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
     assert known_scene(planned.backend).tip.center_of_mass == (0.0, 0.0, 0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("center", ["0.003, -0.002, -0.02", "-0.05, 0.0, 0.03"])
 def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
     """The tip's centre takes the same path, whatever lever the sensor feels it through."""
@@ -344,6 +345,7 @@ def test_check_refuses_what_no_experiment_could_do():
             check(bad)
 
 
+@pytest.mark.slow
 def test_a_nano17_feels_the_sphere_too():
     found = explore(ExploreConfig(robot="stage-nano17", **SMALL))
     assert found.run.ending is Ending.DONE
@@ -408,6 +410,7 @@ def try_overlays(count, seed):
     return read, refused
 
 
+@pytest.mark.slow
 def test_500_damaged_experiment_files_are_refused_or_read_right():
     read, refused = try_overlays(500, 1)
     assert read > 20

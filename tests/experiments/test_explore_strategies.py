@@ -61,6 +61,7 @@ def done(request, tmp_path_factory, undrawn):
     return request.param, out
 
 
+@pytest.mark.slow
 def test_each_strategy_leaves_its_files_and_says_how_it_ended(done):
     strategy, out = done
     names = {path.name for path in out.iterdir()}
@@ -89,6 +90,7 @@ def commands_of(planned):
     return np.array(given)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_run_and_another_seed_another():
     def commands(seed):
         fields = {**BALL, **SMALL["taps"], "strategy": "taps"}
@@ -116,6 +118,7 @@ def check_level(found, sense):
     assert len(found.map.mesh.vertices)
 
 
+@pytest.mark.slow
 def test_a_level_contour_keeps_its_height_and_closes():
     check_level(carry_out(plan(ExploreConfig(**BALL, strategy="contour", turn="right"))), -1.0)
 
@@ -185,6 +188,7 @@ def test_an_active_exploration_ends_when_its_time_is_over():
     assert Attempt(plan(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fields",
     [
@@ -201,6 +205,7 @@ def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes
     assert planned.longest_duration > 3.7 * took  # slopes of 60 degrees take twice as long
 
 
+@pytest.mark.slow
 def test_the_time_foreseen_is_about_that_which_it_takes():
     for strategy in ("raster", "spiral", "taps", "contour"):
         planned = plan(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))

@@ -14,6 +14,7 @@ from palpate.runtime.robot_file import read_robot_file, robot_file_text
 from palpate.sim import TurningStage
 
 
+@pytest.mark.slow
 def test_it_holds_the_force_and_finds_the_surface():
     config = ExploreConfig(robot="turning-stage", object="sphere", size=(), speed=0.02, spacing=0.02, width=0.04)
     found = carry_out(plan(config))

@@ -9,6 +9,7 @@ from palpate.experiments.explore.run import carry_out
 from palpate.runtime import Ending
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "size"), [("sphere", ()), ("ellipsoid", ())])
 def test_a_ur5e_holds_the_force_and_finds_the_surface(name, size):
     found = carry_out(plan(ExploreConfig(robot="ur5e-sim", object=name, size=size, speed=0.02, spacing=0.02)))

@@ -39,6 +39,7 @@ def found(name, robot="stage", noise=(0.0, 0.0), seed=0):
 # --- errors and what is claimed of them ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_without_noise_the_map_is_within_a_hundredth_of_a_millimetre(name):
     assert found(name).map.rms < 5e-6  # 10 asked for, at half this speed
@@ -50,6 +51,7 @@ def test_true_errors_are_inside_the_band_without_noise(name):
     assert found(name).map.covered >= 0.95
 
 
+@pytest.mark.slow
 def test_true_errors_are_inside_the_band_with_noise_and_with_a_sensor_nobody_calibrates_better():
     for run in (found("sphere", noise=(0.01, 1e-4)), found("sphere", "stage-nano17")):
         assert run.map.covered >= 0.95
@@ -92,6 +94,7 @@ def test_the_budget_for_noise_grows_with_its_square():
 # --- which shape ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "kind", "robot"),
     [
@@ -135,6 +138,7 @@ def test_a_shape_is_shown_in_a_line_without_the_contacts_of_every_fit():
 # --- friction ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.1, 0.6])
 def test_friction_is_found_everywhere_on_the_map(friction):
     run = explore(ExploreConfig(width=0.01, depth=0.01, friction=friction))

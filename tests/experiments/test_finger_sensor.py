@@ -288,6 +288,7 @@ def test_a_robot_without_flaws_feels_as_ever():
     assert sensor_for(robot, on_robot(ExploreConfig(**SMALL), robot)).model == SensorModel()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["stage-nano17", "ur5e-nano17"])
 def test_the_shipped_nano17_is_one(name):
     robot = load_robot(name)
@@ -299,6 +300,7 @@ def test_the_shipped_nano17_is_one(name):
     assert found.point_rms < 5e-5
 
 
+@pytest.mark.slow
 def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
     robot = robot_with("{preset: ft300s, tare_s: 1}", radius=0.025)
     planned = plan(config_of(robot, force=8.0, width=0.03, speed=0.02), robot)

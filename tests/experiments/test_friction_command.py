@@ -103,6 +103,7 @@ def test_what_is_kept_reads_back_to_the_same_and_is_a_limit_surface(folder):
     assert surface.spin_length == file.spin_length.value
 
 
+@pytest.mark.slow
 def test_its_log_replays_bit_for_bit_and_tells_the_same_again(folder, evaluated):
     assert replay_log(folder).identical
     kept = load_friction_file(folder / "friction.yaml")
@@ -142,6 +143,7 @@ def test_the_report_shows_how_often_the_librarys_materials_are_confused_and_whic
     assert part.count("ln likelihood the largest") == 1
 
 
+@pytest.mark.slow
 def test_what_a_library_says_adds_up_and_the_likeliest_stands_first(recognised_run):
     found = friction_report(recognised_run).recognition
     assert sum(each.posterior for each in found.matches) == pytest.approx(1.0)
@@ -177,6 +179,7 @@ def test_a_replay_can_change_what_control_goes_by_but_not_the_surface(folder):
     assert not replay_log(folder, {"loads": [2.0, 3.0]}).identical
 
 
+@pytest.mark.slow
 def test_what_never_slipped_gives_bounds_below_the_truth_and_says_so(sticking):
     assert all(isinstance(at.friction, FrictionBound) for at in sticking.found.loads)
     file = sticking.file
@@ -192,6 +195,7 @@ def test_what_never_slipped_gives_bounds_below_the_truth_and_says_so(sticking):
     assert longest == pytest.approx(sticking.planned.wanted.most_travel)
 
 
+@pytest.mark.slow
 def test_of_a_skin_that_slips_late_only_strokes_that_went_far_enough_count():
     """Slip begins after mu f_n / K = 1.7 mm, back after twice that: 4.6 mm are too short to be sure."""
     found = find_friction(FrictionConfig(quick=True, loads=(1.0,), skin_stiffness=300.0, robot="stage"))
@@ -508,6 +512,7 @@ def test_intervals_hold_the_truth_over_many_surfaces():
     assert np.mean(close) >= 0.95
 
 
+@pytest.mark.slow
 def test_strokes_that_slipped_are_told_from_those_that_did_not(evaluated):
     assert all(isinstance(at.friction, FrictionMeasured) for at in evaluated.loads)
     assert not any(isinstance(at.spin, SpinBound) for at in evaluated.loads)

@@ -41,6 +41,7 @@ def figures_of(run):
 # --- mu that falls with the speed ---
 
 
+@pytest.mark.slow
 def test_e_goes_by_mu_at_the_twists_own_slip_speed(falling):
     """By mu at 10 mm/s it would be 4 % too long: mu is 0.50 there and 0.55 where the twists slip."""
     e = falling.file.spin_length
@@ -78,6 +79,7 @@ def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
     assert found.file.spin_length.value == pytest.approx(0.003, rel=0.04)
 
 
+@pytest.mark.slow
 def test_the_picture_of_speeds_says_what_it_shows(falling):
     report = friction_report(falling)
     caption = speed_picture(report.speeds, report.curve).caption
@@ -90,6 +92,7 @@ def test_the_picture_of_speeds_says_what_it_shows(falling):
 # --- a bend is no phenomenon ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.2, 0.8])
 def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
     found = find_friction(FrictionConfig(object="sphere", quick=True, loads=(2.0,), friction=friction))
@@ -104,6 +107,7 @@ def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
 # --- bounds and reasons ---
 
 
+@pytest.mark.slow
 def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
     report = friction_report(short)
     assert short.file.friction.how is How.BOUND
@@ -168,6 +172,7 @@ def test_the_file_says_over_which_loads_e_was_measured(falling, short):
     assert short.file.spun_loads is None
 
 
+@pytest.mark.slow
 def test_of_an_unknown_surface_the_report_says_how_far_it_is_and_what_to_touch():
     library = {"library": Path("simulated"), "friction": 0.8, "spin_length": 0.002}
     known = friction_report(find_friction(FrictionConfig(quick=True, loads=(2.0,), **library))).recognition
@@ -179,6 +184,7 @@ def test_of_an_unknown_surface_the_report_says_how_far_it_is_and_what_to_touch()
     assert not known.fits
 
 
+@pytest.mark.slow
 def test_what_does_not_fit_is_named_where_the_rest_does():
     """As ABS in mu, and in e at 1 N; but its e does not grow with the load."""
     abs_plastic = {"library": Path("simulated"), "friction": 0.635, "spin_length": 0.0026}

@@ -91,6 +91,7 @@ def test_of_two_opposed_fingers_the_programme_finds_what_theory_says(y, z, about
     assert found == pytest.approx([theory, theory], rel=2.0 * CLOSE)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.floats(-4.0, 4.0), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
 def test_the_least_of_three_is_what_cones_have_for_least_and_below_any_grip_that_is_alike(y, about, across):
@@ -111,6 +112,7 @@ def test_the_least_of_three_is_what_cones_have_for_least_and_below_any_grip_that
     assert factor > 1.0 - 5.0 * CLOSE
 
 
+@pytest.mark.slow
 def test_the_least_forces_of_the_heaviest_moment_balance_its_load_and_hold_more(grasped):
     shown = heaviest_load(grasped)
     assert shown is not None
@@ -197,6 +199,7 @@ def test_what_cannot_be_is_refused_with_its_remedy(values, told):
 # --- what comes of it
 
 
+@pytest.mark.slow
 def test_nothing_slips_or_spins_and_the_object_stands_again_where_it_stood(grasped):
     assert grasped.run.ending is Ending.DONE
     assert not grasped.dropped
@@ -218,6 +221,7 @@ def test_ignoring_spin_lets_it_spin_while_alarms_tell_and_are_not_heeded(grasped
     assert other.slipping.any()
 
 
+@pytest.mark.slow
 def test_the_page_shows_both_controls_and_their_figures(grasped, tmp_path):
     report, table = write_grasp(grasped, tmp_path)
     page = report.read_text()
@@ -314,6 +318,7 @@ def fail(since, broken, periods=10**9):
     return attempt.found(result), commands
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("broken", "ending"), [(frozen, Ending.TRIPPED), (nothing, Ending.LOST)], ids=["sensor lost", "feels nothing"]
 )
@@ -330,6 +335,7 @@ def test_a_fault_ends_the_run_with_the_object_in_the_hand(broken, ending):
     assert "the grip was kept" in " ".join(outcome(grasp).split())
 
 
+@pytest.mark.slow
 def test_a_finger_that_feels_again_in_time_does_not_end_the_run():
     grasp, commands = fail(2.4, nothing, periods=200)
     assert grasp.run.ending is Ending.DONE
@@ -338,6 +344,7 @@ def test_a_finger_that_feels_again_in_time_does_not_end_the_run():
     assert min(held) >= 1.1 * [min(grip) for time, grip in commands if time < 2.39][-1]
 
 
+@pytest.mark.slow
 def test_a_fault_just_before_letting_go_keeps_the_grip():
     planned = plan(GraspConfig(**QUICK))
     well = carry_out(planned).truth
@@ -371,6 +378,7 @@ def test_a_finger_that_is_knocked_off_what_it_holds_presses_on():
     assert backend.truth().position[2] > 0.003
 
 
+@pytest.mark.slow
 def test_a_box_that_has_spun_in_the_hand_meets_the_table_with_an_edge_and_stays_held():
     """With twice the e that there is it spins by tens of degrees, and then its corner comes down first."""
     attempt, grips = GraspAttempt(plan(GraspConfig(rise=0.4, believed_spin_length=0.008))), []

@@ -52,6 +52,7 @@ def grasped(tmp_path_factory):
     return logs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two", "three"])
 def test_every_command_comes_out_again_and_all_that_each_finger_sensed(grasped, name):
     found = replay_log(grasped[name])
@@ -81,6 +82,7 @@ def test_a_larger_margin_grips_harder_and_lifts_no_other_way(grasped):
     assert figures["commanded grip apart, largest"].value == pytest.approx(np.nanmax(everywhere))
 
 
+@pytest.mark.slow
 def test_a_control_that_ignores_spin_can_be_tried_on_what_was_recorded(grasped):
     found = replay_log(grasped["two"], {"ignore_spin": True})
     assert not found.identical

@@ -151,6 +151,7 @@ def test_what_fingers_feel_stands_in_the_place_of_a_truth_that_nobody_knows():
         assert np.isnan(unknown).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loads", "word"), [([2.0] * 5, "held"), ([2.0, 2.0, 0.0], "lost")])
 def test_a_report_of_a_robot_says_what_was_felt_and_nothing_of_a_simulation(loads, word, tmp_path):
     planned = plan(GraspConfig(robot="ur5e-hand", **BELIEVED))

@@ -79,6 +79,7 @@ def nudged():
 # --- what is simulated
 
 
+@pytest.mark.slow
 def test_the_object_that_was_rubbed_is_the_one_that_is_held(written):
     """The docs' two commands, one after the other: exponents unlike an ellipse's, and nothing said of them."""
     planned = plan(GraspConfig(friction_file=written()))
@@ -169,6 +170,7 @@ def test_a_nudge_is_felt_at_its_own_grip():
     assert not belief.found
 
 
+@pytest.mark.slow
 def test_a_nudge_takes_as_long_as_planned(nudged):
     """From the last touch to the lift, and all of it before the pull: stroke and twists ramp up and down."""
     touched = float(nudged.truth.time[int(nudged.truth.touching.all(axis=1).argmax())])
@@ -245,6 +247,7 @@ def test_what_an_exponent_that_nobody_measured_costs_is_said(written):
     assert "Nobody" not in told(GraspConfig(friction_file=written()))
 
 
+@pytest.mark.slow
 def test_the_command_says_it_before_the_run_and_the_report_afterwards(written, tmp_path, capsys):
     out = tmp_path / "grasp"
     arguments = ["--load", "none", "--rise", "0.1", "--lift-height", "0.01", "--out", str(out)]
@@ -323,6 +326,7 @@ def figures(grasp):
     return {figure.name: figure for figure in key_figures(grasp)}
 
 
+@pytest.mark.slow
 def test_what_was_dropped_was_not_set_down():
     """Ten times the friction that there is: the fingers slide up the object, which stays behind on the table."""
     grasp = carry_out(plan(GraspConfig(friction=0.05, believed_friction=0.5, rise=0.2, lift_height=0.02)))
@@ -350,6 +354,7 @@ def test_what_was_never_measured_has_no_figure():
     assert all(told[name].text == "-" for name in ("slip", "spin", "grip over the least", "largest grip"))
 
 
+@pytest.mark.slow
 def test_what_a_nudge_found_is_told_against_the_truth(nudged):
     mu, e = figures(nudged)["mu, by the nudge"], figures(nudged)["e, by the nudge"]
     assert mu.value == pytest.approx(0.5, rel=0.02)

@@ -46,6 +46,7 @@ def regulated(**fields):
 # --- figures ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
 def test_a_surface_that_moves_at_20_mm_per_s_is_pressed_steadily(robot):
     found = regulated(robot=robot, surface="sine", duration=5.0, **NANO17)
@@ -82,6 +83,7 @@ def test_what_is_along_the_surface_is_moved_by_the_one_who_moves_it():
     assert found.true_rms < 0.02
 
 
+@pytest.mark.slow
 def test_identified_the_answer_is_quicker_and_does_not_overshoot():
     assumed, found = (
         regulated(profile="step", duration=3.0, identify=identify, assumed_stiffness=10e3)
@@ -483,6 +485,7 @@ def test_a_replay_with_another_profile_leaves_out_what_the_recorded_one_took():
         changed_config(recorded, {"profile": "sine", "rate": 2.0}, REGULATION)
 
 
+@pytest.mark.slow
 def test_pressing_is_told_of_where_something_is_pressed(tmp_path, capsys):
     """Where it is not, nothing is said to be."""
     for typed, told in ((["--identify"], 1), ([], 0)):

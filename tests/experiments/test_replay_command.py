@@ -156,6 +156,7 @@ def test_a_run_whose_time_was_up_comes_out_up_to_there(tmp_path):
     assert found.extent.count == 1600
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_comes_out_as_far_as_its_log_goes(tmp_path):
     explore = ["explore", "--robot", "stage-nano17", "--speed", "0.02", "--out", str(tmp_path)]
     process = subprocess.Popen([sys.executable, "-m", "palpate", *explore, "--change", "0.9", "force", "3"])
@@ -212,6 +213,7 @@ def flipped(log, row, bit):
 
 
 # the weight is taken off a reading: what is below that sum's rounding, the lowest bits, changes nothing sensed
+@pytest.mark.slow
 @pytest.mark.parametrize("bit", [4, 7, 20, 40, 51, 62])
 def test_whichever_bit_of_a_sample_is_flipped_it_is_found_in_its_period(bit, small):
     log = read_log(small)
@@ -300,6 +302,7 @@ def test_a_damaged_log_is_replayed_up_to_the_gap(small, tmp_path, capsys):
 # --- with something else ---
 
 
+@pytest.mark.slow
 def test_another_force_differs_from_the_touch_on_at_the_latest_and_is_drawn(small, tmp_path, capsys):
     assert main(["replay", str(small), "--set", "force=3", "speed=0.02"]) == 0
     said = capsys.readouterr().out
@@ -406,6 +409,7 @@ def test_the_same_controller_by_another_name_gives_the_same(small, controllers, 
     assert f"{count} of {count} commands identical" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_controller_of_ones_own_is_compared_and_drawn(small, controllers, capsys):
     assert main(["replay", str(small), "--controller", f"{controllers}:still"]) == 0
     said = " ".join(capsys.readouterr().out.split())

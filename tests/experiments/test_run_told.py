@@ -122,6 +122,7 @@ def edge():
     )
 
 
+@pytest.mark.slow
 def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
     found = edge()
     assert found.map.is_line
@@ -209,6 +210,7 @@ def test_an_interruption_without_marks_speaks_of_none(raster):
     assert outcome(dataclasses.replace(raster, run=run)).startswith("Not finished (interrupted) after ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "enough"),
     [({"time": 0.5}, Enough.SPENT), ({"accuracy": 1e-3}, Enough.REACHED), ({"accuracy": 1e-7}, Enough.EXHAUSTED)],

@@ -51,6 +51,7 @@ def figure(report, name):
     return next(each for each in report.figures if each.name == name)
 
 
+@pytest.mark.slow
 def test_a_log_gives_what_the_run_gave(explored, tmp_path):
     report = comparison_report(read_runs(list(explored)), tmp_path)
     assert report.names == ("light", "firm")
@@ -66,6 +67,7 @@ def test_a_log_gives_what_the_run_gave(explored, tmp_path):
     assert figure(report, "how it ended").values == ("done", "done")
 
 
+@pytest.mark.slow
 def test_only_what_was_asked_differently_is_said_so(explored, tmp_path):
     runs = read_runs(list(explored))
     assert dict(changed_fields(runs)) == {"force": (1.0, 3.0), "speed": (0.05, 0.04)}

@@ -81,6 +81,7 @@ def test_a_sweep_leaves_a_row_per_run_with_the_figures_of_the_experiment_itself(
         assert word in said
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_goes_on_where_it_was_and_repeats_nothing(here, undrawn, tmp_path, capsys):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     main([*TYPED, "--out", str(whole)])
@@ -101,6 +102,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was_and_repeats_nothing(here, und
     assert len(here.done) == 8, "nothing is left to do"
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     here, undrawn, tmp_path, monkeypatch, capsys
 ):
@@ -162,6 +164,7 @@ def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
     assert {".html", ".csv", ".mcap"} <= names
 
 
+@pytest.mark.slow
 def test_a_program_is_told_the_same(here, undrawn, tmp_path, capsys):
     assert main([*TYPED, "--json", "--out", str(tmp_path)]) == 0
     told = json.loads(capsys.readouterr().out)

@@ -14,6 +14,7 @@ def small(out, **options):
     return SweepConfig("regulate", vary=(("force=1,2",),), set=(FIXED,), out=out, jobs=1, **options)
 
 
+@pytest.mark.slow
 def test_a_script_gets_the_records_and_the_files_are_there(tmp_path, capfd):
     told = []
     result = sweep(small(tmp_path / "a"), told.append)

@@ -64,6 +64,7 @@ def test_a_run_of_a_few_seconds_is_one_line(monkeypatch):
     assert lines(console) == ["running, about 5 s on the robot's clock"]
 
 
+@pytest.mark.slow
 def test_whoever_stops_reading_ends_no_run(tmp_path):
     """`palpate friction | head -1`: the robot goes on, and the report is written."""
     words = ["friction", "--quick", "--loads", "2", "--robot", "stage", "--out", str(tmp_path)]
@@ -118,6 +119,7 @@ def test_a_report_that_is_interrupted_says_what_is_kept(run_over):
         pass
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "writer", "arguments"),
     [
@@ -141,6 +143,7 @@ def test_a_command_whose_report_is_interrupted_names_its_log(
     assert "Traceback" not in said
 
 
+@pytest.mark.slow
 def test_a_control_beside_that_is_interrupted_leaves_the_report_of_the_first(
     run_over, monkeypatch, tmp_path, capsys
 ):

@@ -16,6 +16,7 @@ AFTER = "backed off 5.0 mm within 0.31 s, felt at most 31 N and 0 N at the end"
 TRIP = Trip(1.25, "contact force", "31 N", "20 N")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("aftermath", ["", AFTER], ids=["stood still", "retreated"])
 def test_a_result_and_its_reports_tell_of_the_retreat(aftermath):
     exploration = explore(ExploreConfig(width=0.006, depth=0.002))

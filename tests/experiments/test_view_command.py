@@ -73,6 +73,7 @@ def url_in(said):
     return next(word for word in said.split() if word.startswith("http://"))
 
 
+@pytest.mark.slow
 def test_a_log_is_shown_until_ctrl_c(folder, tmp_path):
     process, said = started(tmp_path, f"__import__('pathlib').Path({str(folder)!r}), port=0", "View:")
     with urllib.request.urlopen(url_in(said)) as page:
@@ -81,6 +82,7 @@ def test_a_log_is_shown_until_ctrl_c(folder, tmp_path):
     assert ended(process) == (0, "", "")
 
 
+@pytest.mark.slow
 def test_an_exploration_is_watched_recorded_and_stays_open(tmp_path):
     words = (*SMALL, "object=ellipsoid", "size=0.05,0.04,0.03", f"out={tmp_path / 'run'}")
     process, said = started(tmp_path, f"set={words!r}, port=0, time_scale=float('inf')", "stays open")
@@ -110,6 +112,7 @@ def test_a_picture_into_no_folder_is_refused_before_it_is_drawn(folder, tmp_path
         run_view(ViewConfig(folder, **{name: path}))
 
 
+@pytest.mark.slow
 def test_pictures_of_a_log(folder, tmp_path, capsys):
     still, video = tmp_path / "a.png", tmp_path / "a.gif"
     config = ViewConfig(folder, time_scale=4.0, picture=still, video=video)
@@ -189,6 +192,7 @@ def test_set_takes_what_it_takes_elsewhere():
         watched_plan(("config=a.yaml",), None, 1.0)
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_the_run_is_evaluated_names_its_log(tmp_path, monkeypatch, capsys):
     def interrupted(attempt, result, tell):
         raise KeyboardInterrupt

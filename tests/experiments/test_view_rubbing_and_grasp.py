@@ -77,6 +77,7 @@ def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, mo
     assert np.median(contact.normal_force[rubbing]) == pytest.approx(2.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun):
     folder, true = spun
     log = read_log(log_in(folder))
@@ -93,6 +94,7 @@ def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun):
     assert turned > math.radians(10.0)
 
 
+@pytest.mark.slow
 def test_what_the_simulation_no_longer_tells_is_said_and_stands_still(spun, monkeypatch, capsys):
     """Another friction than was recorded with: the first lift goes another way, and so do the sensors."""
     folder, true = spun

@@ -161,6 +161,7 @@ def hammer_pushing(history, bounds):
     assert outcome.events[-1].text.startswith("ended: ")
 
 
+@pytest.mark.slow
 @settings(max_examples=80, deadline=None, derandomize=True)
 @given(histories, limits)
 def test_whatever_goes_wrong_no_wild_command_reaches_the_robot_and_it_is_left_stopped(history, bounds):

@@ -129,6 +129,7 @@ def test_after_kill_nine_at_any_time_the_device_stops_and_the_log_is_readable(tr
     check_killed(kill_nine(tmp_path, random.Random(trial).uniform(0.0, 1.5)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "kill")])
 def test_told_to_stop_the_process_ends_in_good_order(number, name, tmp_path):
     path = tmp_path / "run.mcap"
@@ -150,6 +151,7 @@ def test_told_to_stop_the_process_ends_in_good_order(number, name, tmp_path):
     assert not record.command[late].any()
 
 
+@pytest.mark.slow
 def test_a_device_that_dies_ends_the_run_with_a_word(tmp_path):
     path = tmp_path / "run.mcap"
     with Device() as device, loop_against(device, path) as loop:
@@ -166,6 +168,7 @@ def test_a_device_that_dies_ends_the_run_with_a_word(tmp_path):
     assert trip.time < died + LIMITS.sample_age + 2 * PERIOD
 
 
+@pytest.mark.slow
 def test_a_device_that_hangs_is_noticed_by_its_own_time_stamps_and_finds_only_stops_when_it_wakes(tmp_path):
     path = tmp_path / "run.mcap"
     with Device() as device, loop_against(device, path) as loop:
@@ -185,6 +188,7 @@ def test_a_device_that_hangs_is_noticed_by_its_own_time_stamps_and_finds_only_st
     assert not record.command[late].any()
 
 
+@pytest.mark.slow
 def test_a_device_that_restarts_is_not_moved_until_somebody_looks(tmp_path):
     path = tmp_path / "run.mcap"
     with Device() as device, loop_against(device, path) as loop:

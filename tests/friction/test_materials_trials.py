@@ -26,6 +26,7 @@ def made(error=0.004, speed=0.01):
     return Touch(np.zeros(3), rows, error**2 * np.eye(3), speed)
 
 
+@pytest.mark.slow
 def test_touches_drawn_again_have_the_materials_mean_and_all_of_its_spread():
     """What a place has of its own, all its rubs share: H (S + B) H' + R, with the calibration's in B."""
     steel, touch = material("steel", 0.4, specimen=0.015, static=0.5), made()

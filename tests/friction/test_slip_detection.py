@@ -121,6 +121,7 @@ def test_noise_of_the_load_ratio_is_that_of_many_draws(share, across, ratio, p):
 # --- margin crossing ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.7, 1.57, 2.5])
 def test_a_load_held_at_four_fifths_is_never_slip_and_one_on_the_surface_is_within_milliseconds(share):
     rng = np.random.default_rng(3)

@@ -67,6 +67,7 @@ def test_friction_that_follows_late_is_told_sooner_than_by_who_does_not_allow_fo
     assert np.mean(allowed) < np.mean(not_allowed) - 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frequency", [15.0, 25.0, 40.0])
 def test_a_shaken_load_that_sticks_is_no_slip(frequency):
     """At most 80 % of what is borne, above the weakest surface; half a minute of it."""

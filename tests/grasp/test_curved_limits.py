@@ -34,6 +34,7 @@ def best_of_random_starts(solver, result, load, rng, starts):
     return best
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "limits", [{"load_exponent": 1 / 3}, {"norm_exponent": 1.4}, {"load_exponent": 0.2, "norm_exponent": 1.6}]
 )
@@ -109,6 +110,7 @@ def test_a_load_beyond_all_larger_contacts_is_proven_impossible_and_limits_are_k
     assert result.margin.min() >= -1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [{"load_exponent": 1 / 3}, {"norm_exponent": 1.4}])
 def test_what_is_a_little_less_than_the_most_that_can_be_held_is_held_and_a_little_more_is_not(limits):
     rng = np.random.default_rng(4)

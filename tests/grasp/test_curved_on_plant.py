@@ -137,6 +137,7 @@ def check_answers(rng, limits, wanted):
     assert at_limits >= wanted  # least effort leaves at least one contact without margin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITS)
 def test_answers_hold_on_the_plant_and_3_percent_more_slips(name):
     check_answers(np.random.default_rng(1), LIMITS[name], 2)

@@ -51,6 +51,7 @@ def test_what_is_found_is_held_within_the_true_limits():
     assert found.forces[:, 0].max() <= MOST * (1.0 + 1e-9)
 
 
+@pytest.mark.slow
 def test_actuators_end_it_before_the_largest_force_does():
     """Each finger's motor bears 5 N of normal force."""
     maps = np.zeros((2, 1, 4))

@@ -190,6 +190,7 @@ def test_worst_disturbance_of_a_pair_is_its_spin():
     assert np.linalg.norm(found.direction / [1, 1, 1, RADIUS, RADIUS, RADIUS]) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_no_random_disturbance_is_worse_than_the_worst():
     rng = np.random.default_rng(3)
     grasp = on_sphere(THREE, force_max=10.0)

@@ -205,6 +205,7 @@ def test_every_solver_has_a_colour_of_its_own():
     assert len({mark.colour for mark in MARKS.values()}) == len(MARKS)
 
 
+@pytest.mark.slow
 def test_the_whole_of_it(tmp_path, monkeypatch, capfd):
     picture = tmp_path / "new" / "picture.png"
     few = [method for method in METHODS if method.name in (NEWTON.name, OPTIMIZER.name, CLARABEL.name, OWN)]
@@ -223,6 +224,7 @@ def test_the_whole_of_it(tmp_path, monkeypatch, capfd):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_it_says_what_it_measures():
     started = [sys.executable, str(BENCHMARKS / "grasp.py"), "--help"]
     said = subprocess.run(started, check=True, capture_output=True, text=True).stdout

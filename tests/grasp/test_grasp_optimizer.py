@@ -23,6 +23,7 @@ def balanced(grasp, result, load):
     return np.abs(grasp.grasp_map @ result.forces.ravel() + load).max()
 
 
+@pytest.mark.slow
 def test_every_load_is_held_or_proven_impossible():
     optimizers = {}
     for each in instances(seed=21, per_family=2):
@@ -91,6 +92,7 @@ def test_a_load_that_slips_has_a_margin_below_zero(grasp):
     assert GraspForceOptimizer(grasp).solve(100.0 * LOAD).load_factor < 1.0
 
 
+@pytest.mark.slow
 def test_actuators_are_not_overloaded():
     """An actuator that bears the normal force alone is one more bound on it: min_peak knows how low it can be."""
     rng = np.random.default_rng(3)

@@ -150,6 +150,7 @@ def surely_more(failed, count):
 KINDS = ("mu", "mu and e", "common", "load", "places", "normals", "all", "all common")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_holds_as_often_as_promised(kind):
     rng = np.random.default_rng(KINDS.index(kind))
@@ -215,6 +216,7 @@ def test_spin_alone_takes_the_tail_of_the_product_of_mu_and_e():
     assert found.forces[:, 0].mean() <= 1.05 * needed
 
 
+@pytest.mark.slow
 def test_grip_is_little_more_than_needed():
     """Against the normal forces of known mu and e, all pressed harder by one factor until 99 % hold."""
     rng = np.random.default_rng(7)

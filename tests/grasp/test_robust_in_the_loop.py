@@ -63,6 +63,7 @@ def failing(grasp, load, press, rng, count=400):
     return failed / count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alike", [True, False])
 @pytest.mark.parametrize("n", [2, 3])
 def test_every_load_of_two_and_three_fingers_is_answered(n, alike):
@@ -81,6 +82,7 @@ def test_every_load_of_two_and_three_fingers_is_answered(n, alike):
         assert (grasp.margins(found.forces) >= found.reserve - 2e-3 * found.forces[:, 0].max()).all()
 
 
+@pytest.mark.slow
 def test_a_warm_answer_is_as_good_as_a_cold_one_and_takes_few_rounds():
     rng = np.random.default_rng(5)
     dearer, rounds = [], []
@@ -103,6 +105,7 @@ def test_a_warm_answer_is_as_good_as_a_cold_one_and_takes_few_rounds():
     assert dearer.max() <= 1.08  # what a squeeze leaves behind
 
 
+@pytest.mark.slow
 def test_forces_keep_their_largest_and_say_how_often_they_hold():
     rng = np.random.default_rng(8)
     seen = []

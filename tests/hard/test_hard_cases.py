@@ -95,6 +95,7 @@ def test_forces_within_the_reported_condition(name, field):
     report(measured(name), lambda r: r.errors[field], lambda r: LIMITS[field] * max(1.0, r.condition))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cases.MOVED)
 @pytest.mark.parametrize("field", FIELDS)
 def test_moved_surfaces(name, field):
@@ -368,6 +369,7 @@ def against_the_reference(index, wrenches):
     report(results, lambda r: r.errors["centroid"], limit)
 
 
+@pytest.mark.slow
 @centred_fuzzed
 def test_fuzz_of_limited_range_against_the_reference(index):
     """Any scale, any bits, parts within 120 powers of ten of each other: the status and the centroid."""

@@ -69,6 +69,7 @@ def test_nor_over_the_shoulder(q2):
         assert max(map(abs, solve(q, twist).joint_velocity)) <= SPEED
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.filter_too_much])
 @given(poses, slow)
 def test_away_from_singularities_the_motion_is_exact(q, twist):

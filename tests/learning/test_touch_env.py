@@ -130,6 +130,7 @@ def stage():
         env.close()
 
 
+@pytest.mark.slow
 def test_gymnasiums_own_checker_finds_nothing():
     """Warnings are errors here."""
     env = gymnasium.make("palpate.learning:palpate/Touch-v0", duration=0.2)

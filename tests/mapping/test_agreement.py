@@ -35,6 +35,7 @@ def mapped(cloud, **changes):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [0.5e-3, 2e-3])
 def test_a_length_that_is_twice_off_leaves_the_band_honest(length):
     inside, claimed = [], []
@@ -88,6 +89,7 @@ def coarse(errors, seed=0, rows=6e-3, **changes):
     return made, shape.samples(400, rng)[0]
 
 
+@pytest.mark.slow
 def test_rows_too_far_apart_to_tell_of_their_noise_do_not_narrow_the_band():
     """A calm surface is bridged better than its prior fears, which says nothing of how far rows are off."""
     inside = []

@@ -75,6 +75,7 @@ def test_contacts_lie_on_the_prism_and_the_ball_touches_nowhere_else():
     np.testing.assert_allclose(point[:, 0] + TIP * normal[:, 0], y, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize(("sides", "turned"), [(64, 0.0), (64, 0.4), (96, 0.4)])
 def test_between_rows_over_facets_the_band_holds_the_facets(sides, turned, seed):

@@ -13,6 +13,7 @@ def answers(kind, count):
         yield None if found.kind is None else found.kind.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", list(ANSWER))
 def test_the_right_shape_or_none_of_them(kind):
     assert [answer == ANSWER[kind] for answer in answers(kind, 4)].count(True) >= 3

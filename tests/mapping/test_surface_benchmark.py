@@ -40,6 +40,7 @@ def test_without_errors_contacts_are_on_the_surface():
     np.testing.assert_allclose(cloud.normal, normals)
 
 
+@pytest.mark.slow
 def test_it_starts_from_the_folder():
     started = [sys.executable, str(BENCHMARKS / "mapping_surface"), "--help"]
     said = subprocess.run(started, check=True, capture_output=True, text=True).stdout

@@ -81,6 +81,7 @@ def test_adding_in_parts_is_adding_at_once(seed):
     assert_same(part.query(x), mapped(cloud).query(x), atol=1e-10)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=5, deadline=None)
 def test_the_map_moves_with_the_object(seed):
@@ -184,6 +185,7 @@ def test_standard_deviations_are_those_across_the_surface():
     np.testing.assert_array_equal(given_noise.select(np.array([True, False, True])).noise, [1.0, 3.0])
 
 
+@pytest.mark.slow
 def test_a_hidden_bump_in_a_hole_is_never_claimed():
     xy = raster(0.012, 1e-3, 4e-5)
     outside = np.hypot(*xy.T) > 4e-3
@@ -274,6 +276,7 @@ def test_a_sharp_edge_keeps_its_faces():
     np.testing.assert_allclose(inside.distance, [-0.2e-3, -0.2e-3, 0.3e-3, 0.3e-3], atol=1e-7)
 
 
+@pytest.mark.slow
 def test_learning_finds_noise_and_length_from_a_guess_twice_off():
     """Ornstein-Uhlenbeck noise along rows of a plane; both guesses end within a fifth of the truth."""
     rng = np.random.default_rng(0)

@@ -105,6 +105,7 @@ def test_a_voxel_in_the_wrong_unit_is_refused():
         mesh_of(flat(), voxel=0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".stl", ".PLY"])
 def test_a_file_holds_the_surface(tmp_path, suffix):
     mesh = mesh_of(ball())

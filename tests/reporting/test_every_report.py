@@ -77,6 +77,7 @@ def pictures(monkeypatch):
     return seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", EVERY)
 def test_every_picture_has_a_sentence_units_and_text_that_can_be_read(kind, pictures, tmp_path):
     html = html_of(kind, "A name.", tmp_path)
@@ -98,6 +99,7 @@ def test_every_picture_has_a_sentence_units_and_text_that_can_be_read(kind, pict
             assert not small, (picture.title, small)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", EVERY)
 def test_every_number_has_a_unit_or_says_that_it_has_none(kind, tmp_path):
     counted = 0
@@ -111,6 +113,7 @@ def test_every_number_has_a_unit_or_says_that_it_has_none(kind, tmp_path):
     assert counted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", EVERY)
 def test_parts_come_in_the_same_order_and_nothing_from_outside(kind, tmp_path):
     html = html_of(kind, "a name", tmp_path)
@@ -174,6 +177,7 @@ def brightness(browser):
     return float(np.asarray(Image.open(io.BytesIO(browser.screenshot())).convert("L")).mean())
 
 
+@pytest.mark.slow
 @needs_browser
 @pytest.mark.parametrize("kind", EVERY)
 def test_a_browser_without_network_shows_it_and_runs_nothing(kind, pictures, tmp_path):

@@ -24,6 +24,7 @@ def figures(report):
     return {figure.name: figure for figure in report.summary}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sphere", "ellipsoid", "box", "cylinder"])
 def test_the_table_fits_80_columns(name):
     report = exploration_report(exploration(name))
@@ -46,6 +47,7 @@ def test_a_sphere_has_a_radius_with_a_band_that_holds_it():
     assert abs(shape.fit.shape.radius - 0.04) <= shape.sizes_band[0] < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ellipsoid", "cylinder"])
 def test_the_shape_is_named_and_its_sizes_are_inside_their_bands(name):
     shape = exploration(name).map.shape
@@ -54,10 +56,12 @@ def test_the_shape_is_named_and_its_sizes_are_inside_their_bands(name):
     assert (np.abs(shape.fit.shape.sizes - true) <= shape.sizes_band).all()
 
 
+@pytest.mark.slow
 def test_the_flat_top_of_a_box_is_a_plane():
     assert figures(exploration_report(exploration("box")))["shape"].value == "plane"
 
 
+@pytest.mark.slow
 def test_nothing_mapped_nothing_said():
     nothing = dataclasses.replace(exploration("sphere"), map=None)
     told = exploration_report(nothing)

@@ -40,6 +40,7 @@ def texts(figure):
     return [text.get_text() for axes in figure.axes for text in (axes.title, *axes.texts, axes._left_title)]
 
 
+@pytest.mark.slow
 def test_more_and_more_is_known(growth, exploration):
     """Area never shrinks, way, time and contacts neither, and the end is the map that was made."""
     curve = growth.curve
@@ -55,6 +56,7 @@ def test_more_and_more_is_known(growth, exploration):
     assert curve.contacts[-1] == len(exploration.cloud)
 
 
+@pytest.mark.slow
 def test_snapshots_show_shares_of_the_way(growth):
     shares = [growth.curve.way[each.moment] / growth.curve.way[-1] for each in growth.snapshots]
     assert shares == pytest.approx(SHOWN, abs=0.01)
@@ -79,6 +81,7 @@ def test_marks_come_when_they_were_made(exploration):
         assert tuple(each.marks) == ((mark,) if grown.curve.time[each.moment] >= middle - record.time[0] else ())
 
 
+@pytest.mark.slow
 def test_the_report_has_it(exploration, growth):
     assert exploration_report(exploration).growth is growth
     assert "What was known when" in "".join(_growth_parts(growth))
@@ -140,6 +143,7 @@ def test_a_growth_of_nothing_is_refused(growth):
         dataclasses.replace(growth.curve, way=np.zeros(2))
 
 
+@pytest.mark.slow
 def test_figures_of_a_mesh_are_those_of_its_area():
     """A cap of a sphere: area by its height, and half of it below the median."""
     cloud = sphere_cap(half=0.008, row=0.002)

@@ -79,6 +79,7 @@ def test_without_contact_there_is_no_picture_of_it():
     assert felt_picture(report_of(untouched, side())) is not None
 
 
+@pytest.mark.slow
 def test_the_same_report_gives_the_same_file_in_place_of_the_former(tmp_path):
     path = tmp_path / "r.html"
     path.write_text("former")

@@ -123,6 +123,7 @@ def full_html():
     return report_html(FULL)
 
 
+@pytest.mark.slow
 def test_the_whole_report_is_well_formed_and_has_every_picture(full_html):
     checker = parsed(full_html)
     assert checker.tags.count("img") == 10
@@ -152,6 +153,7 @@ def test_it_is_small_enough_to_send(full_html):
     assert len(full_html) < 4_000_000
 
 
+@pytest.mark.slow
 def test_the_same_run_gives_the_same_report():
     assert report_html(BRIEF) == report_html(BRIEF)
     first, second = (svg_uri(force_overview(PLAIN.series).full) for _ in range(2))
@@ -174,6 +176,7 @@ def test_text_of_the_user_is_text():
     assert checker.text.count(evil) == 9  # title twice, outcome, four of the key figure, two of the setting
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "report",
     [

@@ -32,6 +32,7 @@ TESTS = Path(__file__).parents[1]
 PYTHONPATH = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
 
 
+@pytest.mark.slow
 def test_any_number_of_processes_gives_the_numbers_of_a_plain_loop_in_the_order_of_the_cases():
     # later cases end sooner: what comes first is not what was first
     cases = [Toss(seed, pause=0.02 * (6 - seed)) for seed in range(7)]
@@ -47,6 +48,7 @@ def test_any_number_of_processes_gives_the_numbers_of_a_plain_loop_in_the_order_
             assert outcome.duration >= case.pause
 
 
+@pytest.mark.slow
 def test_a_case_that_raises_is_told_with_its_traceback_and_the_others_go_on():
     cases = [Toss(0), Toss(1, error="nothing there"), Toss(2)]
     told = []
@@ -154,6 +156,7 @@ def test_a_result_that_does_not_pickle_fails_its_case_by_the_name_of_its_part():
     assert "a lock does not pickle" in failure.error
 
 
+@pytest.mark.slow
 def test_work_that_cannot_be_loaded_elsewhere_is_refused():
     with pytest.raises(InvalidValueError, match=r"work cannot be loaded in another process(.|\n)*not at home"):
         run_batch(Grumpy(), range(3), 2, quiet)

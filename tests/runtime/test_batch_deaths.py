@@ -58,6 +58,7 @@ def test_a_case_whose_process_is_killed_is_run_again_once_in_another_and_nothing
     assert workers() == []
 
 
+@pytest.mark.slow
 def test_a_case_that_always_kills_its_process_fails_alone(tmp_path):
     cases = [Toss(seed, tmp_path, deaths=9 * (seed == 1), pause=0.05) for seed in range(5)]
     outcomes = run_batch(toss, cases, 2, quiet)
@@ -111,12 +112,14 @@ def test_a_worker_killed_while_it_sends_its_result_is_found_too():
     assert worker.bury() == "ended by SIGKILL"
 
 
+@pytest.mark.slow
 def test_workers_that_all_die_at_once_are_given_up():
     with pytest.raises(BatchError, match=r"workers died before they did anything; the last ended by SIGKILL"):
         run_batch(Deadly(), range(3), 1, quiet)
     assert workers() == []
 
 
+@pytest.mark.slow
 def test_an_exception_of_the_one_who_watches_ends_the_workers_at_once(tmp_path):
     def stop(progress):
         if progress.done:

@@ -107,6 +107,7 @@ def lifts_and_turns(hand):
     return InTurn(lift, TurnInHand(grip, hand, PERIOD, TurnParameters((0.05, 0.0))))
 
 
+@pytest.mark.slow
 def test_a_run_that_turns_an_object_replays_bit_for_bit(tmp_path):
     """Under the default limits, from opened fingers to DONE."""
     hand = turning_hand()

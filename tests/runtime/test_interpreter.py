@@ -69,6 +69,7 @@ def test_garbage_does_not_pile_up(collections):
     assert len(gone) > 19_000
 
 
+@pytest.mark.slow
 def test_a_collection_that_somebody_asks_for_has_nothing_to_look_at(collections):
     gc.collect()
     full = min(timed(gc.collect) for _ in range(3))

@@ -80,6 +80,7 @@ def test_whatever_is_requested_whenever_values_stay_in_bounds_and_within_their_r
         before = now
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(histories)
 def test_the_recorded_changes_give_the_same_values_again_bit_for_bit(history):

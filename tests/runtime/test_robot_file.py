@@ -81,6 +81,7 @@ reals = st.floats(1e-5, 1e-1)
 vectors = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
 
 
+@pytest.mark.slow
 @given(
     radius=reals, center=vectors, force=reals, lower=vectors, period=reals,
     name=st.text(min_size=1, max_size=30).filter(lambda s: s.strip() and s.isprintable()),

@@ -290,6 +290,7 @@ def try_files(count, seed):
     return read, refused
 
 
+@pytest.mark.slow
 def test_550_damaged_robot_files_are_refused_with_a_reason_or_read_right():
     read, refused = try_files(550, 1)
     # both must happen, or the fuzzer tries only one side

@@ -128,6 +128,7 @@ def test_without_an_object_the_run_ends_lost_untouched_and_stopped():
     assert not lost.record.touching.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("target", "raster"),
     [

@@ -358,6 +358,7 @@ def test_a_tip_that_is_pressed_no_more_gets_clear_and_watches_before_the_run_end
     assert "felt at most 30 N and 0 N at the end" in supervisor.trip.aftermath
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None, derandomize=True)
 @given(st.floats(0.03, 0.09), st.floats(1e3, 1e5))
 def test_a_surface_that_keeps_coming_never_presses_harder_than_when_it_tripped_but_for_the_first_moments(u, K):

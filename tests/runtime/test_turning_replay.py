@@ -92,6 +92,7 @@ def test_one_flipped_bit_of_how_it_turned_is_found_in_its_command(log, axis):
         assert found.first.row == row
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**31))
 def test_any_64_bits_of_an_angular_velocity_come_back(seed):

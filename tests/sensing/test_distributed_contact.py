@@ -67,6 +67,7 @@ TIPS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TIPS)
 @pytest.mark.parametrize("friction", [0.0, 0.5, 2.0])
 def test_on_a_curved_patch_it_lies_in_the_hull_within_the_warp(name, friction):

@@ -213,6 +213,7 @@ def test_derivatives_of_a_compliant_tip_agree_with_the_solver(tip):
         assert abs(contact_from_wrench(tip, wrench).normal @ J[:3, 2]) > 1e-5, "it sinks in"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tip", [*YIELDING, Capsule(0.008, 0.02)], ids=["linear", "Hertz", "capsule"])
 def test_other_fingertips_are_predicted_within_three_percent_at_one_percent_noise(tip):
     rng = np.random.default_rng(6)

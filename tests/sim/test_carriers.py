@@ -96,6 +96,7 @@ def test_its_sensor_feels_what_truly_happens_at_the_contact(carrier, friction):
     assert rotation @ felt == pytest.approx(truth.force, abs=1e-3 * np.linalg.norm(truth.force))
 
 
+@pytest.mark.slow
 @carriers
 @frictions
 def test_the_same_run_again_bit_for_bit_also_from_a_snapshot(carrier, friction):

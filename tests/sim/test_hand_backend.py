@@ -49,6 +49,7 @@ def test_it_is_a_back_end():
     assert sample.arm.position_base_tip == pytest.approx(TWO.palm, abs=1e-6)
 
 
+@pytest.mark.slow
 @SCENES
 def test_the_same_seed_gives_the_same_run_also_when_started_again(scene):
     one, other = (
@@ -70,6 +71,7 @@ def test_fingers_do_not_share_their_noise():
     assert abs(np.corrcoef(noise.T)[0, 1]) < 0.2
 
 
+@pytest.mark.slow
 @SCENES
 @pytest.mark.parametrize("at", [1, 900, 1601])
 @pytest.mark.parametrize("sensor", [None, NOISY], ids=["perfect", "noisy"])

@@ -171,6 +171,7 @@ def test_fingers_and_weight_balance_on_a_held_object(hand, shape):
     assert about == pytest.approx([0.0, 0.0, 0.0], abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.3, 0.6])
 @pytest.mark.parametrize("mass", [0.2, 0.4])
 def test_an_object_slips_when_two_mu_f_no_longer_carries_it(mass, friction):
@@ -200,6 +201,7 @@ def test_a_pull_slips_at_coulombs_threshold(share, slips):
     assert (math.hypot(*backend.truth().velocity) > 0.01) == slips
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
 @pytest.mark.parametrize("angle", np.linspace(0.0, 90.0, 10).tolist())
 def test_full_slip_lies_on_the_limit_surface(friction, angle):

@@ -20,6 +20,7 @@ except NoRendererError as error:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", ["nonsense", "osmesa", "egl"])
 def test_a_platform_that_is_not_there_stops_nobody_but_who_wants_pictures(asked):
     done = subprocess.run(

@@ -60,6 +60,7 @@ def test_a_light_stiff_object_stands_still_under_the_preset_and_jumps_with_the_i
     assert not has_room(replace(GRASP_BASE, impedance=EXPLORE.law.impedance))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [SPHERE, ELLIPSOID], ids=["sphere", "ellipsoid"])
 @pytest.mark.parametrize("friction", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize("force", [0.5, 5.0])
@@ -102,6 +103,7 @@ def test_mujocos_own_tolerance_of_the_contact_finder_is_what_is_seen_of_an_ellip
     assert coarse.on_surface[1] > 4.0 * fine.on_surface[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", [STAGE_BASE, ARM_BASE], ids=["stage", "arm"])
 @pytest.mark.parametrize("speed", [0.02, 0.1])
 def test_the_step_and_the_integrator_hold_the_force_as_well_as_any(base, speed):

@@ -61,6 +61,7 @@ def payload(tip):
     return Payload(tip.mass, tip.center_of_mass)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TIPS)
 @pytest.mark.parametrize("target", [SphereObject(), EllipsoidObject(), Box()], ids=["sphere", "ellipsoid", "box"])
 def test_the_compensated_wrench_is_the_contact_wrench_while_the_stage_accelerates(name, target):

@@ -20,6 +20,7 @@ def alone():
     return {run: digest(run) for run in RUNS}
 
 
+@pytest.mark.slow
 def test_the_runs_compared_here_touch_something_and_depend_on_the_seed(alone):
     assert all(touched for _, touched in alone.values())
     for kind in BACKENDS:
@@ -27,6 +28,7 @@ def test_the_runs_compared_here_touch_something_and_depend_on_the_seed(alone):
         assert (one == other) is (kind == NOISELESS)
 
 
+@pytest.mark.slow
 def test_each_back_end_gives_the_same_run_bit_for_bit_in_another_process(alone):
     """New interpreters, not forks: nothing is shared but the code and the seed."""
     assert results_of(run_batch(digest, RUNS, 2, quiet)) == list(alone.values())
@@ -52,6 +54,7 @@ def test_stages_and_a_hand_stepped_in_turns_do_not_disturb_one_another():
     assert interleaved(runs) == [said_in(run) for run in runs]
 
 
+@pytest.mark.slow
 def test_all_back_ends_at_once_do_not_disturb_one_another(alone):
     said = ["\n".join(periods) for periods in interleaved(RUNS)]
     assert [hashlib.sha256(text.encode()).hexdigest() for text in said] == [told for told, _ in alone.values()]

@@ -88,6 +88,7 @@ def measured_support(model, normals):
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SUPPORTS)
 def test_the_geom_reaches_as_far_as_the_surface_in_every_direction(kind):
     """Supports determine a convex body: equal ones in many directions, within the stated sag, are the same tip."""
@@ -163,6 +164,7 @@ def test_inertia_is_that_of_the_solid(kind):
     assert model.body_mass[k] == 0.05
 
 
+@pytest.mark.slow
 def test_an_icosphere_given_as_a_mesh_surface_is_taken_as_it_is():
     trimesh = pytest.importorskip("trimesh")
     ball = trimesh.creation.icosphere(subdivisions=3, radius=0.008)

@@ -85,6 +85,7 @@ def rms(values):
     return float(np.sqrt(np.mean(np.square(values))))
 
 
+@pytest.mark.slow
 def test_what_is_identified_bears_a_contact_three_times_as_stiff(found):
     assert found.admittance is not None
     assert found.admittance.gain_margin > 3.0
@@ -93,6 +94,7 @@ def test_what_is_identified_bears_a_contact_three_times_as_stiff(found):
     assert found.admittance.gain.gain > 3.0 * found.gain.gain
 
 
+@pytest.mark.slow
 def test_on_a_small_raster_the_force_is_held_with_ordinary_friction(found):
     errors, _, _ = swept(EllipsoidObject(), found)
     assert rms(errors) < 0.05

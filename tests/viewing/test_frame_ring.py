@@ -43,6 +43,7 @@ def write_many(ring, count):
         writer.write([float(i)] * (width - 2))
 
 
+@pytest.mark.slow
 def test_rows_are_never_torn_between_processes():
     """A ring so small that the writer laps the reader all the time."""
     ring, count = FrameRing(CONTEXT, PLAIN, 16), 50_000

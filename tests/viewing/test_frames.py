@@ -78,6 +78,7 @@ def test_a_robot_that_tells_less_than_it_has_does_not_end_the_run(short_run):
     assert not frames.finger(1).touching.any()
 
 
+@pytest.mark.slow
 @given(st.integers(1, 4), st.integers(0, 7), st.integers(0, 4), st.integers(0, 3), st.integers(0, 3))
 def test_every_column_has_one_meaning(fingers, joints, hand_joints, free, live):
     """Numbers that all differ come out of the parts of a row once each, in order."""

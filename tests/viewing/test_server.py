@@ -142,6 +142,7 @@ def test_it_listens_on_this_machine_alone():
         server.stop()
 
 
+@pytest.mark.slow
 def test_a_port_in_use_is_told_and_not_evaded(capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -186,6 +187,7 @@ def test_closing_frees_the_port_without_a_word(capfd):
     assert (out, err) == ("", "")
 
 
+@pytest.mark.slow
 def test_a_live_view_shows_a_run_and_closes_cleanly(short_run):
     with LiveView(view_scene(short_run.planned), port=ANY_PORT) as view:
         for period in short_run.periods:
@@ -200,6 +202,7 @@ def test_a_live_view_shows_a_run_and_closes_cleanly(short_run):
     view.close()
 
 
+@pytest.mark.slow
 def test_a_view_that_dies_does_not_disturb_the_loop(short_run):
     with LiveView(view_scene(short_run.planned), port=ANY_PORT) as view:
         os.kill(view._process.pid, signal.SIGKILL)
@@ -219,6 +222,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_view_does_not_outlive_a_loop_that_crashed(tmp_path):
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)

@@ -106,6 +106,7 @@ def test_edges_of_a_square_are_its_four_sides():
     assert rim_edges(np.zeros((0, 3), np.int64)).shape == (0, 2)
 
 
+@pytest.mark.slow
 def test_nothing_waits_for_the_process_and_all_that_was_felt_gets_there(fed):
     """While it works, contacts gather; the newest answer has them all."""
     _, feed, frames = fed
@@ -129,6 +130,7 @@ def test_nothing_waits_for_the_process_and_all_that_was_felt_gets_there(fed):
     assert feed.waiting == 0
 
 
+@pytest.mark.slow
 def test_winding_back_begins_anew_and_an_old_answer_is_thrown_away(fed):
     _, feed, frames = fed
     half = frames[: len(frames) * 2 // 3]
@@ -195,6 +197,7 @@ def test_a_surface_that_cannot_be_made_is_told_of(short_run):
     worker.close()
 
 
+@pytest.mark.slow
 def test_the_player_goes_on_without_it(short_run):
     scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
     with Player(scene, frames_of_log(short_run.log), port=ANY_PORT) as player:
@@ -214,6 +217,7 @@ def test_the_player_goes_on_without_it(short_run):
         assert player.time > 1.0
 
 
+@pytest.mark.slow
 def test_a_live_view_ends_with_all_its_processes(short_run):
     scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
     with LiveView(scene, port=ANY_PORT) as view:

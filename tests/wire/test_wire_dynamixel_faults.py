@@ -91,6 +91,7 @@ def test_a_lasting_fault_is_told_in_time_and_passes(emulated, prompt_hand, fault
     pytest.fail(f"never told in time: {tried}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "share"), [("wrong_checksum", 0.1), ("lost_bytes", 0.1), ("noise", 0.3)])
 def test_a_share_of_faults_costs_exchanges_not_the_hand(emulated, fault, share):
     hand = connected(emulated, watchdog=0.0, answer_time=0.03, silence=2.0)
@@ -136,6 +137,7 @@ def test_a_missed_exchange_gives_the_state_before_it_with_its_time(emulated, han
     emulated.inject("mute", 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [0.008, 0.015, 0.04])
 def test_no_late_answer_is_taken_for_a_new_one(emulated, prompt_hand, late):
     """The shaft turns all the time; a sample must never be older than it says."""

@@ -189,6 +189,7 @@ def test_the_librarys_own_questions_survive_any_answer(count):
             ask(Deaf(stream))
 
 
+@pytest.mark.slow
 def test_a_hand_never_says_what_the_servos_are_not():
     """All faults of the line at once, on a real terminal."""
     motors = [still(0.5, 0.0, -1e-3), still(-0.25, 0.0, -1e-3)]

@@ -71,6 +71,7 @@ def cells() -> Iterator[Cells]:
         yield started
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ROWS)
 def test_a_fault_is_noticed_told_safe_and_passed(cells: Cells, case: Case) -> None:
     cell = cells.of(case.tip)
@@ -93,6 +94,7 @@ def test_the_table_has_what_was_asked_for() -> None:
     assert all(case.says for case in CASES if case.safe is not Safe.GOES_ON)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("procedure", "says", "problem"),
     [
@@ -124,6 +126,7 @@ def test_the_campaign_sees_what_is_not_as_it_must_be(
     cell.everything_up()
 
 
+@pytest.mark.slow
 def test_hours_are_accounted_for_in_seconds() -> None:
     """A soak: all that was injected was noticed, told and passed, and nothing is held that was not before."""
     children, files = len(psutil.Process().children(recursive=True)), len(os.listdir("/proc/self/fd"))

@@ -112,6 +112,7 @@ def test_every_step_is_handed_to_every_device_in_order(running: Running) -> None
     assert states[-1].arm.velocity_base_tip == pytest.approx((0.01, 0.0, 0.0), abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.5, 1.0, 2.0])
 def test_the_plant_keeps_its_pace(scale: float) -> None:
     one = Running(scale)
@@ -239,6 +240,7 @@ def test_an_emulator_dies_with_its_parent() -> None:
     UrServer(ADDRESS).close()
 
 
+@pytest.mark.slow
 def test_a_start_that_is_broken_off_leaves_no_emulator(monkeypatch: pytest.MonkeyPatch) -> None:
     """By Ctrl-C, say, while it comes up."""
 

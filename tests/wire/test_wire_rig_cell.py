@@ -109,6 +109,7 @@ def until_it_stands(emulator, longest=5.0):
     return emulator.control.state()["position"]
 
 
+@pytest.mark.slow
 def test_it_goes_where_it_is_told_and_every_sample_has_its_own_time(cell):
     emulator, path = cell
     before = until_it_stands(emulator)[2]
@@ -177,6 +178,7 @@ def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
     assert float(figures["largest force of the run"]) >= 1.9
 
 
+@pytest.mark.slow
 def test_a_sensor_that_is_lost_in_motion_stops_the_arm_and_is_named(cell):
     emulator, path = cell
     with started(path) as (rig, _):
@@ -189,6 +191,7 @@ def test_a_sensor_that_is_lost_in_motion_stops_the_arm_and_is_named(cell):
         until_it_stands(emulator)  # before anything was closed
 
 
+@pytest.mark.slow
 def test_an_arm_in_protective_stop_is_named(tmp_path):
     with emulated(tmp_path) as (emulator, path), started(path) as (rig, _):
         for _ in range(20):
@@ -201,6 +204,7 @@ def test_an_arm_in_protective_stop_is_named(tmp_path):
         until_it_stands(emulator)
 
 
+@pytest.mark.slow
 def test_the_doctor_moves_nothing_and_tells_all_in_json(cell, capsys):
     emulator, path = cell
     before = emulator.control.state()["position"]
@@ -220,6 +224,7 @@ def test_the_doctor_moves_nothing_and_tells_all_in_json(cell, capsys):
         assert bool(one["fix"]) == (one["verdict"] != "good")
 
 
+@pytest.mark.slow
 def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, tmp_path):
     emulator, path = cell
     address = emulator.addresses[box_of(emulator)]
@@ -241,6 +246,7 @@ def hand_cell(tmp_path) -> Iterator[tuple[EmulatorProcess, str]]:
         yield emulator, str(robot_file(tmp_path, address, HAND.replace("TERMINAL", terminal)))
 
 
+@pytest.mark.slow
 def test_no_fault_opens_a_hand(hand_cell):
     emulator, path = hand_cell
     robot = load_robot(path)
@@ -279,6 +285,7 @@ def lost(rig):
     return pytest.fail("nothing was noticed")
 
 
+@pytest.mark.slow
 def test_the_doctor_looks_at_servos(hand_cell, capsys):
     _, path = hand_cell
     main(["doctor", str(path), "--seconds", "0.3", "--json"])

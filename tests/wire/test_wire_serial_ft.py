@@ -244,6 +244,7 @@ def test_it_streams_tares_and_says_an_overload(kind: str, tmp_path: Path) -> Non
         assert "take it off" in ft.problem
 
 
+@pytest.mark.slow
 @both
 def test_a_bad_line_costs_what_it_takes_and_shows_nothing_wrong(kind: str, tmp_path: Path) -> None:
     with started(kind, tmp_path) as (server, ft):
@@ -309,6 +310,7 @@ def test_a_bota_that_rebooted_is_set_up_again(tmp_path: Path) -> None:
         until(lambda: ft.counter_rate == pytest.approx(1e6, rel=1e-2))
 
 
+@pytest.mark.slow
 def test_a_bota_that_does_not_answer_fails_to_start_in_words(tmp_path: Path) -> None:
     server = BotaServer(link=tmp_path / "sensor")
     server.inject("deaf", 1)

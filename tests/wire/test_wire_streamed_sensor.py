@@ -96,6 +96,7 @@ def test_a_bug_in_the_reading_thread_is_told_and_a_new_start_helps() -> None:
     ft.close()
 
 
+@pytest.mark.slow
 def test_a_device_that_begins_anew_is_stamped_by_its_new_count() -> None:
     class Counting(MadeUpLink):
         sampled, first, anew = 0.0, 0.0, False

@@ -121,6 +121,7 @@ def at_rest(emulator: EmulatorProcess) -> bool:
 # -- what it does --
 
 
+@pytest.mark.slow
 def test_it_moves_as_told_and_says_where_it_is(shared):
     with UrArm(address(shared), PATIENT) as arm:
         assert arm.version[:2] == (5, 14)
@@ -208,6 +209,7 @@ def test_force_mode_presses_and_both_sensors_feel_it():
         assert math.hypot(*felt.read().wrench[:3]) < 1.0
 
 
+@pytest.mark.slow
 def test_freedrive_lets_go_and_holds_again(shared):
     with UrArm(address(shared), PATIENT) as arm:
         with arm.freedrive():
@@ -434,6 +436,7 @@ def test_nobody_there_is_told_at_once():
 # -- ur_rtde's own faults --
 
 
+@pytest.mark.slow
 def test_a_command_does_not_overwrite_the_one_before(shared):
     """A velocity that is followed at once by something else has been executed, and the other is, too."""
     with UrArm(address(shared), PATIENT) as arm:

@@ -82,6 +82,7 @@ def test_every_move_arrives(robot: EmulatorProcess) -> None:
     assert device(robot)["dropped"] == 0
 
 
+@pytest.mark.slow
 def test_questions_get_their_answers(robot: EmulatorProcess) -> None:
     told = told_by(questions, ADDRESS)
     assert told["inverse"] == pytest.approx(told["joints"], abs=1e-6)

@@ -134,7 +134,7 @@ def test_rows_are_never_torn_and_never_go_back():
 
 @given(st.permutations(range(5)), st.integers(0, 4))
 def test_a_row_of_which_only_a_part_is_visible_is_not_believed(order, visible):
-    """As a processor that reorders its stores may show it: the newest number, and any words of its row, in any order."""
+    """As a processor that reorders its stores may show it: the newest number, any words of its row, in any order."""
     width = 3
     memory = mmap.mmap(-1, size_of(width))
     row = SharedRow(memory, 0, width)

@@ -307,6 +307,7 @@ def test_freedrive_excludes_motion_and_ends(tmp_path):
     assert order[:3] == ["freedriveMode", "endFreedriveMode", "speedL"]
 
 
+@pytest.mark.slow
 def test_an_arm_that_moves_can_be_led_at_once(tmp_path):
     """It comes to rest first; what told it to does not end the leading, nor keep the watchdog from being fed."""
     with arm_on(tmp_path) as arm:

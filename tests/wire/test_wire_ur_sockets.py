@@ -183,6 +183,7 @@ def test_a_stalled_stream_keeps_its_connection(serving: Serving, rtde: Rtde) -> 
     assert rtde.next()[0] == PackageType.DATA
 
 
+@pytest.mark.slow
 def test_a_client_that_does_not_read_misses_packages_and_holds_nobody_up(serving: Serving) -> None:
     with socket.socket() as lazy:
         lazy.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

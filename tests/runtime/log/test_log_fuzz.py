@@ -188,6 +188,7 @@ def fuzz(folder, originals, trials, seed):
     assert trials / 4 < read < trials  # the damage is not so great that nothing is tested
 
 
+@pytest.mark.slow
 def test_damaged_logs_are_refused_or_read_up_to_the_damage(tmp_path, originals):
     fuzz(tmp_path, originals, 360, seed=1)
 

@@ -27,6 +27,7 @@ def layouts(draw):
     return Layout(draw(st.integers(0, 8)), hand_joints, tuple(channels), grips)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(layouts(), st.integers(0, 2**31), st.integers(1, 450), st.floats(-1e6, 1e6))
 def test_samples_and_commands_come_back_bit_for_bit(layout, seed, count, start):

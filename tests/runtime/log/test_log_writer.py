@@ -108,6 +108,7 @@ print(summary.rows_written, summary.rows_lost, summary.problem)
 """
 
 
+@pytest.mark.slow
 def test_a_file_that_may_not_grow_further_is_a_full_disk_too(tmp_path):
     """As above, where nothing may be mounted: a limit on the size of the files of a process."""
     path = tmp_path / "a.mcap"

@@ -153,6 +153,7 @@ def at_delay(kind, delay):
     return kind(RATE / math.pi * math.atan(unit / delay))
 
 
+@pytest.mark.slow
 def test_a_kalman_filter_does_not_earn_its_keep():
     """Random walk in white noise, the Kalman filter's home ground: it is the first-order low-pass to 2 %.
 

@@ -198,6 +198,7 @@ def test_doubtful_results_do_not_get_into_a_file():
         with_calibration(fingertip(), fit, raw_unit="V", raw_range=(-9, 9), date="2026-11-21", provenance="test")
 
 
+@pytest.mark.slow
 def test_a_step_takes_less_than_30_microseconds():
     sensor, rng = fingertip(8), np.random.default_rng(0)
     pipeline = FTPipeline(sensor)

@@ -78,6 +78,7 @@ def test_what_people_write_is_read_as_they_mean_it():
     assert sensor.calibration is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("before", "after", "reason"),
     [

@@ -96,6 +96,7 @@ def try_files(count, seed, path):
     return loaded, refused
 
 
+@pytest.mark.slow
 def test_500_damaged_files_are_loaded_or_refused(tmp_path):
     loaded, refused = try_files(500, 1, tmp_path / "sensor.yaml")
     # Both must happen, or the fuzzer tries only one side.

@@ -54,6 +54,7 @@ def test_a_healthy_slow_device_is_not_dead_even_if_every_other_sample_gets_lost(
     assert set(healths(slow(rate), times)) == {Measure.HEALTHY}
 
 
+@pytest.mark.slow
 def test_a_dead_one_is_found_after_as_many_of_its_own_samples_as_a_quick_one():
     found = {rate: healths(slow(rate), 100_000 // 40).index(Measure.FROZEN) for rate in (None, 100.0, 500.0)}
     assert found[100.0] + 1 == 10 * (found[None] + 1)
