@@ -31,6 +31,11 @@ _SMALL, _MIDDLE, _NEVER = 200, 5, 2**31 - 1
 (the largest C int). Where from: above."""
 
 
+IMMORTAL = 1000
+"""As many objects may be frozen although nobody froze any: those that never die, which Python 3.12 puts there. It has
+some 400, and a program that freezes what it has loaded, thousands."""
+
+
 class _Interpreter:
     """The one interpreter: kept out of the way from the first run's start to the last one's end.
 
@@ -63,7 +68,7 @@ class _Interpreter:
         young, middle, full = gc.get_threshold()  # young: 0 means off, and stays so
         self._put_back.callback(gc.set_threshold, young, middle, full)
         gc.set_threshold(min(young, _SMALL), min(middle, _MIDDLE), _NEVER)
-        if gc.get_freeze_count() == 0:  # unfreezing knows no levels: it belongs to who froze first
+        if gc.get_freeze_count() <= IMMORTAL:  # unfreezing knows no levels: it belongs to who froze first
             self._put_back.callback(gc.unfreeze)
             gc.freeze()
 
