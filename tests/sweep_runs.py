@@ -1,6 +1,5 @@
 """Sweeps of the smallest runs there are, and a runner without processes."""
 
-import time
 from dataclasses import dataclass, field
 
 from palpate.experiments.sweep.attempt import attempt
@@ -35,12 +34,10 @@ class InProcess:
         return "here"
 
     def run(self, cases, progress):
-        began = time.perf_counter()
         for count, case in enumerate(cases):
             if count == self.interrupted_after:
                 raise KeyboardInterrupt
             record = attempt(case)
             self.done.append(case.run)
             outcome = Success(case, record, record.duration)
-            elapsed = time.perf_counter() - began
-            progress(BatchProgress(len(cases), count + 1, 0, elapsed, count, outcome))
+            progress(BatchProgress(len(cases), count + 1, 0, record.duration, count, outcome))

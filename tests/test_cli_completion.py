@@ -7,7 +7,6 @@ import select
 import shutil
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -15,6 +14,7 @@ from cli_samples import leaves
 from palpate.cli import main
 from palpate.experiments.completion.described import first_sentence
 from palpate.runtime.robot import shipped_robots
+from waiting import until
 
 BASH = shutil.which("bash")
 needs_bash = pytest.mark.skipif(BASH is None, reason="no bash here")
@@ -98,12 +98,14 @@ def test_a_real_shell_completes_at_a_tab(script):
     try:
         os.write(terminal, b"source completion.bash; palpate() { printf '<%s>' \"$@\"; echo .; }\n")
         os.write(terminal, b"palpate expl\t--obj\tell\t--fi\tpart\t\n")
-        said, deadline = "", time.monotonic() + 20.0
-        wanted = "<explore><--object><ellipsoid><--file><part one.stl>."
-        while wanted not in said and time.monotonic() < deadline:
+        said = bytearray()
+
+        def heard():
             if select.select([terminal], [], [], 0.5)[0]:
-                said += os.read(terminal, 65536).decode(errors="replace")
-        assert wanted in said
+                said.extend(os.read(terminal, 65536))
+            return b"<explore><--object><ellipsoid><--file><part one.stl>." in said
+
+        until(heard)
     finally:
         os.write(terminal, b"exit\n")
         os.close(terminal)

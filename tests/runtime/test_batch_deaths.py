@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import psutil
@@ -16,24 +15,18 @@ from palpate.runtime.batch.pickling import packed
 from palpate.runtime.batch.process import WorkerProcess
 from palpate.runtime.batch.worker import Ready
 from runtime.batch_work import Deadly, Toss, large, toss, walk
+from waiting import until
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 TESTS = Path(__file__).parents[1]
 PYTHONPATH = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
-PATIENCE = 30.0
+PATIENCE = 60.0
 """For a process to do what it should [s]."""
 
 
 def attempts(folder, seed):
     """The processes that tried a case, in order."""
     return [int(path.name.split("-")[2]) for path in sorted(folder.glob(f"{seed}-*"))]
-
-
-def wait_for(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 def workers():
@@ -78,7 +71,7 @@ def test_a_case_that_always_kills_its_process_fails_alone(tmp_path):
 @pytest.mark.slow
 def test_a_worker_killed_from_outside_in_mid_case_costs_that_case_one_more_try(tmp_path):
     def assassin():
-        wait_for(lambda: attempts(tmp_path, 0))
+        until(lambda: attempts(tmp_path, 0))
         os.kill(attempts(tmp_path, 0)[0], signal.SIGKILL)
 
     thread = threading.Thread(target=assassin)
@@ -120,15 +113,22 @@ def test_workers_that_all_die_at_once_are_given_up():
 
 
 @pytest.mark.slow
-def test_an_exception_of_the_one_who_watches_ends_the_workers_at_once(tmp_path):
+def test_an_exception_of_the_one_who_watches_ends_the_workers_at_once(tmp_path, monkeypatch):
+    """All are killed before any is waited for."""
+    done = []
+    for name in ("kill", "bury"):
+        method = getattr(WorkerProcess, name)
+        monkeypatch.setattr(
+            WorkerProcess, name, lambda self, name=name, method=method: done.append(name) or method(self)
+        )
+
     def stop(progress):
         if progress.done:
             raise KeyError("seen enough")
 
-    began = time.monotonic()
     with pytest.raises(KeyError, match="seen enough"):
         run_batch(toss, [Toss(0, tmp_path), Toss(1, tmp_path, pause=100.0)], 2, stop)
-    assert time.monotonic() - began < PATIENCE
+    assert done == ["kill", "kill", "bury", "bury"]
     assert workers() == []
 
 
@@ -167,13 +167,13 @@ def test_no_worker_outlives_its_parent(tmp_path, how, when):
     )
     try:
         if when == "at work":
-            wait_for(lambda: attempts(tmp_path, 0) and attempts(tmp_path, 1))
+            until(lambda: attempts(tmp_path, 0) and attempts(tmp_path, 1))
         else:
-            wait_for(lambda: len(members(program.pid)) >= 3)
+            until(lambda: len(members(program.pid)) >= 3)
         (os.killpg if how is signal.SIGINT else os.kill)(program.pid, how)
         _, said = program.communicate(timeout=PATIENCE)  # ends when nobody holds standard error any more
         assert program.returncode == -how
-        wait_for(lambda: members(program.pid) == [])
+        until(lambda: members(program.pid) == [])
         if how is signal.SIGINT:
             # the parent's, and nobody else's
             assert said.count("Traceback") == 1
