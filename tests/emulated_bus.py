@@ -1,14 +1,10 @@
 """A bus of emulated servos in a thread, with simple motors behind it."""
 
-import math
 import queue
 import select
 import sys
 import threading
 import time
-from dataclasses import fields
-
-import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.hand import DynamixelHand
@@ -22,6 +18,7 @@ from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.simple_servo import SimpleServo
 from palpate.sim.hand.finger import SlideFinger
 from palpate.spatial import ZERO
+from waiting import WITHIN, until
 
 FINGER = SlideFinger(pinion=0.02)
 
@@ -50,7 +47,7 @@ class EmulatedBus:
 
     def __exit__(self, *_):
         self._ended = True
-        self._thread.join(5.0)
+        self._thread.join(WITHIN)
         sys.setswitchinterval(self._interval)
         alive = self._thread.is_alive()
         self.bus.close()
@@ -62,7 +59,7 @@ class EmulatedBus:
         """Have the thread do it: a terminal that somebody waits for is not closed under his hands."""
         done = queue.SimpleQueue()
         self._asked.put((fault, value, done))
-        answer = done.get(timeout=5.0)
+        answer = done.get(timeout=WITHIN)
         if isinstance(answer, Exception):
             raise answer
         return answer
@@ -117,17 +114,13 @@ def still(position=0.0, velocity=0.0, current=0.0):
     return Still(state=ServoState(position, velocity, current))
 
 
-PROMPT = {its.name: its.default for its in fields(HandSettings) if its.name in ("answer_time", "silence")}
-"""As it is where nobody says otherwise: for tests of when something is noticed."""
-
-
 def settings(n=2, **given):
     """Settings of n fingers on 20 mm pinions; their servos' zeros are in the middle of the turn.
 
-    All wait longer than by default: this machine alone is silent for 0.1 s now and then.
+    All wait longer than by default: this machine alone is silent for 0.3 s now and then.
     """
     servos = given.pop("servos", tuple(ServoCalibration(i + 1) for i in range(n)))
-    patient = {"watchdog": 0.4, "answer_time": 0.03, "silence": 0.3}
+    patient = {"watchdog": 2.0, "answer_time": 0.1, "silence": 1.0}
     return HandSettings(servos, FINGER, **{"opening": 0.04, "tip_along": 0.012, **patient, **given})
 
 
@@ -136,24 +129,12 @@ def connected(emulated, **given):
     return DynamixelHand(emulated.bus.address, settings(len(emulated.servos), **given))
 
 
-def read_until(hand, condition, longest=2.0):
+def new_sample(hand):
+    """Read; None if that exchange was missed."""
+    missed, sample = hand.missed, hand.read()
+    return sample if hand.missed == missed else None
+
+
+def read_until(hand, condition):
     """Run periods until the sample fulfils a condition."""
-    end = time.monotonic() + longest
-    while time.monotonic() < end:
-        sample = hand.read()
-        if condition(sample):
-            return sample
-        time.sleep(1e-3)
-    return pytest.fail(f"never came to it: {sample}")
-
-
-def time_to(error, act, longest=1.0):
-    """Return how long calls go on before one raises, and what it raises."""
-    begun = time.monotonic()
-    while time.monotonic() - begun < longest:
-        try:
-            act()
-        except error as raised:
-            return time.monotonic() - begun, raised
-        time.sleep(1e-3)
-    return math.inf, None
+    return until(lambda: (sample := hand.read()) and condition(sample) and sample)

@@ -2,24 +2,41 @@
 
 import time
 from collections.abc import Callable
+from typing import TypeVar
 
-WITHIN = 10.0
-"""[s] until something must have happened, on a machine however loaded."""
+from palpate.hw.devices import DeviceError
+
+WITHIN = 30.0
+"""[s] until something must have happened, on a machine however loaded: it only keeps a broken test from hanging."""
+
+T = TypeVar("T")
 
 
-def until(met: Callable[[], object], within: float = WITHIN) -> None:
-    """Wait until something is so; fail if it never is."""
+def until(met: Callable[[], T], within: float = WITHIN) -> T:
+    """Wait until something is so, and return what it then says; fail if it never is."""
     end = time.monotonic() + within
-    while not met():
-        assert time.monotonic() < end, "it never came to it"
+    while not (found := met()):
+        assert time.monotonic() < end, f"it never came to it: {found!r}"
         time.sleep(1e-3)
+    return found
+
+
+def told(act: Callable[[], object]) -> DeviceError:
+    """Do something again and again until a device refuses it, and return what it says."""
+
+    def refusal() -> DeviceError | None:
+        try:
+            act()
+        except DeviceError as error:
+            return error
+        return None
+
+    error = until(refusal)
+    assert error is not None
+    return error
 
 
 def soonest(times: Callable[[], float], wanted: float, tries: int = 8) -> float:
-    """Return how long something takes [s]: the first try that is as quick as wanted, or the quickest of all.
-
-    What is slow by itself is slow in every try; what the machine holds up is not.
-    """
     best = float("inf")
     for _ in range(tries):
         best = min(best, times())
