@@ -7,7 +7,7 @@ from typing import TypeVar
 from palpate.hw.devices import DeviceError
 
 WITHIN = 30.0
-"""[s] until something must have happened, on a machine however loaded: it only keeps a broken test from hanging."""
+"""[s] until something must have happened, on a machine however loaded: only broken tests wait for so long."""
 
 T = TypeVar("T")
 

@@ -5,7 +5,6 @@ import json
 import os
 import socket
 import threading
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -23,7 +22,7 @@ from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer
 from palpate.spatial import ZERO, Vector
 from ur_wire_sessions import ClientProcess, own_address
-from waiting import until
+from waiting import WITHIN, until
 
 ADDRESS = own_address(3)
 
@@ -36,10 +35,8 @@ class Mover:
     address: str = "nowhere"
     velocity_: Vector = (0.01, 0.0, 0.0)
     states: list[PlantState] = field(default_factory=list)
-    walls: list[float] = field(default_factory=list)
     ticks: list[float] = field(default_factory=list)
     next_tick: float = float("inf")
-    delay: float = 0.0
     closed: bool = False
 
     def files(self) -> Sequence[int]:
@@ -57,13 +54,10 @@ class Mover:
 
     def take(self, state: PlantState) -> None:
         self.states.append(state)
-        self.walls.append(time.monotonic())
-        time.sleep(self.delay)
 
     def inject(self, fault: str, value: float) -> str:
         if fault != "slow":
             raise InvalidValueError("fault: there is slow")
-        self.delay = value
         return "slow"
 
     def close(self) -> None:
@@ -76,9 +70,9 @@ class Mover:
 class Running:
     """A host in a thread."""
 
-    def __init__(self, scale: float = 1.0) -> None:
+    def __init__(self) -> None:
         self.mover = Mover()
-        self.host = Host(SimplePlant(), [self.mover], arm=self.mover, scale=scale)
+        self.host = Host(SimplePlant(), [self.mover], arm=self.mover)
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
         self.control = Controls(self.host.control_port)
@@ -86,8 +80,44 @@ class Running:
     def close(self) -> None:
         self.control.close()
         self.host.stop()
-        self.thread.join(5.0)
+        self.thread.join(WITHIN)
         assert not self.thread.is_alive()
+
+
+class MadeUpTime:
+    """A clock that goes on while the host waits, in the place of the modules `time` and `select`.
+
+    Attributes:
+        now: [s]
+        steps: When the plant was stepped [s], and what it was like then.
+    """
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, scale: float = 1.0) -> None:
+        for name in ("time", "select"):
+            monkeypatch.setattr(f"palpate.hw.emulators.host.{name}", self)
+        self.now, self.steps = 100.0, list[tuple[float, PlantState]]()
+        self.mover = Mover()
+        self.host = Host(SimplePlant(), [self.mover], arm=self.mover, scale=scale)
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def select(self, *given: object) -> tuple[list[int], ...]:
+        self.now += float(str(given[-1]))
+        return [], [], []
+
+    def run(self, steps: int, stall: tuple[int, float] = (0, 0.0)) -> None:
+        """Make so many steps; one of them may take long [s]."""
+
+        def take(state: PlantState) -> None:
+            self.steps.append((self.now, state))
+            if len(self.steps) == stall[0]:
+                self.now += stall[1]
+            if len(self.steps) == steps:
+                self.host.stop()
+
+        vars(self.mover)["take"] = take
+        self.host.run()
 
 
 @pytest.fixture
@@ -98,53 +128,41 @@ def running() -> Iterator[Running]:
     assert one.mover.closed
 
 
-def number(state: dict[str, object], name: str) -> float:
-    value = state[name]
-    assert isinstance(value, int | float)
-    return value
-
-
 def test_every_step_is_handed_to_every_device_in_order(running: Running) -> None:
-    time.sleep(0.3)
+    until(lambda: len(running.mover.states) > 100)
     states = list(running.mover.states)
     steps = [b.time - a.time for a, b in itertools.pairwise(states)]
     assert steps == pytest.approx([0.002] * len(steps), abs=1e-9)
     assert states[-1].arm.velocity_base_tip == pytest.approx((0.01, 0.0, 0.0), abs=1e-6)
+    assert running.control.state()["steps"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.5, 1.0, 2.0])
-def test_the_plant_keeps_its_pace(scale: float) -> None:
-    one = Running(scale)
-    try:
-        time.sleep(0.5)
-        state = one.control.state()
-    finally:
-        one.close()
-    kept = number(state, "wall") - number(state, "given_up")
-    assert number(state, "time") == pytest.approx(scale * kept, rel=0.05, abs=0.06 * scale)
-    assert number(state, "steps") * 0.002 == pytest.approx(number(state, "time"))
+def test_the_plant_keeps_its_pace(scale: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    time = MadeUpTime(monkeypatch, scale)
+    time.run(500)
+    (begin, first), *_, (end, last) = time.steps
+    assert last.time - first.time == pytest.approx(499 * 0.002)
+    assert end - begin == pytest.approx(499 * 0.002 / scale)
 
 
-def test_a_stall_is_given_up_not_caught_up_with(running: Running) -> None:
-    running.control.fault("mover", "slow", 0.3)
-    time.sleep(0.4)
-    running.control.fault("mover", "slow", 0.0)
-    before, begun = len(running.mover.states), time.monotonic()
-    time.sleep(0.1)
-    steps = len(running.mover.states) - before
-    # the 0.05 s that are caught up with, and that time of its own, not 0.4 s more
-    assert steps < (time.monotonic() - begun) / 0.002 + 25 + 15
-    assert number(running.control.state(), "given_up") > 0.2
+@pytest.mark.parametrize(("stall", "caught_up_with"), [(0.04, 20), (0.4, 0)])
+def test_a_long_stall_is_given_up_and_a_short_one_caught_up_with(
+    stall: float, caught_up_with: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    time = MadeUpTime(monkeypatch)
+    time.run(300, (100, stall))
+    after = time.steps[99][0] + stall
+    steps = sum(after <= now < after + 0.1 for now, _ in time.steps)
+    assert steps == pytest.approx(0.1 / 0.002 + caught_up_with, abs=1)
+    assert time.host._told()["given_up"] == pytest.approx(0.0 if caught_up_with else stall, abs=0.003)
 
 
-def test_a_device_is_woken_when_it_wants(running: Running) -> None:
-    wanted = time.monotonic() + 0.1
-    running.mover.next_tick = wanted
-    until(lambda: running.mover.ticks)
-    time.sleep(0.1)
-    assert len(running.mover.ticks) == 1
-    assert 0.0 <= running.mover.ticks[0] - wanted < 1.0
+def test_a_device_is_woken_when_it_wants(monkeypatch: pytest.MonkeyPatch) -> None:
+    time = MadeUpTime(monkeypatch)
+    time.mover.next_tick = wanted = time.now + 0.0991
+    time.run(100)
+    assert time.mover.ticks == [pytest.approx(wanted, abs=1e-9)]
 
 
 @pytest.mark.parametrize(
@@ -162,7 +180,7 @@ def test_a_device_is_woken_when_it_wants(running: Running) -> None:
     ],
 )
 def test_senseless_requests_are_answered(running: Running, line: bytes) -> None:
-    with socket.create_connection(("127.0.0.1", running.host.control_port), timeout=5.0) as client:
+    with socket.create_connection(("127.0.0.1", running.host.control_port), timeout=WITHIN) as client:
         client.sendall(line + b"\n")
         answer = json.loads(client.makefile("rb").readline())
     assert set(answer) == {"error"}
@@ -188,11 +206,11 @@ def test_nothing_is_left_open() -> None:
         host = Host(SimplePlant(), [server], arm=server)
         thread = threading.Thread(target=host.run)
         thread.start()
-        with socket.create_connection((ADDRESS, 30004), timeout=5.0) as client:
+        with socket.create_connection((ADDRESS, 30004), timeout=WITHIN) as client:
             client.sendall(bytes.fromhex("0005 56 0002"))
             assert client.recv(4) == bytes.fromhex("0004 56 01")
             host.stop()
-            thread.join(5.0)
+            thread.join(WITHIN)
     assert psutil.Process().num_fds() == before
 
 
@@ -204,17 +222,17 @@ def test_many_clients_that_say_nothing_or_rubbish_do_not_hurt() -> None:
     clients = []
     try:
         for i in range(60):
-            client = socket.create_connection((ADDRESS, (30004, 30003, 29999)[i % 3]), timeout=5.0)
+            client = socket.create_connection((ADDRESS, (30004, 30003, 29999)[i % 3]), timeout=WITHIN)
             clients.append(client)
             client.sendall(os.urandom(1 + 37 * i))
-        with socket.create_connection((ADDRESS, 30004), timeout=5.0) as client:
+        with socket.create_connection((ADDRESS, 30004), timeout=WITHIN) as client:
             client.sendall(bytes.fromhex("0005 56 0002"))
             assert client.recv(4) == bytes.fromhex("0004 56 01")
     finally:
         for client in clients:
             client.close()
         host.stop()
-        thread.join(5.0)
+        thread.join(WITHIN)
     assert not thread.is_alive()
 
 
@@ -230,10 +248,7 @@ def test_an_emulator_dies_with_its_parent() -> None:
     try:
         (child,) = parent.hear()
         parent.process.kill()
-        killed = time.monotonic()
-        while psutil.pid_exists(child) and psutil.Process(child).status() != psutil.STATUS_ZOMBIE:
-            assert time.monotonic() - killed < 5.0
-            time.sleep(0.01)
+        until(lambda: not psutil.pid_exists(child) or psutil.Process(child).status() == psutil.STATUS_ZOMBIE)
     finally:
         parent.end()
     # the ports are free again
