@@ -1,8 +1,9 @@
-"""What every streaming sensor does, on a link that is made up."""
+"""What every streaming sensor does, on a link and a clock that are made up."""
 
 import threading
 import time
 from collections.abc import Sequence
+from itertools import pairwise
 
 import pytest
 
@@ -17,8 +18,23 @@ from palpate.hw.serial_ft import Bota, Resense, SerialSensor
 from waiting import until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
-SETTINGS = StreamSettings(NOISE, silent_after=0.5, start_within=3.0)
-"""A busy machine stands still for tens of milliseconds."""
+SETTINGS = StreamSettings(NOISE, silent_after=0.5, start_within=30.0)
+
+
+class Clock:
+    """Stands still until somebody moves it [s]."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture(autouse=True)
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    made_up = Clock()
+    monkeypatch.setattr(streamed_sensor, "monotonic", made_up)
+    return made_up
 
 
 def refused(ft: StreamedSensor) -> str:
@@ -31,11 +47,12 @@ def refused(ft: StreamedSensor) -> str:
 
 
 class MadeUpLink:
-    """Gives what it is told to, every 2 ms."""
+    """Gives what it is told to, every 2 ms of its clock, which is no faster than the real one."""
 
     name = "made-up sensor"
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Clock) -> None:
+        self.clock, self.asked = clock, list[float]()
         self.counts = StreamCounts()
         self.failure: Exception | None = None
         self.silent = False
@@ -45,16 +62,18 @@ class MadeUpLink:
         self.failure = None
 
     def request(self) -> None:
-        self.counts.requests += 1
+        self.asked.append(self.clock.now)
 
     def receive(self) -> Sequence[Record]:
         time.sleep(0.002)
+        self.clock.now += 0.002
         if self.failure:
+            self.clock.now += 0.01
             raise self.failure
         if self.silent:
             return ()
         self.counts.records += 1
-        return (Record(time.monotonic(), None, (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), 0, anew=False),)
+        return (Record(self.clock.now, None, (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), 0, anew=False),)
 
     def problem(self, status: int) -> str:
         return ""
@@ -85,49 +104,65 @@ def test_sensors_and_emulators_are_what_a_rig_and_a_host_take() -> None:
         assert server.address
 
 
-def test_a_bug_in_the_reading_thread_is_told_and_a_new_start_helps() -> None:
-    link = MadeUpLink()
+def test_a_bug_in_the_reading_thread_is_told_and_a_new_start_helps(clock: Clock) -> None:
+    link = MadeUpLink(clock)
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
     link.failure = ZeroDivisionError("a bug")
-    until(lambda: "thread has ended: ZeroDivisionError: a bug" in refused(ft))
+    until(lambda: ft._died)
+    clock.now += 2.0 * SETTINGS.silent_after
+    assert "thread has ended: ZeroDivisionError: a bug" in refused(ft)
     ft.start()
     assert ft.read().wrench[:3] == (1.0, 2.0, 3.0)
     ft.close()
 
 
 @pytest.mark.slow
-def test_a_device_that_begins_anew_is_stamped_by_its_new_count() -> None:
+def test_a_device_that_begins_anew_is_stamped_by_its_new_count(clock: Clock) -> None:
     class Counting(MadeUpLink):
-        sampled, first, anew = 0.0, 0.0, False
+        count, anew = 5_000_000, False
 
         def receive(self) -> Sequence[Record]:
-            time.sleep(0.002)
-            now = time.monotonic()
-            anew, self.anew = self.anew, False
-            self.first = now if anew else self.first or now
-            count = int(1e6 * (now - self.first)) + (0 if self.restarted else 5_000_000)
-            return (Record(now, count, (0.0,) * 6, 0, anew),)
+            super().receive()
+            self.count += 2000
+            if anew := self.anew:
+                self.count, self.anew = 0, False
+            arrivals.append(self.clock.now)
+            return (Record(self.clock.now, self.count, (0.0,) * 6, 0, anew),)
 
-        restarted = False
-
-    link = Counting()
+    link, arrivals = Counting(clock), list[float]()
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
     for _ in range(2):
-        ages = []
-        for _ in range(250):
-            time.sleep(0.002)
-            ages.append(time.monotonic() - ft.read().time)
-        assert min(ages) > -1e-6
-        assert sorted(ages)[25] < 0.004  # the youngest tenth: a busy machine makes the others older
-        assert ft.counter_rate == pytest.approx(1e6, rel=2e-3)
-        link.restarted = link.anew = True
+        come = len(arrivals)
+        until(lambda come=come: len(arrivals) > come + 100)
+        stamp = ft.read().time
+        assert min(abs(stamp - arrival) for arrival in arrivals) < 1e-6
+        assert stamp > arrivals[come]
+        assert ft.counter_rate == pytest.approx(1e6, rel=1e-6)
+        link.anew = True
     ft.close()
 
 
-def test_a_new_start_forgets_the_tare() -> None:
-    ft = StreamedSensor(MadeUpLink(), SETTINGS)
+def test_silence_is_told_after_its_time_and_not_before(clock: Clock) -> None:
+    class Stopped(MadeUpLink):
+        def receive(self) -> Sequence[Record]:
+            if self.counts.records:
+                time.sleep(0.002)
+                return ()
+            return super().receive()
+
+    ft = StreamedSensor(Stopped(clock), StreamSettings(NOISE))
+    ft.start()
+    clock.now += 0.0399
+    assert ft.read().healthy
+    clock.now += 0.001
+    assert "silent for 41 ms" in refused(ft)
+    ft.close()
+
+
+def test_a_new_start_forgets_the_tare(clock: Clock) -> None:
+    ft = StreamedSensor(MadeUpLink(clock), SETTINGS)
     ft.start()
     ft.tare()
     assert ft.read().wrench[:3] == (0.0, 0.0, 0.0)
@@ -136,8 +171,8 @@ def test_a_new_start_forgets_the_tare() -> None:
     ft.close()
 
 
-def test_a_tare_that_goes_silent_keeps_the_old_zero() -> None:
-    link = MadeUpLink()
+def test_a_tare_that_goes_silent_keeps_the_old_zero(clock: Clock) -> None:
+    link = MadeUpLink(clock)
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
     link.silent = True
@@ -149,22 +184,22 @@ def test_a_tare_that_goes_silent_keeps_the_old_zero() -> None:
     ft.close()
 
 
-def test_a_broken_wire_is_tried_again_and_said_meanwhile() -> None:
-    link = MadeUpLink()
+def test_a_broken_wire_is_tried_again_and_said_meanwhile(clock: Clock) -> None:
+    link = MadeUpLink(clock)
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
-    begun = time.monotonic()
     link.failure = OSError("no route")
-    until(lambda: "no route" in refused(ft) and link.counts.requests >= 3)
-    assert link.counts.requests <= 2 + (time.monotonic() - begun) / 0.1  # every tenth of a second
+    until(lambda: "no route" in refused(ft) and len(link.asked) >= 4)
+    _, *again = link.asked
+    assert all(0.1 < b - a < 0.125 for a, b in pairwise(again))  # every tenth of a second
     link.failure = None
     until(lambda: not refused(ft))
     assert ft.read().healthy
     ft.close()
 
 
-def test_what_is_none_of_its_records_is_told_from_silence() -> None:
-    link = MadeUpLink()
+def test_what_is_none_of_its_records_is_told_from_silence(clock: Clock) -> None:
+    link = MadeUpLink(clock)
     link.silent = True
     link.counts.refused = 7
     with pytest.raises(DeviceError, match="7 pieces of what arrived"):
@@ -172,14 +207,14 @@ def test_what_is_none_of_its_records_is_told_from_silence() -> None:
     assert link.closed >= 1
 
 
-def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept() -> None:
+def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept(clock: Clock) -> None:
     """What has come meanwhile lies there: it is read before the device is taken for silent."""
 
     class Asleep(tuple[Record, ...]):
         """Records after which the reading thread is not run for a while."""
 
         def __getitem__(self, i):
-            time.sleep(0.2)
+            clock.now += 0.2
             return super().__getitem__(i)
 
     class Held(MadeUpLink):
@@ -190,15 +225,17 @@ def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept() -> No
             self.sleeps += 1
             return Asleep(records) if self.sleeps % 5 == 0 else records
 
-    link = Held()
+    link = Held(clock)
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
     until(lambda: link.sleeps > 20)
     ft.close()
-    assert link.counts.requests == 1
+    assert len(link.asked) == 1
 
 
-def test_a_sensor_is_not_called_silent_because_this_computer_slept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sensor_is_not_called_silent_because_this_computer_slept(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The loop may run first afterwards: it looks again before it believes that nothing came."""
 
     class Gated(MadeUpLink):
@@ -209,12 +246,12 @@ def test_a_sensor_is_not_called_silent_because_this_computer_slept(monkeypatch: 
             return super().receive()
 
     monkeypatch.setattr(streamed_sensor, "_GLANCES", 5000)  # seconds, in which any machine runs the other thread
-    link = Gated()
+    link = Gated(clock)
     link.open_gate.set()
     ft = StreamedSensor(link, SETTINGS)
     ft.start()
     link.open_gate.clear()
-    time.sleep(1.5 * SETTINGS.silent_after)
+    clock.now += 1.5 * SETTINGS.silent_after
     link.open_gate.set()
     assert ft.read().healthy
     ft.close()
