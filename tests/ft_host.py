@@ -6,12 +6,14 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
+from palpate.hw.devices import DeviceError, SensorDevice, SensorReading
 from palpate.hw.emulators.plant import PlantState
 from palpate.hw.emulators.server import Server
 from palpate.runtime.data import ArmSample, WrenchSample
 from palpate.spatial import IDENTITY, ZERO
+from waiting import WITHIN, until
 
 ZERO_LOAD = (0.0,) * 6
 STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
@@ -35,6 +37,20 @@ def serve_once(servers: Sequence[Server], longest: float = 0.005) -> None:
             server.tick(now)
 
 
+def good(ft: SensorDevice) -> SensorReading:
+    """Read until that gives a healthy reading, and return it."""
+
+    def healthy() -> SensorReading | None:
+        with suppress(DeviceError):
+            reading = ft.read()
+            return reading if reading.healthy else None
+        return None
+
+    reading = until(healthy)
+    assert reading is not None
+    return reading
+
+
 @contextmanager
 def served(*servers: Server) -> Iterator[None]:
     """Run the loop in a thread; the servers are closed at the end."""
@@ -47,7 +63,7 @@ def served(*servers: Server) -> Iterator[None]:
         def ask(*values: object) -> object:
             done = Future[object]()
             asked.append((done, inject, values))
-            return done.result(5.0)
+            return done.result(WITHIN)
 
         return ask
 
@@ -70,7 +86,7 @@ def served(*servers: Server) -> Iterator[None]:
         yield
     finally:
         ending.set()
-        thread.join(5.0)
+        thread.join(WITHIN)
         for server in servers:
             del vars(server)["inject"]
             server.close()

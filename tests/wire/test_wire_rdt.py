@@ -1,9 +1,9 @@
 """Raw data transfer byte by byte: golden frames, units, status words, and the emulated box on a bare socket."""
 
+import contextlib
 import itertools
 import socket
 import struct
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -17,6 +17,7 @@ from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, 
 from palpate.hw.netft.calibration import FORCE_UNITS, TORQUE_UNITS, BoxCalibration, parse_calibration
 from palpate.hw.netft.rdt import RECORD, REQUEST
 from palpate.hw.netft.status import AXIA, NET_BOX
+from waiting import until
 
 STREAM = bytes.fromhex("1234 0002 00000000")
 STOP = bytes.fromhex("1234 0000 00000000")
@@ -30,7 +31,7 @@ def box(**changes: object) -> NetFtServer:
 @contextmanager
 def client(server: NetFtServer) -> Iterator[socket.socket]:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
-        wire.settimeout(1.0)
+        wire.settimeout(30.0)
         wire.connect((server.address, server.rdt_port))
         yield wire
 
@@ -43,16 +44,15 @@ def ask(server: NetFtServer, wire: socket.socket, request: bytes) -> None:
 def records_of(server: NetFtServer, wire: socket.socket, count: int) -> list[tuple[int, ...]]:
     found: list[tuple[int, ...]] = []
     wire.setblocking(False)
-    deadline = time.monotonic() + 5.0
-    while len(found) < count:
-        assert time.monotonic() < deadline, f"{len(found)} of {count} records came"
+
+    def came() -> bool:
         serve_once((server,), 0.1)
-        while True:
-            try:
-                datagram = wire.recv(4096)
-            except BlockingIOError:
-                break
-            found.extend(RECORD.iter_unpack(datagram))
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                found.extend(RECORD.iter_unpack(wire.recv(4096)))
+        return len(found) >= count
+
+    until(came)
     return found
 
 
