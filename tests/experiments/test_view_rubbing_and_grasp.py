@@ -4,7 +4,6 @@ import contextlib
 import io
 import math
 import os
-import shutil
 import signal
 import threading
 import time
@@ -32,11 +31,7 @@ from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT
 from palpate.viewing import ANY_PORT, Player, frames_of_log
 from shown_player import Shown
-from viewing.browser import page
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-
-needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium (Debian: apt install chromium)")
+from viewing.browser import needs_browser, page
 
 
 @pytest.fixture(scope="module")
@@ -177,7 +172,7 @@ def test_a_browser_shows_it_and_its_slider_winds_it_on(name, request, tmp_path):
         playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
         playing.start()
         try:
-            with page(CHROMIUM, tmp_path, player.url) as browser:
+            with page(tmp_path, player.url) as browser:
                 browser.wait_for(f"document.body.innerText.includes('{scene.title}')")
                 browser.wait_for("document.querySelectorAll('[role=slider]').length == 1")
                 player._slider.value = middle

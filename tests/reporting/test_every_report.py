@@ -1,7 +1,6 @@
 """What holds of every kind of report: sentences, units, text to be read, nothing from outside, nothing run."""
 
 import re
-import shutil
 from html import unescape
 from html.parser import HTMLParser
 
@@ -16,10 +15,7 @@ from palpate.reporting.story import Story
 from palpate.reporting.style import SMALL_SIZE
 from reporting.every_report import KINDS, html_of
 from reporting.test_report import parsed
-from viewing.browser import page
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium (Debian: apt install chromium)")
+from viewing.browser import needs_browser, page
 
 QUICK = ("runs", "sweep", "bench")
 EVERY = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS]
@@ -186,7 +182,7 @@ def test_a_browser_without_network_shows_it_and_runs_nothing(kind, pictures, tmp
     html = html_of(kind, HOSTILE, tmp_path)
     assert POLICY in unescape(html)
     path.write_text(re.sub(r"<meta HTTP-EQUIV.*?>", "", html), encoding="utf-8")
-    with page(CHROMIUM, profile, "about:blank") as browser:
+    with page(profile, "about:blank") as browser:
         browser.call("Network.enable")
         browser.call("Log.enable")
         browser.call(
@@ -224,7 +220,7 @@ def test_pictures_follow_the_theme_and_no_script_is_needed(tmp_path):
 
     path = tmp_path / "report.html"
     path.write_text(html_of("runs", "a name", tmp_path), encoding="utf-8")
-    with page(CHROMIUM, tmp_path / "profile", path.as_uri()) as browser:
+    with page(tmp_path / "profile", path.as_uri()) as browser:
         browser.wait_for("document.images.length > 0 && [...document.images].every(each => each.complete)")
         at_width(browser, 1000)
         for theme, ground, letters in (("light", 255, 34), ("dark", 33, 230)):

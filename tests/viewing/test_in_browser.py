@@ -2,7 +2,6 @@
 
 import io
 import re
-import shutil
 import threading
 import time
 from dataclasses import replace
@@ -15,11 +14,7 @@ from palpate.experiments.explore.run import Attempt
 from palpate.experiments.view.growth import plans_of_log, surface_view
 from palpate.experiments.view.plan import view_scene, watched_plan
 from palpate.viewing import ANY_PORT, LiveView, Player, frames_of_log
-from viewing.browser import page
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-
-needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium (Debian: apt install chromium)")
+from viewing.browser import needs_browser, page
 
 
 @needs_browser
@@ -30,7 +25,7 @@ def test_a_browser_shows_the_run(short_run, tmp_path):
         playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
         playing.start()
         try:
-            with page(CHROMIUM, tmp_path, player.url) as browser:
+            with page(tmp_path, player.url) as browser:
                 browser.wait_for("document.body.innerText.includes('Exploration of an ellipsoid, stage')")
                 browser.wait_for("document.body.innerText.includes('map points')")
                 browser.wait_for("/t = [1-9]\\.\\d+ s . stop/.test(document.body.innerText)")
@@ -58,8 +53,8 @@ def test_a_browser_shows_the_surface_as_it_grows(short_run, tmp_path):
         playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
         playing.start()
         try:
-            with page(CHROMIUM, tmp_path, player.url) as browser:
-                browser.wait_for("/[0-9.]+ cm² observed . sd/.test(document.body.innerText)", timeout=120.0)
+            with page(tmp_path, player.url) as browser:
+                browser.wait_for("/[0-9.]+ cm² observed . sd/.test(document.body.innerText)", within=120.0)
                 text = browser.evaluate("document.body.innerText")
                 assert re.search(r"standard deviation\s+[0-9.e-]+ mm", text)
                 player.drawing._surface._choice.value = "friction"
@@ -79,7 +74,7 @@ def test_a_slider_in_the_browser_changes_the_run(tmp_path):
     attempt, said = Attempt(planned), []
     with (
         LiveView(view_scene(planned), port=ANY_PORT, live=attempt.controller.live) as view,
-        page(CHROMIUM, tmp_path, view.url) as browser,
+        page(tmp_path, view.url) as browser,
     ):
         browser.wait_for("document.querySelectorAll('[role=slider]').length == 3")
 

@@ -1,7 +1,6 @@
 """Changing a controller from the browser: what is asked for arrives once, checked, ramped and recorded."""
 
 import multiprocessing
-import time
 
 import msgspec
 import numpy as np
@@ -20,6 +19,7 @@ from palpate.viewing.request_board import BoardReader, BoardWriter, RequestBoard
 from palpate.viewing.server import ViewServer
 from viewing.test_frames import observer_without_process
 from viewing.test_server import PROTOCOL, decoded
+from waiting import until
 
 CONTEXT = multiprocessing.get_context("spawn")
 FORCE = LiveParameter("force", 2.0, 0.5, 10.0, 5.0, "N", "normal force")
@@ -172,14 +172,16 @@ def test_the_observer_asks_the_loop_and_what_is_wrong_ends_no_run(short_run):
 
 def changed(client, label, value):
     """Do what a browser does when its slider is moved."""
-    deadline = time.monotonic() + 30.0
-    while time.monotonic() < deadline:
+
+    def slider():
         for told in msgspec.msgpack.decode(decoded(client.recv(timeout=30.0)))["messages"]:
             if told["type"] == "GuiSliderMessage" and told["props"]["label"] == label:
-                message = {"type": "GuiUpdateMessage", "uuid": told["uuid"], "updates": {"value": value}}
-                client.send(msgspec.msgpack.encode(message))
-                return
-    raise AssertionError(f"no {label!r}")
+                return told["uuid"]
+        return None
+
+    client.send(
+        msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": until(slider), "updates": {"value": value}})
+    )
 
 
 @pytest.mark.slow

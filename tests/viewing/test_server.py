@@ -1,16 +1,16 @@
 """The view's server and what it serves: real sockets, real processes, no browser."""
 
+import contextlib
 import os
 import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.error
 import urllib.request
-from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 import viser
 import zstandard
@@ -20,6 +20,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.view.plan import view_scene
 from palpate.viewing import ANY_PORT, LiveView, Player, ViewScene, ViewUnavailableError, frames_of_log
 from palpate.viewing.server import ViewServer
+from waiting import until
 
 PROTOCOL = f"viser-v{viser.__version__}"
 
@@ -30,14 +31,12 @@ def player(short_run):
         yield made
 
 
-def heard(url, until, seconds=60.0):
+def heard(url, wanted):
     """What a browser would be told, until a text occurs in it."""
-    said, deadline = b"", time.monotonic() + seconds
+    said = bytearray()
     with connect(url.replace("http", "ws", 1), subprotocols=[PROTOCOL], compression=None, max_size=None) as client:
-        while until not in said:
-            assert time.monotonic() < deadline, f"{until!r} never came"
-            said += decoded(client.recv(timeout=seconds))
-    return said
+        until(lambda: said.extend(decoded(client.recv(timeout=60.0))) or wanted in said)
+    return bytes(said)
 
 
 def decoded(part):
@@ -227,13 +226,10 @@ def test_a_view_does_not_outlive_a_loop_that_crashed(tmp_path):
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
     done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=60)
-    pid, deadline = int(done.stdout), time.monotonic() + 20.0
-    while time.monotonic() < deadline:
-        try:
-            os.kill(pid, 0)
-        except ProcessLookupError:
-            return
-        if Path(f"/proc/{pid}/stat").read_text().split()[2] == "Z":
-            return
-        time.sleep(0.1)
-    raise AssertionError("the view is still there")
+    until(lambda: ended(int(done.stdout)))
+
+
+def ended(pid):
+    with contextlib.suppress(psutil.NoSuchProcess):
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    return True

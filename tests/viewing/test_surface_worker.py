@@ -3,7 +3,6 @@
 import multiprocessing
 import os
 import signal
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -18,13 +17,7 @@ from palpate.viewing import ANY_PORT, LiveView, Player, SurfaceView, ViewScene, 
 from palpate.viewing import surface_worker as module
 from palpate.viewing.surface_grower import POSITION, SurfaceGrower, contacts_of, rim_edges
 from palpate.viewing.surface_worker import SurfaceFeed, SurfaceWorker
-
-
-def until(condition, seconds=60.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+from waiting import until
 
 
 @pytest.fixture(scope="module")
@@ -108,25 +101,16 @@ def test_edges_of_a_square_are_its_four_sides():
 
 @pytest.mark.slow
 def test_nothing_waits_for_the_process_and_all_that_was_felt_gets_there(fed):
-    """While it works, contacts gather; the newest answer has them all."""
-    _, feed, frames = fed
-    longest, grown = 0.0, None
-    pieces = [frames[i : i + 33] for i in range(0, len(frames), 33)]
+    """While it stands still, contacts gather; the newest answer has them all."""
+    worker, feed, frames = fed
+    os.kill(worker.pid, signal.SIGSTOP)
+    for i in range(0, len(frames), 33):
+        feed.add(frames[i : i + 33])
+        assert feed.take() is None
+    assert feed.waiting > 0
+    os.kill(worker.pid, signal.SIGCONT)
     wanted = len(contacts_of(frames, SurfaceView(rows=2e-3)))
-
-    def step():
-        nonlocal longest, grown
-        if pieces:
-            feed.add(pieces.pop(0))
-        begun = time.perf_counter()
-        new = feed.take()
-        if new is None:  # a surface that has come takes as long as its bytes
-            longest = max(longest, time.perf_counter() - begun)
-        grown = new or grown
-        return grown is not None and grown.contacts == wanted
-
-    until(step)
-    assert longest < 0.25, "even on a busy machine: the first surface, with its imports, takes far longer"
+    until(lambda: (grown := feed.take()) is not None and grown.contacts == wanted)
     assert feed.waiting == 0
 
 
