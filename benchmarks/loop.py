@@ -213,6 +213,8 @@ def measure(
     )
     live = live_parameters_of(control)
     if watch is not None:
+        watch["pipeline"] = Stopwatch(*touch._pipelines, "step")
+        touch._pipelines = (watch["pipeline"],)
         touch = watch["sense"] = Stopwatch(touch, "sense")
         control = watch["control"] = Stopwatch(control, "step")
         supervisor = watch["supervise"] = Stopwatch(supervisor, "admits", "check")
@@ -295,6 +297,9 @@ def parts(effort: Effort, done: Callable[[], None]) -> Table:
     )
     for name, taken in times.items():
         made.add_row(name, *told(Distribution.of(taken)), "6" if name == "record" else "", "", "")
+        if name == "sense":
+            pipeline = Distribution.of(np.array(watch["pipeline"].taken["step"])[1:])
+            made.add_row("  the sensor's part", *told(pipeline), "30", "", verdict(pipeline.p50, 30e-6))
     made.add_section()
     spread = Distribution.of(whole.work)
     kept = verdict(max(spread.p50 / 60e-6, spread.p99 / 250e-6), 1.0)

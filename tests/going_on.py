@@ -32,5 +32,5 @@ def going_on(typed, last, folder=None):
         if started.poll() is None:
             started.kill()
         with suppress(subprocess.TimeoutExpired):
-            started.wait(10.0)
+            started.wait(60.0)
         started.stdout.close()

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.xdist_group("wire")  # they wait for real time, as the 
 def ended_by_ctrl_c(process):
     """Press Ctrl-C; the exit code."""
     process.send_signal(signal.SIGINT)
-    return process.wait(30.0)
+    return process.wait(60.0)
 
 
 @pytest.mark.slow

@@ -387,7 +387,7 @@ def test_a_live_source_is_served_row_by_row():
             assert tool.stdout.readline().startswith(b"%d," % i)  # before the next row is there
         tool.stdin.close()
         assert tool.stdout.read() == b""
-        assert tool.wait(20) == 0
+        assert tool.wait(60) == 0
 
 
 def test_a_reader_that_has_seen_enough_is_no_mistake(tmp_path):

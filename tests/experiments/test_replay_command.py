@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from itertools import pairwise
 
@@ -31,6 +30,7 @@ from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.robot import robot_path
+from waiting import until
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NOISY = {"force_noise": 0.01, "moment_noise": 1e-4, "seed": 3}
@@ -161,10 +161,9 @@ def test_a_run_that_was_killed_comes_out_as_far_as_its_log_goes(tmp_path):
     explore = ["explore", "--robot", "stage-nano17", "--speed", "0.02", "--out", str(tmp_path)]
     process = subprocess.Popen([sys.executable, "-m", "palpate", *explore, "--change", "0.9", "force", "3"])
     try:
-        log, deadline = tmp_path / "latest.mcap", time.monotonic() + 60.0
-        while not (log.exists() and log.stat().st_size > 400_000) and time.monotonic() < deadline:
-            assert process.poll() is None
-            time.sleep(0.02)
+        log = tmp_path / "latest.mcap"
+        until(lambda: process.poll() is not None or (log.exists() and log.stat().st_size > 400_000))
+        assert process.poll() is None
     finally:
         process.kill()
         process.wait()
@@ -264,10 +263,7 @@ def written_in_three(log, path):
     for block in np.array_split(log.rows, 3):
         writer.rows(PackedRows(count, memoryview(block.tobytes())))
         count += len(block)
-        until = time.monotonic() + 30
-        while rows_in(path) < count:
-            assert time.monotonic() < until, "the block was not written"
-            time.sleep(0.01)
+        until(lambda count=count: rows_in(path) >= count)
         ends.append(path.stat().st_size)
     for number, what in enumerate((*log.changes, *log.events)):
         writer.entry(Entry(number, what))

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import psutil
 import pytest
@@ -20,6 +19,7 @@ from palpate.experiments.sweep.runner import LocalRunner
 from palpate.experiments.sweep.store import SweepFolder
 from sweep_runs import NOT_FIGURES, TYPED, InProcess, planned
 from typed_mistakes import answer_to
+from waiting import until
 
 PATIENCE = 240.0
 """For a sweep as a process of its own, on a machine that is busy [s]."""
@@ -244,11 +244,7 @@ def started(typed, folder):
 
 
 def wait_for(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    return found
+    return until(condition, PATIENCE)
 
 
 def working(process):
@@ -281,7 +277,7 @@ def test_a_sweep_that_is_killed_in_the_middle_goes_on_and_repeats_nothing(undist
     process.communicate()
     before = kept(tmp_path)
     assert 2 <= len(before) < 6
-    psutil.wait_procs(children, timeout=30.0)
+    psutil.wait_procs(children, timeout=PATIENCE)
     assert not any(child.is_running() for child in children), "nobody works on for a sweep that is dead"
     process = started(LONG, tmp_path)
     said, _ = process.communicate(timeout=PATIENCE)

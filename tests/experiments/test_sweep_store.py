@@ -14,6 +14,7 @@ from palpate.experiments.sweep.record import RunRecord, RunStatus, read_record, 
 from palpate.experiments.sweep.store import SweepFolder
 from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot
 from sweep_runs import SHORT, planned
+from waiting import until
 
 LARGE = 1_000_000
 """Letters that take long to write."""
@@ -126,9 +127,7 @@ def test_a_writer_that_is_killed_at_whatever_instant_leaves_whole_records_and_no
         writer = os.fork()
         if writer == 0:
             write_for_ever(plan, folder)
-        began = time.monotonic()
-        while len(list(folder.runs.glob("*.json"))) < 4:
-            assert time.monotonic() < began + 30.0
+        until(lambda: len(list(folder.runs.glob("*.json"))) >= 4)
         time.sleep(0.0007 * (kill % 10))
         os.kill(writer, signal.SIGKILL)
         os.waitpid(writer, 0)

@@ -1,8 +1,7 @@
-"""The back end of a grasp: the seam, determinism, snapshots, what closing leaves, how fast it is."""
+"""The back end of a grasp: the seam, determinism, snapshots, what closing leaves, what is felt."""
 
 import itertools
 import math
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -225,8 +224,7 @@ def test_a_simulation_that_diverges_says_so(blow, tmp_path, monkeypatch):
 
 
 @SCENES
-def test_how_fast_it_is(scene, capsys):
-    """Printed, not judged: a whole period with sensing, an object held."""
+def test_every_finger_feels_the_object_that_it_holds(scene):
     hand, backend = scene.hand, HandBackend(scene, sensor=SeededSensor())
     finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
     touch = Touch(*[finger] * hand.fingers)
@@ -236,10 +234,6 @@ def test_how_fast_it_is(scene, capsys):
         backend.step(grip)
     for _ in range(500):
         backend.step(Command((0.0, 0.0, 0.02)))
-    begin = time.perf_counter()
     for _ in range(1000):
         observed = touch.sense(backend.step(grip))
-    took = time.perf_counter() - begin
-    with capsys.disabled():
-        print(f"\n{hand.fingers} fingers holding an object, 1 kHz, sensing: real-time factor {1.0 / took:.0f}")  # noqa: T201
-    assert all(finger.touching for finger in observed.fingers)
+        assert all(finger.touching for finger in observed.fingers)
