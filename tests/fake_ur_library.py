@@ -19,7 +19,6 @@ class FakeController:
         self.begin = time.monotonic()
         self.twist, self.position, self.moved = [0.0] * 6, list(REST), 0.0
         self.running, self.restarts = False, 0
-        self.fed, self.watchdog = 0.0, 0.0
         self.calls = (self.folder / "calls").open("a", buffering=1)
         self.fault_path = str(self.folder / "fault")
         self._inside = threading.Lock()
@@ -46,9 +45,6 @@ class FakeController:
             return False
         try:
             self.advance()
-            if self.watchdog and time.monotonic() - self.fed > self.watchdog:
-                self.calls.write(f"STARVED for {time.monotonic() - self.fed:.3f} before {name}\n")
-            self.fed = time.monotonic()
             self.calls.write(f"{name} {threading.current_thread().name} {values}\n")
             if name not in ("speedL", "kickWatchdog"):
                 time.sleep(2 * CYCLE)
@@ -161,7 +157,6 @@ class FakeControls:
         self.c.running = False
 
     def setWatchdog(self, frequency: float) -> bool:
-        self.c.watchdog = 1.0 / frequency
         return self.c.call("setWatchdog", frequency)
 
     def zeroFtSensor(self) -> bool:

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -14,19 +13,17 @@ import psutil
 import pytest
 
 import palpate.hw.ur.arm
+import waiting
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import ArmDevice, DeviceError
 from palpate.hw.ur import Payload, UrArm, UrSettings
 from palpate.hw.ur.requests import Request, Task
 from palpate.kinematics.pose import Pose
-from waiting import soonest
+from waiting import WITHIN, until
 
 ZERO = (0.0, 0.0, 0.0)
-PATIENT = UrSettings(stale_after=0.5, watchdog=0.3)
-"""For tests that are not about time: the machine may stall."""
-
-WITHIN = 5.0
-"""[s] until something must have happened, on a machine however loaded."""
+PATIENT = UrSettings(stale_after=1.0, watchdog=0.5)
+"""The machine may stall."""
 
 
 @pytest.fixture(autouse=True)
@@ -44,37 +41,24 @@ def arm_on(folder: Path, settings: UrSettings = PATIENT) -> Iterator[UrArm]:
         arm.close()
 
 
-def spoil(folder: Path, fault: str) -> float:
+def spoil(folder: Path, fault: str) -> None:
     (folder / "new").write_text(fault)
     (folder / "new").replace(folder / "fault")  # never half written
-    return time.monotonic()
-
-
-def calls(folder: Path) -> list[str]:
-    return (folder / "calls").read_text().splitlines()
 
 
 def names(folder: Path) -> list[str]:
-    return [line.split()[0] for line in calls(folder)]
+    return [line.split()[0] for line in (folder / "calls").read_text().splitlines()]
 
 
-def told(arm: UrArm, within: float = WITHIN) -> DeviceError:
+def told(arm: UrArm) -> DeviceError:
     """Read until it fails."""
-    until = time.monotonic() + within
-    while time.monotonic() < until:
-        try:
-            arm.read()
-        except DeviceError as error:
-            return error
-        time.sleep(5e-4)
-    raise AssertionError("nothing was noticed")
+    return waiting.told(arm.read)
 
 
-def wait_until(met, within: float = WITHIN) -> None:
-    until = time.monotonic() + within
-    while not met():
-        assert time.monotonic() < until
-        time.sleep(1e-3)
+def fed(folder: Path, times: int) -> None:
+    """Wait until the watchdog has been fed some more, without a motion: as long as a few of its times take."""
+    before = names(folder).count("kickWatchdog")
+    until(lambda: names(folder).count("kickWatchdog") >= before + times)
 
 
 def gone(pid: int) -> bool:
@@ -87,12 +71,14 @@ def test_it_is_an_arm_device(tmp_path):
         assert str(tmp_path) in device.name
         before = device.read()
         assert before.position_base_tip == (0.1, 0.2, 0.3)
-        for _ in range(100):
+
+        def moved() -> bool:
             device.move((0.02, 0.0, 0.0), ZERO)
-            time.sleep(2e-3)
+            return device.read().position_base_tip[0] > before.position_base_tip[0] + 0.001
+
+        until(moved)
         after = device.read()
         assert after.time > before.time
-        assert after.position_base_tip[0] > before.position_base_tip[0] + 0.001
         assert after.velocity_base_tip == (0.02, 0.0, 0.0)
     assert "CONCURRENT" not in names(tmp_path)
 
@@ -100,13 +86,12 @@ def test_it_is_an_arm_device(tmp_path):
 def test_the_watchdog_is_set_before_anything_moves_and_fed_while_nothing_does(tmp_path):
     with arm_on(tmp_path) as arm:
         arm.move((0.01, 0.0, 0.0), ZERO)
-        wait_until(lambda: "speedL" in names(tmp_path))
+        until(lambda: "speedL" in names(tmp_path))
         arm.stop()
-        time.sleep(0.5)
+        fed(tmp_path, 5)
     order = [n for n in names(tmp_path) if n in ("upload", "setWatchdog", "setTcp", "speedL", "kickWatchdog")]
     assert order[:2] == ["upload", "setWatchdog"]
     assert "kickWatchdog" in order[order.index("speedL") :]
-    assert not [line for line in calls(tmp_path) if line.startswith("STARVED")]
 
 
 def test_closing_stops_the_arm_then_the_script_and_leaves_nothing(tmp_path):
@@ -114,7 +99,7 @@ def test_closing_stops_the_arm_then_the_script_and_leaves_nothing(tmp_path):
     with arm_on(tmp_path) as arm:
         pid = arm.process_id
         arm.move((0.01, 0.0, 0.0), ZERO)
-        wait_until(lambda: "speedL" in names(tmp_path))
+        until(lambda: "speedL" in names(tmp_path))
     assert names(tmp_path)[-2:] == ["speedStop", "stopScript"]
     assert gone(pid)
     assert len(os.listdir("/proc/self/fd")) == files
@@ -126,23 +111,23 @@ def test_closing_stops_the_arm_then_the_script_and_leaves_nothing(tmp_path):
 def test_other_motions_wait_until_the_one_before_has_ended(tmp_path):
     with arm_on(tmp_path) as arm:
         arm.move((0.01, 0.0, 0.0), ZERO)
-        wait_until(lambda: "speedL" in names(tmp_path))
+        until(lambda: "speedL" in names(tmp_path))
         arm.servo_joints(arm.state().joint_position)
-        wait_until(lambda: "servoJ" in names(tmp_path))
+        until(lambda: "servoJ" in names(tmp_path))
         s = arm.read()
         arm.servo_pose(Pose(s.position_base_tip, s.rotation_base_tip))
-        wait_until(lambda: "servoL" in names(tmp_path))
+        until(lambda: "servoL" in names(tmp_path))
     order = [n for n in names(tmp_path) if n not in ("kickWatchdog",)]
     begun = {n: order.index(n) for n in ("speedL", "speedStop", "servoJ", "servoStop", "servoL")}
     assert list(begun) == sorted(begun, key=begun.__getitem__)
 
 
 def test_an_arm_that_hears_nothing_comes_to_rest_and_goes_on_when_it_does(tmp_path):
-    with arm_on(tmp_path, UrSettings(stale_after=0.5, watchdog=0.1)) as arm:
+    with arm_on(tmp_path, UrSettings(stale_after=1.0, watchdog=0.1)) as arm:
         arm.move((0.01, 0.0, 0.0), ZERO)
-        wait_until(lambda: "speedStop" in names(tmp_path))
-        wait_until(lambda: arm.read().velocity_base_tip == ZERO)
-        time.sleep(0.2)  # the old command does not come back
+        until(lambda: "speedStop" in names(tmp_path))
+        until(lambda: arm.read().velocity_base_tip == ZERO)
+        fed(tmp_path, 5)  # the old command does not come back
         assert names(tmp_path).index("speedStop") > len(names(tmp_path)) - 1 - names(tmp_path)[::-1].index(
             "speedL"
         )
@@ -151,18 +136,18 @@ def test_an_arm_that_hears_nothing_comes_to_rest_and_goes_on_when_it_does(tmp_pa
             arm.move((0.01, 0.0, 0.0), ZERO)
             return arm.read().velocity_base_tip[0] == 0.01
 
-        wait_until(moves)
+        until(moves)
 
 
 def test_a_command_given_before_a_tare_does_not_move_the_arm_after_it(tmp_path):
     """Neither one that is being followed nor one that has not been yet."""
     with arm_on(tmp_path) as arm:
         arm.move((0.01, 0.0, 0.0), ZERO)
-        wait_until(lambda: "speedL" in names(tmp_path))
+        until(lambda: "speedL" in names(tmp_path))
         for tares in range(1, 6):
             arm.move((0.01, 0.0, 0.0), ZERO)
             arm.tare()
-            time.sleep(0.03)
+            fed(tmp_path, 1)
             done = names(tmp_path)
             assert done.count("zeroFtSensor") == tares
             assert "speedL" not in done[len(done) - done[::-1].index("zeroFtSensor") :]
@@ -201,7 +186,7 @@ def test_whatever_goes_wrong_is_told_with_a_remedy_and_recovered_from(tmp_path, 
             (tmp_path / "fault").unlink()
         arm.recover()
         arm.move((0.02, 0.0, 0.0), ZERO)
-        wait_until(lambda: arm.read().velocity_base_tip[0] == 0.02)
+        until(lambda: arm.read().velocity_base_tip[0] == 0.02)
     assert "CONCURRENT" not in names(tmp_path)
 
 
@@ -212,22 +197,15 @@ def test_a_controller_that_says_nothing_while_the_arm_is_brought_up_is_blamed(tm
     assert "controller and network" in refused.value.remedy
 
 
-@pytest.mark.parametrize(
-    "how", [signal.SIGKILL, *(pytest.param(s, marks=pytest.mark.slow) for s in (signal.SIGSEGV, signal.SIGABRT))]
-)
-def test_the_death_of_the_client_is_noticed_within_20_ms(tmp_path, how):
-    """In one of several tries: a stall of the machine is not ours."""
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSEGV, signal.SIGABRT])
+def test_the_death_of_the_client_is_told_by_the_next_call(tmp_path, how):
     with arm_on(tmp_path) as arm:
-
-        def noticed() -> float:
-            os.kill(arm.process_id, how)
-            killed = time.monotonic()
-            assert "signal" in str(told(arm))
-            after = time.monotonic() - killed
-            arm.recover()
-            return after
-
-        assert soonest(noticed, 0.02) < 0.02
+        os.kill(arm.process_id, how)
+        os.waitid(os.P_PID, arm.process_id, os.WEXITED | os.WNOWAIT)  # it stays there for others to wait for
+        with pytest.raises(DeviceError, match=f"signal {int(how)}"):
+            arm.read()
+        arm.recover()
+        arm.read()
 
 
 @pytest.mark.parametrize(("beat", "said"), [(0.0, "no state any more"), (0.7, "hangs, or is starved")])
@@ -235,13 +213,11 @@ def test_who_stands_still_is_blamed(tmp_path, monkeypatch, beat, said):
     """The client tells of itself more often than of states: where both are old, it is not the controller."""
     with arm_on(tmp_path) as arm:
         whole, oldest = arm._client.exchange.status(), arm.settings.stale_after
-
-        def status():
-            now = time.monotonic()
-            return replace(whole, beat=now - beat * oldest, sampled=now - 1.1 * oldest)
-
-        monkeypatch.setattr(arm._client, "status", status)
-        assert said in str(told(arm))
+        monkeypatch.setattr(palpate.hw.ur.arm, "monotonic", lambda: whole.sampled + 1.1 * oldest)
+        late = replace(whole, beat=whole.sampled + (1.1 - beat) * oldest)
+        monkeypatch.setattr(arm._client, "status", lambda: late)
+        with pytest.raises(DeviceError, match=said):
+            arm.read()
 
 
 @pytest.mark.slow
@@ -250,7 +226,7 @@ def test_a_client_that_hangs_is_noticed_by_its_silence_and_replaced(tmp_path):
         pid = arm.process_id
         os.kill(pid, signal.SIGSTOP)
         assert "hangs" in str(told(arm))
-        time.sleep(0.5)
+        until(lambda: not arm._client.responsive)
         arm.recover()  # by force
         assert gone(pid)
         arm.read()
@@ -286,7 +262,7 @@ def test_local_control_is_refused_with_the_way_out(tmp_path):
 
 
 def test_the_library_s_words_are_kept_from_the_terminal_and_told_at_its_death(tmp_path, capfd):
-    with arm_on(tmp_path, UrSettings(stale_after=0.5)) as arm:
+    with arm_on(tmp_path) as arm:
         spoil(tmp_path, "crash")
         told(arm)
     with pytest.raises(DeviceError, match="No module named"):
@@ -299,10 +275,10 @@ def test_freedrive_excludes_motion_and_ends(tmp_path):
         with arm.freedrive():
             with pytest.raises(DeviceError, match="by hand"):
                 arm.move(ZERO, ZERO)
-            time.sleep(0.4)  # longer than the watchdog
+            fed(tmp_path, 5)
             arm.read()
         arm.move((0.01, 0.0, 0.0), ZERO)
-        wait_until(lambda: "speedL" in names(tmp_path))
+        until(lambda: "speedL" in names(tmp_path))
     order = [n for n in names(tmp_path) if n in ("freedriveMode", "endFreedriveMode", "speedL")]
     assert order[:3] == ["freedriveMode", "endFreedriveMode", "speedL"]
 
@@ -314,14 +290,13 @@ def test_an_arm_that_moves_can_be_led_at_once(tmp_path):
         for led in range(1, 5):
             moved = names(tmp_path).count("speedL")
             arm.move((0.01, 0.0, 0.0), ZERO)
-            wait_until(lambda moved=moved: names(tmp_path).count("speedL") > moved)
+            until(lambda moved=moved: names(tmp_path).count("speedL") > moved)
             with arm.freedrive():
-                time.sleep(0.4)  # longer than the watchdog
+                fed(tmp_path, 5)
                 arm.read()
                 done = names(tmp_path)
                 assert done.count("freedriveMode") == led
                 assert done.count("endFreedriveMode") == led - 1
-    assert not [line for line in calls(tmp_path) if line.startswith("STARVED")]
 
 
 def test_files_that_are_called_as_python_s_own_do_not_get_into_the_client(tmp_path, monkeypatch):
@@ -339,7 +314,7 @@ def test_too_fast_is_refused_and_not_sent(tmp_path):
     with arm_on(tmp_path) as arm:
         with pytest.raises(InvalidValueError, match=r"UrSettings\.speed"):
             arm.move((1.0, 0.0, 0.0), ZERO)
-        time.sleep(0.05)
+        fed(tmp_path, 1)
     assert "speedL" not in names(tmp_path)
 
 
@@ -369,10 +344,10 @@ def test_when_its_parent_dies_the_client_stops_the_arm_and_dies(tmp_path, how):
     )
     try:
         pid = int(parent.stdout.readline())
-        wait_until(lambda: "speedL" in names(tmp_path))
+        until(lambda: "speedL" in names(tmp_path))
         parent.send_signal(how)
         parent.wait(WITHIN)
-        wait_until(lambda: gone(pid))
+        until(lambda: gone(pid))
     finally:
         parent.kill()
         parent.wait(WITHIN)
