@@ -10,6 +10,8 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
+from waiting import until
+
 Numbers = list[float]
 Session = Callable[..., Any]
 
@@ -75,9 +77,9 @@ def _run(session: Session, pipe: Connection, arguments: tuple[object, ...]) -> N
 
 
 def _later(ask: Callable[[], Any]) -> Any:
-    """Ask twice, some cycles apart: real-time getters give what the registers held before."""
+    """Ask twice, many cycles apart: real-time getters give what the registers held before."""
     ask()
-    time.sleep(0.02)
+    time.sleep(0.2)
     return ask()
 
 
@@ -201,13 +203,11 @@ def stream_speed(pipe: Connection, address: str, frequency: float, speed: float)
     control = rtde_control.RTDEControlInterface(address)
     if frequency > 0.0 and not control.setWatchdog(frequency):
         raise RuntimeError("no watchdog")
-    begun, told = time.monotonic(), False
-    while time.monotonic() < begun + 30.0:
+    for i in range(7500):
         control.speedL([0.0, 0.0, -speed, 0.0, 0.0, 0.0], 1.0, 0.0)
         time.sleep(0.004)
-        if not told and time.monotonic() > begun + 0.3:
+        if i == 75:
             pipe.send("moving")
-            told = True
 
 
 def press(pipe: Connection, address: str, force: float) -> dict[str, Any]:
@@ -232,7 +232,7 @@ def connect(pipe: Connection, address: str, rate: float) -> dict[str, Any]:
     receive = rtde_receive.RTDEReceiveInterface(address, rate)
     alive = receive.isConnected()
     control = rtde_control.RTDEControlInterface(address, rate)
-    first, begun = receive.getTimestamp(), time.monotonic()
+    begun = time.monotonic()
     seen = {receive.getTimestamp()}
     while time.monotonic() < begun + 0.5:
         seen.add(receive.getTimestamp())
@@ -241,7 +241,6 @@ def connect(pipe: Connection, address: str, rate: float) -> dict[str, Any]:
         "alive": alive,
         "steady": control.isSteady(),
         "states": len(seen),
-        "clock": (receive.getTimestamp() - first) / (time.monotonic() - begun),
         "pose": receive.getActualTCPPose(),
     }
 
@@ -273,9 +272,7 @@ def protective_stop(pipe: Connection, address: str) -> dict[str, Any]:
     dashboard.connect()
     dashboard.unlockProtectiveStop()
     told["uploaded"] = control.reuploadScript()
-    limit = time.monotonic() + 2.0
-    while not control.isProgramRunning() and time.monotonic() < limit:
-        time.sleep(0.002)
+    until(control.isProgramRunning)
     told["still"] = receive.getActualTCPPose()
     told["again"] = control.moveL(pose, 0.25, 1.2)
     told["back"] = receive.getActualTCPPose()

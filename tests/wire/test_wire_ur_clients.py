@@ -65,6 +65,12 @@ def height(process: EmulatorProcess) -> float:
     return position[2]
 
 
+def rests(process: EmulatorProcess) -> bool:
+    velocity = process.control.state()["velocity"]
+    assert isinstance(velocity, list)
+    return max(map(abs, velocity)) < 1e-6
+
+
 @pytest.mark.slow
 def test_every_move_arrives(robot: EmulatorProcess) -> None:
     told = told_by(moves, ADDRESS)
@@ -184,22 +190,21 @@ def test_second_control_client_is_refused_and_the_first_goes_on(robot: EmulatorP
 
 
 def test_watchdog_stops_the_arm_of_a_killed_client(robot: EmulatorProcess) -> None:
-    client = ClientProcess(stream_speed, ADDRESS, 10.0, 0.02)
+    client = ClientProcess(stream_speed, ADDRESS, 2.0, 0.02)
     try:
         assert client.hear() == "moving"
         client.process.kill()
         client.process.join(5.0)
         killed = robot.control.state()["time"]
         assert isinstance(killed, float)
-        until(lambda: device(robot)["runtime"] == "STOPPED")
-        time.sleep(0.1)
-        rest = height(robot)
-        time.sleep(0.2)
+        until(lambda: device(robot)["runtime"] == "STOPPED" and rests(robot))
+        rest, stopped = height(robot), robot.control.state()["steps"]
+        until(lambda: robot.control.state()["steps"] > stopped + 100)
     finally:
         client.end()
     # by the clock of the controller, which a stalled machine stops, too; braking takes some cycles more
     (*_, ended) = (line for line in robot.control.log("ur") if "ended why=watchdog" in line)
-    assert float(ended.split()[0]) < killed + 0.1 + 0.01
+    assert float(ended.split()[0]) < killed + 0.5 + 0.01
     assert height(robot) == pytest.approx(rest, abs=1e-6)
 
 

@@ -4,7 +4,6 @@ import contextlib
 import socket
 import struct
 import threading
-import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -20,6 +19,7 @@ from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_POR
 from palpate.hw.ur import UrArm, UrSettings
 from palpate.hw.ur.hello import controller_version
 from ur_wire_sessions import own_address
+from waiting import WITHIN, until
 
 ADDRESS, RUDE = own_address(7), own_address(8)
 QUICK, ALL = 3_000, 100_000
@@ -95,13 +95,13 @@ def clients(control: Controls) -> object:
 
 def sent(port: int, burst: list[bytes]) -> None:
     """Say it all on one connection, which the other side may end; hear what it says, in passing."""
-    with contextlib.suppress(OSError), socket.create_connection((ADDRESS, port), timeout=5.0) as client:
+    with contextlib.suppress(OSError), socket.create_connection((ADDRESS, port), timeout=WITHIN) as client:
         for one in burst:
             client.sendall(one)
             client.setblocking(False)
             with contextlib.suppress(BlockingIOError):
                 client.recv(65536)
-            client.settimeout(5.0)
+            client.settimeout(WITHIN)
 
 
 @COUNT
@@ -118,10 +118,7 @@ def test_an_emulated_controller_takes_anything_and_goes_on(
         for _ in range(count // BURST):
             sent(port, [some(g) for _ in range(BURST)])
         assert controller_version("UR arm", ADDRESS)[:2] == (5, 14)
-        deadline = time.monotonic() + 5.0
-        while clients(control):
-            assert time.monotonic() < deadline, "connections are left"
-            time.sleep(0.01)
+        until(lambda: not clients(control))
         assert control.state()["position"] == pytest.approx(before, abs=1e-9)
 
 
@@ -155,7 +152,7 @@ class RudeServer:
     def __exit__(self, *_: object) -> None:
         self._ended.set()
         for thread in self._threads:
-            thread.join(5.0)
+            thread.join(WITHIN)
         for listener in self._listeners:
             listener.close()
         assert not any(thread.is_alive() for thread in self._threads)
@@ -171,12 +168,11 @@ def test_a_version_is_only_believed_from_a_controller(count: int) -> None:
         return any_package(g)
 
     with RudeServer(say) as server:
-        versions, begun = set(), time.monotonic()
+        versions = set()
         for _ in range(count):
             with contextlib.suppress(DeviceError):
                 versions.add(controller_version("UR arm", RUDE, timeout=0.05))
         assert server.accepted >= count
-        assert time.monotonic() - begun < 0.3 * count
     # 16 random bytes are no version that there is
     assert not versions
 
@@ -196,8 +192,7 @@ def test_an_arm_on_a_rude_controller_is_told_and_nothing_is_left(seed: int) -> N
 
     with RudeServer(say, (RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT)) as server:
         server._g = np.random.default_rng(seed)
-        arm, begun = UrArm(RUDE, UrSettings(start_within=5.0)), time.monotonic()
+        arm = UrArm(RUDE, UrSettings(start_within=5.0))
         with pytest.raises(DeviceError, match=RUDE):
             arm.start()
-        assert time.monotonic() - begun < 30.0
         arm.close()
