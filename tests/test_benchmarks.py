@@ -137,6 +137,7 @@ def test_every_method_has_a_mark_of_its_own():
     assert len({(mark.colour, mark.shape) for mark in MARKS.values()}) == len(MARKS)
 
 
+@pytest.mark.slow
 def test_the_whole_of_it(tmp_path, monkeypatch, capsys):
     picture = tmp_path / "new" / "picture.png"
     monkeypatch.setattr(run, "QUICK", run.Effort(contacts=200, rounds=2, cases=2))

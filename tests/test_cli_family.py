@@ -104,6 +104,7 @@ def test_a_command_succeeds_and_its_document_is_all_there_is_on_standard_output(
             assert (here / file).is_file(), "a file that is not there"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_mistake_is_refused_in_words_and_as_a_document_and_nothing_is_written(name, here, capsys):
     sample, before = SAMPLES[name], listing(here)

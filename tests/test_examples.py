@@ -59,6 +59,7 @@ def test_each_is_run_below(path):
     assert re.search(rf'printed_by\(\s*"{path.name}"', here)
 
 
+@pytest.mark.slow
 def test_a_contact_from_a_wrench_is_right_to_rounding(tmp_path):
     said = printed_by("contact_from_wrench.py", folder=tmp_path)
     assert "10000 of 10000 found" in said

@@ -4,15 +4,21 @@ Compiled kernels are kept on disk (`cache=True`), so that only the first run aft
 the logger `palpate`, which writes to standard error unless a program says otherwise.
 """
 
+import hashlib
 import logging
+import re
+import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from numba import njit as njit
+import numba
 from numba.core import event as events
+from numba.core.caching import FunctionCache
+from numba.core.dispatcher import Dispatcher
 
 FIRST = 2.0
 """[s] of compiling after which somebody who waits is told what for."""
@@ -20,29 +26,105 @@ FIRST = 2.0
 NEXT = 10.0
 """[s] of compiling from one such line to the next, where one kernel follows another."""
 
+ONCE = "once: it is kept; `palpate warm-up` compiles everything"
+EACH_TIME = "each time: it is not kept"
+NOWHERE = "each time: no folder to keep it in can be written; set NUMBA_CACHE_DIR to one that can"
+"""How often something is compiled."""
+
+KEPT: list[str] = []
+"""What this process has compiled and kept, in order."""
+
+_unkept: set[Any] = set()
 _log = logging.getLogger("palpate")
 
 
+def _njit(function: Callable[..., Any] | None = None, *, cache: bool = False, **options: Any) -> Any:
+    """Compile as `numba.njit` does, and where no folder can be written, without keeping the result."""
+
+    def decorated(function: Callable[..., Any]) -> Any:
+        kernel = numba.njit(**options)(function)
+        if cache and isinstance(kernel, Dispatcher):  # with NUMBA_DISABLE_JIT it is not
+            _keep(kernel, FunctionCache)
+        return kernel
+
+    return decorated if function is None else decorated(function)
+
+
+if TYPE_CHECKING:
+    from numba import njit as njit
+else:
+    njit = _njit
+
+
+def _keep(kernel: Any, cache: Callable[[Callable[..., Any]], Any]) -> None:
+    try:
+        kernel._cache = cache(kernel.py_func)
+    except RuntimeError:  # no folder that can be written: numba itself would refuse to go on
+        _unkept.add(kernel)
+
+
+def keep_closure(kernel: Any, name: str) -> Any:
+    """Keep what is compiled of a closure over other compiled functions; numba takes every process's for another.
+
+    Args:
+        kernel: Compiled by `njit`, its qualified name another for everything that may be closed over.
+        name: What makes it one of its kind: see `kept_name`.
+    """
+    _keep(kernel, lambda function: _ClosureCache(function, name))
+    return kernel
+
+
+def kept_name(kernel: Any) -> str:
+    """Return a name for a compiled function that is kept, which changes with its source; "" for any other."""
+    if not isinstance(kernel, Dispatcher) or kernel.stats.cache_path is None:
+        return ""
+    function = kernel.py_func
+    source = hashlib.sha256(Path(function.__code__.co_filename).read_bytes()).hexdigest()
+    return f"{function.__module__}.{function.__qualname__} {source}"
+
+
+class _ClosureCache(FunctionCache):  # type: ignore[misc]
+    """Finds a closure by a name for what it closes over; numba takes that itself, with a number drawn for each."""
+
+    def __init__(self, function: Callable[..., Any], kept_as: str) -> None:
+        super().__init__(function)
+        self._kept_as = kept_as
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return (sig, codegen.magic_tuple(), self._kept_as)
+
+
 @contextmanager
-def compiling(what: str, *, kept: bool = True, told_after: float = FIRST) -> Iterator[None]:
+def compiling(what: str, how: str = ONCE, *, told_after: float = FIRST) -> Iterator[None]:
     """Say what is being compiled, if the block is not done within a time.
 
     Args:
         what: Is compiled.
-        kept: Whether the next process finds it compiled.
+        how: `ONCE`, `EACH_TIME` or `NOWHERE`.
         told_after: [s].
     """
-    then = " (once: it is kept; `palpate warm-up` compiles everything)" if kept else ""
-    timer = threading.Timer(told_after, _log.warning, (f"palpate: compiling {what}{then}",))
+    timer = threading.Timer(told_after, _log.warning, (f"palpate: compiling {what} ({how})",))
     timer.daemon = True
     timer.start()
     try:
         yield
     finally:
         timer.cancel()
+    if how == ONCE:
+        KEPT.append(what)
 
 
-class _Kernels(events.Listener):  # type: ignore[misc]
+def name_for_people(function: Callable[..., Any]) -> str:
+    """Return what a kernel is for, as its module's docstring begins; of what is not palpate's, where it is."""
+    name = f"{function.__module__}.{function.__qualname__}"
+    told = sys.modules[function.__module__].__doc__ if function.__module__ in sys.modules else None
+    if not told or not name.startswith("palpate."):
+        return name
+    first = re.split(r"[,.:;(]\s", told.strip() + " ", maxsplit=1)[0]
+    return f"code for {first[0].lower()}{first[1:]}"
+
+
+class _Kernels(events.Listener):
     """Hears of each function that numba compiles; what that calls is compiled meanwhile, and counts with it."""
 
     def __init__(self) -> None:
@@ -52,12 +134,9 @@ class _Kernels(events.Listener):  # type: ignore[misc]
     def on_start(self, event: events.Event) -> None:
         self._depth += 1
         if self._depth == 1:
-            dispatcher = event.data["dispatcher"]
-            function = dispatcher.py_func
+            kernel = event.data["dispatcher"]
             self._began = monotonic()
-            self._told = compiling(
-                f"{function.__module__}.{function.__qualname__}", kept=_is_kept(dispatcher), told_after=self._left
-            )
+            self._told = compiling(name_for_people(kernel.py_func), _how(kernel), told_after=self._left)
             self._told.__enter__()
 
     def on_end(self, event: events.Event) -> None:
@@ -68,8 +147,10 @@ class _Kernels(events.Listener):  # type: ignore[misc]
             self._left = left if left > 0.0 else NEXT
 
 
-def _is_kept(dispatcher: Any) -> bool:
-    return dispatcher.stats.cache_path is not None
+def _how(kernel: Any) -> str:
+    if kernel.stats.cache_path is not None:
+        return ONCE
+    return NOWHERE if kernel in _unkept else EACH_TIME
 
 
 events.register("numba:compile", _Kernels())  # numba compiles under a lock: one thread at a time

@@ -47,6 +47,7 @@ def begin(tip, normal=None, **given):
 places = st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(places, places, st.floats(0.0, TOP), st.floats(0.0, TOP))
 def test_first_up_then_across_within_speed_and_acceleration(a, b, low, high):

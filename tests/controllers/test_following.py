@@ -121,6 +121,7 @@ def test_following_a_still_surface_costs_nothing():
     assert followed.rms() < still.rms() + 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("assumed", [20e3 / 3.0, 60e3])
 def test_with_a_stiffness_wrong_by_three_it_stays_stable(assumed):
     swept = Swept(PLATE, assumed=assumed, follow=True)

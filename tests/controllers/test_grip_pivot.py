@@ -113,6 +113,7 @@ def pivoted():
     return run
 
 
+@pytest.mark.slow
 def test_a_box_is_pivoted_to_the_angle_and_slips_no_further_than_by_normality(pivoted):
     came = pivoted.hand.in_hand
     assert pivoted.commands[-1].phase is Phase.DONE
@@ -171,6 +172,7 @@ def test_without_readings_it_brakes_and_gives_up():
     assert math.degrees(run.hand.in_hand.turn) < 29.0
 
 
+@pytest.mark.slow
 def test_a_box_slides_by_the_way_and_does_not_turn():
     run = Slipping(sliding(0.005), above=0.01)
     assert run.run() is Phase.DONE

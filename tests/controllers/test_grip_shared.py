@@ -143,6 +143,7 @@ def test_where_limits_are_no_cones_what_is_wanted_lies_within_them_and_comes_nea
     assert wanted.mean() == pytest.approx(best[:, 0].mean(), rel=0.02)
 
 
+@pytest.mark.slow
 def test_e_is_not_trusted_beyond_what_it_was_measured_with():
     surface = LimitSurface(0.5, 0.003, 1.0 / 3.0)
     now, _ = felt(3, (0.0, 0.0, -6.0, 0.02, 0.01, 0.0))

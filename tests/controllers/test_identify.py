@@ -97,6 +97,7 @@ def ramps(stiffness, servo, lag, damping_time=0.0, noise=0.0, quadratic=0.0, see
     return PressRecord(force + noise * rng.normal(size=2000), depth, wanted, steady, PERIOD)
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
 @given(st.floats(500.0, 5e5), st.floats(2e4, 2e5), st.floats(0.005, 0.05), st.floats(0.0, 0.1))
 def test_a_delayed_spring_is_recovered(stiffness, servo, delay, damping_time):

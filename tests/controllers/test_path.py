@@ -123,6 +123,7 @@ def test_on_a_slope_the_speed_along_the_surface_is_kept(slope):
     assert along.max() == pytest.approx(SPEED)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(st.lists(st.floats(PathFollower.SLOWEST, 0.1), min_size=1, max_size=8), st.integers(50, 300))
 def test_a_speed_that_changes_no_faster_than_the_acceleration_makes_no_jump(targets, hold):

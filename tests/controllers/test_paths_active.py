@@ -119,6 +119,7 @@ def test_what_cannot_be_reached_is_marked_and_not_asked_for_for_ever():
     assert any(isinstance(leg, Stroke) for leg in legs)
 
 
+@pytest.mark.slow
 def test_the_tip_slides_from_stroke_to_stroke_but_not_past_what_stopped_it():
     legs = explore(Active(0.03, 0.03), HeightWorld(bump))
     assert [leg for leg in legs if isinstance(leg, Hop)] == [Hop((-0.015, -0.015))]

@@ -73,6 +73,7 @@ def test_on_a_sphere_it_closes_on_the_circle_of_its_level(radius, turn):
     assert np.sign(turned[-1] - turned[0]) == turn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("distance", "at", "round_trip"),
     [

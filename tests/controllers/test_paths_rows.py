@@ -157,6 +157,7 @@ def test_whatever_the_outline_all_of_it_is_swept_with_few_landings(name):
     assert swept.way <= STEP * len(places(SHAPES[name], RASTER)) + 4e-3 * swept.pieces + 2 * RASTER.spacing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
 def test_round_a_sharp_rim_the_tip_turns_without_a_second_landing(name):
     swept = Swept(SHAPES[name], sharp=2e-3)

@@ -37,6 +37,7 @@ def test_a_sine_motion_begins_at_rest_and_comes_back(amplitude, frequency):
     assert np.ptp(way) == pytest.approx(2.0 * amplitude, rel=1e-3)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=30)
 @given(sizes, rates, st.floats(0.0, 10.0))
 def test_a_circle_has_one_speed_and_no_height(radius, frequency, time):

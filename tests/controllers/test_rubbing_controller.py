@@ -69,6 +69,7 @@ def test_a_rub_that_does_not_move_or_has_no_time_is_refused():
 # --- a run ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
 def test_it_waits_in_free_air_lands_rubs_lifts_off_and_waits_again(tilt):
     controller, rows = rubbed(RubbedPlane(tilt=tilt), SLIDE, TURN)
@@ -104,6 +105,7 @@ def test_the_way_back_reverses_the_way_there_and_ends_where_it_began(tilt):
     assert np.linalg.norm(PERIOD * along[rubbing].sum(axis=0)) < 0.1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
 @pytest.mark.parametrize("center", [(0.0, 0.0, 0.0), (0.006, -0.004, -0.01)])
 def test_a_twist_turns_about_the_normal_and_leaves_the_contact_in_place(tilt, center):
@@ -186,6 +188,7 @@ def test_contact_that_is_lost_for_good_ends_the_run_at_rest():
     assert len(controller.spans) % 2 == 0 or not controller.spans[-1].back
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.02])
 def test_strokes_straight_into_the_surface_go_along_it_there_and_back_all_the_same(tilt):
     """No controller may raise in mid-run; friction is that of any other way."""

@@ -125,6 +125,7 @@ def test_without_forward_feed_the_range_is_the_gain_s_margin():
     assert found.stiffest == pytest.approx(GAIN.gain_margin, rel=0.05)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(st.floats(0.1, 3.0), st.booleans())
 def test_with_a_stiffness_wrong_by_three_or_ten_the_force_settles(ratio, moving):

@@ -229,6 +229,7 @@ def test_fingers_that_fall_short_are_made_up_for_by_what_touch_tells():
     assert rolling.turn == pytest.approx(ANGLE, abs=math.radians(0.15))
 
 
+@pytest.mark.slow
 def test_one_angle_after_the_other():
     rolling = Rolling(ANGLE, -ANGLE, 0.0, lag=0.04)
     assert rolling.phases[-1] is Phase.DONE
@@ -343,6 +344,7 @@ class SlippedError(Exception):
     """More than what contacts give way by."""
 
 
+@pytest.mark.slow
 def test_the_check_sees_a_grip_that_is_too_weak():
     """The control that must fail: the hand presses with half of what it is told."""
 

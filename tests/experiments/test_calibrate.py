@@ -730,6 +730,7 @@ def try_files(count, seed, folder):
     return refusals, passes
 
 
+@pytest.mark.slow
 def test_damaged_files_give_a_sensor_that_can_be_or_a_clear_refusal(tmp_path):
     refusals, passes = try_files(300, 1, tmp_path)
     assert refusals > 100

@@ -371,6 +371,7 @@ RUN = (
 )
 
 
+@pytest.mark.slow
 def test_a_live_source_is_served_row_by_row():
     buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     with subprocess.Popen(
@@ -390,6 +391,7 @@ def test_a_live_source_is_served_row_by_row():
         assert tool.wait(60) == 0
 
 
+@pytest.mark.slow
 def test_a_reader_that_has_seen_enough_is_no_mistake(tmp_path):
     source = file_with(tmp_path, "\n".join([HEADER] + [ROW] * 20_000))
     command = '{ "$0" -c "$1" < "$2"; echo "code $?" >&2; } | head -n 1'

@@ -36,6 +36,7 @@ def test_a_log_that_nobody_can_read_stands_in_no_ones_way(tmp_path):
     assert earlier_run(tmp_path, "explore", NAMES) == ()
 
 
+@pytest.mark.slow
 def test_a_log_tells_whose_folder_it_is(tmp_path, capsys):
     out = ["--out", str(tmp_path)]
     assert main(["regulate", "--duration", "0.2", *out]) == 0

@@ -97,6 +97,7 @@ def test_a_box_sends_records_of_its_load_and_a_second_one_is_refused():
         assert process.wait(60.0) == 0
 
 
+@pytest.mark.slow
 def test_servos_answer_at_the_link_which_is_gone_afterwards(tmp_path):
     link = tmp_path / "bus"
     with emulated("dynamixel", "--servos", "3", "--link", str(link)) as (process, said, _):
@@ -126,6 +127,7 @@ def connected(port):
     return until(tried)
 
 
+@pytest.mark.slow
 def test_a_program_chooses_the_port_of_control_and_waits_for_it_in_place_of_words(capsys):
     """All of it is ready when that port is, and the answer to --json is one document all the same."""
     port, address = free_port(), "127.0.9.82"

@@ -52,6 +52,7 @@ def pressed(controller, *, leaves=lambda: False, hold=lambda position, move: mov
     return None, math.inf
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("doing", "count"),
     [("ramps", 0), ("ramps", 1), ("ramps", 2), ("to the middle", 5), ("sines", 0), ("sines", 3), ("sines", 7)],
@@ -94,6 +95,7 @@ def test_a_regulation_presses_first_within_the_limit_and_above_a_touch(force):
     assert planned.ready.touch_force < low < force < high < planned.limits.force
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends_at", [0.2, 1.5])
 def test_a_regulation_that_an_exception_ends_is_told_all_the_same(ends_at, tmp_path):
     """While it comes down, and while it holds: the period of the exception was recorded, but not observed."""

@@ -39,6 +39,7 @@ def steady():
 # --- stiffness ---
 
 
+@pytest.mark.slow
 def test_the_stiffness_is_that_of_the_object_within_what_is_claimed(swung):
     layer = swung.map.stiffness
     known = np.isfinite(layer.mean)
@@ -54,12 +55,14 @@ def test_an_edge_tells_no_stiffness_though_the_force_errs_there():
     assert np.isnan(explore(edge).map.stiffness.mean).all()
 
 
+@pytest.mark.slow
 def test_where_the_force_does_not_vary_nothing_is_said_of_stiffness(steady):
     assert np.isnan(steady.map.stiffness.mean).all()
     assert not any("stiffness" in row[0] for row in layer_rows(steady.map))
     assert not any("stiffness" in figure.name for figure in exploration_report(steady).summary)
 
 
+@pytest.mark.slow
 def test_a_softer_object_is_felt_as_softer():
     """The simulated contact is damped, which at 1 Hz passes for a fifth more stiffness where it is soft."""
     layer = explore(replace(SMALL, force_swing=0.5, stiffness=10e3)).map.stiffness

@@ -186,6 +186,7 @@ positive = st.floats(1e-3, 0.1)
 words = st.text(min_size=1, max_size=20).filter(lambda s: s.isprintable() and s.strip() and "\0" not in s)
 
 
+@pytest.mark.slow
 @given(
     force=st.floats(0.3, 15.0), speed=st.floats(1e-6, 0.1), width=positive, noise=st.floats(0.0, 0.01),
     tip=st.one_of(st.tuples(positive), st.tuples(positive, positive, positive)),

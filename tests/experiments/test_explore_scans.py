@@ -131,6 +131,7 @@ def test_a_path_in_pieces_is_the_same_path_in_short_pieces(width, depth, spacing
     assert at == len(path) - 1
 
 
+@pytest.mark.slow
 @FEW
 @given(st.floats(0.004, 0.03), st.floats(5e-4, 3e-3))
 def test_a_spiral_passes_what_lies_inside_its_outermost_turn(radius, spacing):

@@ -145,6 +145,7 @@ def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked(
     assert not not_felt(found.marks)
 
 
+@pytest.mark.slow
 def test_taps_feel_no_friction_and_their_map_is_a_map():
     found = carry_out(plan(ExploreConfig(**BALL, strategy="taps", width=0.01, depth=0.01, period=2e-3)))
     assert found.point_rms < 1e-6

@@ -324,6 +324,7 @@ def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
     assert again.finger.sensor.bias == one.finger.sensor.bias
 
 
+@pytest.mark.slow
 def test_a_recorded_run_with_every_imperfection_comes_out_bit_for_bit(tmp_path):
     (tmp_path / "all.yaml").write_text(text_of(EVERYTHING))
     robot = load_robot(str(tmp_path / "all.yaml"))

@@ -156,6 +156,7 @@ def test_what_a_library_says_adds_up_and_the_likeliest_stands_first(recognised_r
     assert found.confusion.right > 0.9
 
 
+@pytest.mark.slow
 def test_without_twists_steel_and_tile_are_confused():
     """Both have the same mu by the library: strokes alone cannot tell them apart, and say so."""
     told = FrictionConfig(friction=0.33, quick=True, loads=(2.0,), robot="stage", library=Path("simulated"))
@@ -169,6 +170,7 @@ def test_without_twists_steel_and_tile_are_confused():
     assert slip is None or slip.spin == 0.0  # what this robot cannot do, it is not advised to
 
 
+@pytest.mark.slow
 def test_a_replay_can_change_what_control_goes_by_but_not_the_surface(folder):
     with pytest.raises(
         InvalidValueError, match="friction: a replay cannot change it: the samples are as recorded"
@@ -216,6 +218,7 @@ def test_a_robot_that_cannot_turn_finds_mu_and_says_that_nothing_is_known_of_e()
     assert read_friction_file(friction_file_text(found.file)) == found.file
 
 
+@pytest.mark.slow
 def test_a_sensor_that_drifts_is_set_right_by_free_air_before_and_after():
     drifting = FrictionConfig(quick=True, loads=(1.0,), robot="turning-stage-nano17", drift=0.6, calibration=0.01)
     found = find_friction(drifting)
@@ -404,6 +407,7 @@ def test_a_library_that_is_not_there_is_refused_before_anything_moves():
         library_of(FrictionConfig(library=Path("none.yaml")))
 
 
+@pytest.mark.slow
 def test_what_was_recorded_is_named_although_it_tells_of_no_friction(tmp_path, monkeypatch, capsys):
     """A robot that was held fast, say: what it felt is not lost, and nothing that was typed was wrong."""
 

@@ -70,6 +70,7 @@ def test_static_friction_has_an_interval_that_holds_it_where_mu_has_levelled():
     assert static.lower <= static.value <= static.upper
 
 
+@pytest.mark.slow
 def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
     """One speed alone would make e 11 % too long, and nobody could know."""
     found = find_friction(FrictionConfig(quick=True, loads=(2.0,), static_friction=0.7))

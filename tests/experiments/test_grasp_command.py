@@ -60,6 +60,7 @@ def test_three_fingers_share_a_weight_evenly():
     assert least == pytest.approx(1.0 / 0.5, rel=2.0 * CLOSE)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(
     st.tuples(*[st.floats(-4.0, 4.0)] * 3),

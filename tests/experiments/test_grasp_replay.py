@@ -89,6 +89,7 @@ def test_a_control_that_ignores_spin_can_be_tried_on_what_was_recorded(grasped):
     assert found.sensing.first is None
 
 
+@pytest.mark.slow
 def test_a_controller_of_ones_own_is_given_the_plan_of_the_hand(grasped):
     found = replay_log(grasped["three"], controller=lambda planned: planned.controller())
     assert found.identical

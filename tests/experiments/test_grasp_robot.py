@@ -33,6 +33,7 @@ from palpate.runtime.wrapped_backend import WrappedBackend
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in shipped_robots() if not has_hand(load_robot(name))])
 def test_a_robot_without_a_hand_is_refused_and_those_with_one_are_named(name):
     with pytest.raises(InvalidValueError, match=f"robot = {name}: it has no hand") as refused:

@@ -150,6 +150,7 @@ def test_steps_do_not_overshoot_though_the_stiffness_be_off_by_three(robot, time
         assert steps.rise_time < 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["stage", "ur5e-sim"])
 def test_a_sine_of_5_hz_is_followed_without_identification(robot):
     found = regulated(robot=robot, profile="sine", frequencies=(5.0, 8.0, 16.0), swing=0.5)
@@ -244,6 +245,7 @@ class Drops:
         return -sum(gone), -0.4 * sum(0.0 < way < 0.002 for way in gone), 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("times", "loss"), [((2.0,), Loss.FOUND), ((2.0, 5.0), Loss.GONE)])
 def test_what_is_lost_once_is_found_again_and_what_is_lost_twice_is_given_up(times, loss):
     joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), Drops(*times))
@@ -283,6 +285,7 @@ def test_nothing_there_is_said_so():
     assert regulation_report(found).steps is None
 
 
+@pytest.mark.slow
 def test_a_drifting_sensor_is_told_and_how_much():
     found = regulated(robot="stage-nano17", drift=1.2, duration=5.0)
     assert found.run.ending is Ending.DONE
@@ -368,6 +371,7 @@ def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
     assert main(["regulate", "--surface", "missing", "--out", str(out)]) == 1
 
 
+@pytest.mark.slow
 def test_a_file_gives_values_and_what_is_typed_goes_before_them(tmp_path, capsys):
     out, file = tmp_path / "out", tmp_path / "mine.yaml"
     (tmp_path / "moved.csv").write_text("0,0,0,0\n0.2,0.001,0,0\n")
@@ -498,6 +502,7 @@ def test_pressing_on_nothing_is_no_identification():
         regulated(surface="missing", identify=True)
 
 
+@pytest.mark.slow
 def test_a_controller_does_not_remember_its_last_run():
     planned = plan(RegulateConfig(duration=0.5, surface="sine"))
     first = carry_out(planned)

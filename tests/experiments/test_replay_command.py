@@ -112,6 +112,7 @@ def test_without_the_recorded_changes_it_would_not(nano):
     assert found.commands.first.time == pytest.approx(1.0, abs=0.002)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("object_name", ["sphere", "box"])
 def test_a_noisy_run_without_a_sensor_file_comes_out_bit_for_bit(object_name, tmp_path):
     assert record(ExploreConfig(object=object_name, **SMALL, **NOISY, out=tmp_path)) is Ending.DONE
@@ -200,6 +201,7 @@ def rewritten(log, path, rows=None, attachments=None):
     return path
 
 
+@pytest.mark.slow
 def test_a_log_written_again_is_the_same_log(nano, tmp_path):
     check_identical(replay_log(rewritten(read_log(nano / "latest.mcap"), tmp_path / "again.mcap")))
 
@@ -332,12 +334,14 @@ def test_a_larger_tip_is_felt_elsewhere_and_a_narrower_raster_is_swept_otherwise
     assert not swept.identical
 
 
+@pytest.mark.slow
 def test_what_makes_no_difference_is_identical_and_says_so(small, capsys):
     assert main(["replay", str(small), "--set", "robot=stage-nano17"]) == 0
     assert replay_log(small, {"robot": "stage-nano17"}).identical
     assert "No commanded velocity differs" in (small.parent / "mine-replay.html").read_text()
 
 
+@pytest.mark.slow
 def test_reports_are_named_after_their_logs_and_none_is_overwritten(small, tmp_path, undrawn):
     other = tmp_path / "other.mcap"
     other.write_bytes(small.read_bytes())

@@ -37,6 +37,7 @@ BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
 
 
+@pytest.mark.slow
 def test_what_to_type_next_names_the_folder():
     found = explore(ExploreConfig(width=0.006, depth=0.002, speed=0.04, out=Path("my runs")))
     assert "palpate compare 'my runs/contacts.ply' part.stl" in " ".join(advice_on_exploration(found))
@@ -138,6 +139,7 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
     assert "friction" in told  # of which the line itself tells
 
 
+@pytest.mark.slow
 def test_pictures_of_a_line_claim_nothing():
     report = exploration_report(edge())
     assert map_picture(report.map) is None
@@ -154,6 +156,7 @@ def raster():
     return explore(ExploreConfig(**BALL, width=0.008, depth=0.006))
 
 
+@pytest.mark.slow
 def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
     assert not raster.map.is_line
     figures = {figure.name for figure in exploration_report(raster).summary}
@@ -173,6 +176,7 @@ def test_a_value_is_rounded_by_far_less_than_it_is_known(value, sd):
     assert as_known(value, math.nan) == value
 
 
+@pytest.mark.slow
 def test_a_deviation_that_nobody_needs_is_not_spelt_out(raster):
     at = len(raster.map.mesh.vertices)
     alike = VertexLayer("friction", np.full(at, 0.3), np.full(at, 9.4e-6))

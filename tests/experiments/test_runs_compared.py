@@ -98,6 +98,7 @@ def test_other_experiments_the_same_run_and_no_runs_are_refused(explored, regula
         read_runs([first, tmp_path])
 
 
+@pytest.mark.slow
 def test_as_people_type_it(explored, regulated, tmp_path, capsys):
     first, second = map(str, explored)
     assert main(["compare", first, second, "--out", str(tmp_path / "new")]) == 0

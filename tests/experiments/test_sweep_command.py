@@ -157,6 +157,7 @@ def test_a_run_that_does_not_get_to_its_end_does_not_count(here, undrawn, tmp_pa
     assert "1 of 2 runs" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
     typed = ["sweep", "regulate", "--set", "duration=0.6", "--keep-reports", "--out", str(tmp_path)]
     assert main(typed) == 0
@@ -183,6 +184,7 @@ def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_figures_to_show_are_chosen(here, undrawn, tmp_path, capsys):
     assert main([*TYPED, "--show", "sensed_rms_n", "--out", str(tmp_path)]) == 0
     assert "felt force, RMS error" in capsys.readouterr().out

@@ -54,6 +54,7 @@ def spun(tmp_path_factory):
     return folder, np.array(true)
 
 
+@pytest.mark.slow
 def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, monkeypatch, capsys):
     monkeypatch.setattr(view_command, "Player", Shown)
     assert run_view(ViewConfig(rubbed)).exit_code == 0
@@ -111,6 +112,7 @@ def test_what_the_simulation_no_longer_tells_is_said_and_stands_still(spun, monk
     assert "where the object was is not shown" in " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tripped", [False, True], ids=["Ctrl-C", "the supervisor stops it"])
 def test_of_a_hand_that_is_stopped_while_it_moves_the_object_is_known_to_the_end(tripped, tmp_path):
     """At a Ctrl-C the last command of the log was not sent any more, at a trip it was: both are found out."""
@@ -145,6 +147,7 @@ def test_poses_of_another_run_are_refused(spun):
         frames_of_log(log, spun[1][:-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rubbed", "spun"])
 def test_a_picture_of_it(name, request, tmp_path):
     folder, still = request.getfixturevalue(name), tmp_path / "a.png"

@@ -56,6 +56,7 @@ IN_REAL_TIME = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", IN_REAL_TIME, ids=str)
 def test_a_fault_ends_in_the_safe_state_in_real_time_too(fault):
     rig = stage_rig(plain_finger(), RealTime(PERIOD), duration=0.5)

@@ -286,6 +286,7 @@ def test_the_least_normal_force_of_both_is_between_the_larger_and_the_sum_of_eac
     assert max(alone) * (1.0 - 1e-12) <= both <= sum(alone) * (1.0 + 1e-12)
 
 
+@pytest.mark.slow
 @given(surfaces(), st.floats(1.0, 5.0))
 def test_safety_takes_friction_and_leaves_the_shape(surface, safety):
     reduced = surface.reduced(safety)

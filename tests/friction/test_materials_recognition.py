@@ -96,6 +96,7 @@ def test_only_ratios_of_friction_and_of_lengths_count(by_friction, by_length, se
     np.testing.assert_allclose(one.fit, other.fit, rtol=1e-7, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_ten_thousand_touches_neither_underflow_nor_convince_of_the_wrong():
     rng = np.random.default_rng(3)
     found = recognise(THREE, mixed_touches(rng, 10_000))
@@ -125,6 +126,7 @@ def test_an_error_of_calibration_that_all_touches_share_makes_nothing_unknown():
 
 
 # 4 standard deviations of chance above the promised rate
+@pytest.mark.slow
 @pytest.mark.parametrize("slips", [[STROKE], [STROKE, TWIST, FIRM_TWIST], [STROKE] * 8, [TWIST, FIRM_TWIST] * 3])
 def test_the_true_material_is_refused_as_rarely_as_promised(slips):
     rng, rate, trials = np.random.default_rng(len(slips)), 0.05, 300

@@ -22,6 +22,7 @@ def rubbed(sensed):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", [0.5, 1.0])
 @pytest.mark.parametrize("angle", [0.05, 0.25, 0.3, 0.35, 0.4])
 def test_a_twist_that_slips_late_tells_the_e_of_slip_not_of_giving_way(angle, duration):

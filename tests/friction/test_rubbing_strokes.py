@@ -114,6 +114,7 @@ def test_e_is_exact_on_any_norm_when_the_finger_slides_as_it_turns(seed, mu, e, 
     assert low <= e * torque_share(slide, p) / torque_share(slide, 2.0) <= high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.1, 1.2])
 def test_intervals_hold_the_truth_as_often_as_they_say(mu):
     held = [0, 0, 0]

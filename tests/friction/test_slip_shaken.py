@@ -81,6 +81,7 @@ def test_a_shaken_load_that_sticks_is_no_slip(frequency):
     assert alarms == 0
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.0, 6.3), st.floats(0.1, 10.0))
 def test_what_counts_against_a_swinging_load_depends_on_neither_direction_nor_scale(across, scale):

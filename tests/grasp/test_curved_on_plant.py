@@ -149,6 +149,7 @@ def test_many_answers_hold_on_the_plant_and_3_percent_more_slips(name):
     check_answers(np.random.default_rng(2), LIMITS[name], 25)
 
 
+@pytest.mark.slow
 def test_e_taken_for_constant_slips_on_the_plant():
     """What the plant is asked for here: forces for e of 1 N slip where contacts press less."""
     rng, slipped = np.random.default_rng(3), 0

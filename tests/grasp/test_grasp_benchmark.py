@@ -183,6 +183,7 @@ def test_loads_move_a_thousandth_to_a_hundredth_of_their_size_each_period():
     assert np.linalg.norm(scaled - scaled[0], axis=1).max() > 0.1
 
 
+@pytest.mark.slow
 def test_times_are_kept_cold_and_warm_and_answers_judged():
     found = measure([NEWTON, CLARABEL], 3, TINY, EffortJudge, lambda: None)
     for timing in found.values():

@@ -83,6 +83,7 @@ def assert_proof(contacts: FloatArray, load: FloatArray, y: FloatArray) -> None:
     assert y @ load + at_end.sum() - 1e8 * np.linalg.norm(load) * wrong > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", Objective)
 def test_every_family_is_solved_or_proved_impossible(objective: Objective) -> None:
     linear = objective in (Objective.MAX_MARGIN, Objective.LOAD_FACTOR)
@@ -210,6 +211,7 @@ def test_rotating_everything_changes_nothing() -> None:
     np.testing.assert_allclose(a.forces, b.forces, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", Objective)
 def test_actuator_limits_bind_or_make_it_impossible(objective: Objective) -> None:
     rng = np.random.default_rng(8)
@@ -343,6 +345,7 @@ def test_without_machine_code_it_still_works(trouble: str, cache: Path, monkeypa
     assert float(found(3.0)) == 9.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", Objective)
 def test_nothing_proves_that_a_load_that_is_held_cannot_be(objective: Objective) -> None:
     rng = np.random.default_rng(9)

@@ -55,6 +55,7 @@ def test_what_is_called_infeasible_is(many):
     assert np.mean(well_beyond) >= 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_a_certificate_holds_for_every_force_within_the_limits(family, many):
     rng = np.random.default_rng(0)

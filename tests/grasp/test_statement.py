@@ -23,6 +23,7 @@ def test_wrench_is_the_grasp_map_times_the_forces() -> None:
     np.testing.assert_allclose(total, pushed(contacts, forces), atol=1e-14)
 
 
+@pytest.mark.slow
 @given(
     st.floats(0.05, 2.0),
     st.floats(1e-3, 0.1),

@@ -36,7 +36,12 @@ def sampled(name):
     return every_tip.measure(few, count, np.random.default_rng([SEED, list(KINDS).index(name)]))
 
 
-@pytest.mark.parametrize("name", KINDS)
+def named(name):
+    """A kind by its name; of functions of one's own each run compiles the solver anew."""
+    return pytest.param(name, marks=pytest.mark.slow) if name == "own function, compiled" else name
+
+
+@pytest.mark.parametrize("name", map(named, KINDS))
 def test_built_contacts(name):
     """Found, each of them, where it was built; and nothing is reported that is not a contact of the tip."""
     row = sampled(name)

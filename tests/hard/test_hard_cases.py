@@ -118,6 +118,7 @@ def test_rotated_grazing():
     report(measured("rotated_grazing"), lambda r: r.errors["centroid"], lambda r: 8 * U * r.kappa)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in cases.ALL if n not in cases.MISSES])
 def test_condition_is_a_number_at_least_one(name):
     """Where there is a contact its condition is a number, 1 or more; elsewhere infinite."""
@@ -140,6 +141,7 @@ def test_condition_is_kappa(name):
             assert r.kappa / ratio**3 <= r.condition <= r.kappa * ratio**3, r.case
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stretched", [(2,), (0,), (0, 1), (1, 2)])
 @pytest.mark.parametrize("model", ["soft", "hard"])
 def test_long_semi_axes_go_over_into_infinite_ones(stretched, model):

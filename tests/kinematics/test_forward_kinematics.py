@@ -51,6 +51,7 @@ def matrix(pose):
     return result
 
 
+@pytest.mark.slow
 def test_the_flange_is_where_the_dh_product_in_40_digits_has_it():
     rng = np.random.default_rng(5)
     worst = 0.0

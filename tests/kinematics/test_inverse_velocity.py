@@ -51,6 +51,7 @@ def over_shoulder(q1, q2):
     return (q1, q2, low, 0.0, -1.57, 0.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=500)
 @given(poses, twists)
 def test_no_joint_exceeds_its_speed_for_any_twist_at_any_pose(q, twist):
@@ -95,6 +96,7 @@ def test_what_is_told_of_the_motion_is_true(q, twist):
     assert (motion.limit is Limit.NONE) == (motion.scale == 1.0) == (motion.joint is None)
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.filter_too_much])
 @given(poses, slow)
 def test_damping_loses_what_the_formula_says_and_nothing_else(q, twist):

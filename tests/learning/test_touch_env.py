@@ -138,6 +138,7 @@ def test_gymnasiums_own_checker_finds_nothing():
     env.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 12345])
 def test_a_seed_gives_the_same_episodes_again_bit_for_bit(seed):
     runs = []
@@ -155,6 +156,7 @@ def test_a_seed_gives_the_same_episodes_again_bit_for_bit(seed):
     assert a[1] != b[1]  # and they are different ones
 
 
+@pytest.mark.slow
 def test_a_sensible_policy_earns_what_a_random_one_does_not(stage):
     rewards = [sum(episode(stage, Proportional(), seed)[1]) for seed in range(3)]
     random = [sum(episode(stage, Random(seed, stage.action_space), seed)[1]) for seed in range(3)]
@@ -176,6 +178,7 @@ def test_an_episode_begins_in_touch_and_at_rest(stage):
 wild = st.lists(st.one_of(st.floats(-1e3, 1e3), st.just(math.inf), st.just(-math.inf)), min_size=3, max_size=3)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.lists(wild, min_size=1, max_size=12))
 def test_no_action_gets_past_bounds_slew_and_supervisor(actions):
@@ -391,6 +394,7 @@ def test_worlds_of_explorations_differ_in_noise_and_place():
     assert max(abs(p[i]) for p in positions for i in range(2)) <= 0.005
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3))
 def test_a_robot_that_is_guarded_never_hears_of_a_speed_beyond_the_limit(velocity):
     backend = SpringFloor(stiffness=0.0)

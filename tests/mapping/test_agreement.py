@@ -103,6 +103,7 @@ def test_rows_too_far_apart_to_tell_of_their_noise_do_not_narrow_the_band():
     assert np.mean(inside) >= 0.90
 
 
+@pytest.mark.slow
 def test_a_surface_rougher_than_believed_between_far_rows_widens_the_band():
     made, _ = coarse(Errors(noise=3e-6, tilt=2e-3), curvature=0.3)
     assert np.mean(made.agreement.far) > 2.0

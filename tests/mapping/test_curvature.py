@@ -125,6 +125,7 @@ def test_one_row_does_not_tell_how_the_surface_bends_across_it():
     assert np.isnan(rolled_curvature(made.stretches, top, up, made.model, 2e-3).mean[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [each for each in SHAPES if each.name != "rounded box"], ids=lambda s: s.name)
 def test_with_noise_both_are_as_far_off_as_they_say(shape):
     """Normals err as they claim; the map's process is rougher than these surfaces and claims more than it errs."""

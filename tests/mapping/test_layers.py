@@ -38,6 +38,7 @@ def test_a_far_contact_says_nothing():
     assert np.isnan(vertex_layer("v", VERTICES, np.zeros((0, 3)), np.zeros(0), 1.0).mean).all()
 
 
+@pytest.mark.slow
 def test_what_does_not_fit_is_refused(tmp_path):
     with pytest.raises(InvalidValueError, match="must be one word"):
         vertex_layer("two words", VERTICES, POINTS, np.zeros(60), 1.0)

@@ -105,6 +105,7 @@ def test_exact_contacts_give_the_exact_shape(kind):
         np.testing.assert_allclose(fit.shape.sizes, SIZES[kind], atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", list(PrimitiveKind))
 @settings(max_examples=6, deadline=None)
 @given(seed=seeds, exponent=st.floats(-3.0, 3.0))
@@ -141,6 +142,7 @@ def test_claimed_standard_deviations_hold(kind):
     assert 0.75 < z.std() < 1.3
 
 
+@pytest.mark.slow
 def test_an_ellipsoid_from_a_shallow_cap_is_bounded_and_says_that_it_is_weak():
     for seed in range(5):
         rng = np.random.default_rng(seed)

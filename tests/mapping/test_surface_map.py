@@ -68,6 +68,7 @@ def test_a_sphere_felt_without_noise_is_known_to_a_micrometre():
     assert answer.observed.all()
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=5, deadline=None)
 def test_adding_in_parts_is_adding_at_once(seed):
@@ -299,6 +300,7 @@ def test_learning_finds_noise_and_length_from_a_guess_twice_off():
         assert (np.abs(answer.distance) <= answer.band()).mean() >= 0.9
 
 
+@pytest.mark.slow
 def test_what_is_held_stays():
     made = mapped(cap(noise=2e-5))
     made.relearn(held=tuple(Parameter))

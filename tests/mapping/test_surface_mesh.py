@@ -98,6 +98,7 @@ def test_nothing_felt_is_an_empty_mesh_and_no_file(tmp_path):
     assert isinstance(mesh_of(one), SurfaceMesh)
 
 
+@pytest.mark.slow
 def test_a_voxel_in_the_wrong_unit_is_refused():
     with pytest.raises(InvalidValueError, match="metres"):
         mesh_of(flat(), voxel=1e-6)

@@ -93,6 +93,7 @@ def test_nothing_felt_nothing_grown(exploration):
     assert _growth_parts(None) == []
 
 
+@pytest.mark.slow
 def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
     marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(Event))
     last = dataclasses.replace(growth.snapshots[-1], marks=marks)

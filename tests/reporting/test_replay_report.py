@@ -54,6 +54,7 @@ def lines(axes):
     return {to_hex(line.get_color()): line for line in axes.lines}
 
 
+@pytest.mark.slow
 def test_the_whole_report_is_well_formed_and_needs_nothing_else():
     checker = parsed(replay_html(OTHER))
     assert checker.tags.count("img") == checker.tags.count("figcaption") == 3
@@ -63,6 +64,7 @@ def test_the_whole_report_is_well_formed_and_needs_nothing_else():
         assert said in text
 
 
+@pytest.mark.slow
 def test_without_a_difference_there_is_a_sentence_instead_of_the_picture():
     html = replay_html(SAME)
     assert parsed(html).tags.count("img") == 2

@@ -199,6 +199,7 @@ def test_whatever_is_missing_the_rest_is_reported(report):
     parsed(report_html(report))
 
 
+@pytest.mark.slow
 def test_a_map_without_truth_or_layers_or_triangles_is_reported():
     nobody_knows = dataclasses.replace(MAP, error=None, missed=np.zeros((0, 3)), layers=())
     assert "true errors" not in report_html(dataclasses.replace(BRIEF, map=nobody_knows))
@@ -216,6 +217,7 @@ def test_a_map_has_one_error_and_one_value_of_a_layer_per_vertex():
         dataclasses.replace(MAP, layers=(VertexLayer("friction", np.zeros(2), np.zeros(2)),))
 
 
+@pytest.mark.slow
 def test_where_errors_come_from_is_told_as_text():
     report = dataclasses.replace(BRIEF, point_error=np.zeros(len(CAP)), error_note="Friction <lifts> it.")
     assert "Friction <lifts> it." in " ".join(parsed(report_html(report)).text)

@@ -72,6 +72,7 @@ def test_a_case_that_raises_is_told_with_its_traceback_and_the_others_go_on():
     assert (told[-1].cases, told[-1].done, told[-1].failed) == (3, 3, 1)
 
 
+@pytest.mark.slow
 def test_work_that_asks_to_end_the_interpreter_ends_its_case():
     failures = run_batch(leave, [True, False], 1, quiet)
     for failure, error in zip(failures, ["SystemExit: 3", "KeyboardInterrupt"], strict=True):
@@ -79,6 +80,7 @@ def test_work_that_asks_to_end_the_interpreter_ends_its_case():
         assert (failure.kind, failure.error) == (FailureKind.RAISED, error)
 
 
+@pytest.mark.slow
 def test_what_is_defined_on_the_spot_travels_along():
     offset, prepared = 10, []
 
@@ -97,6 +99,7 @@ def test_what_is_defined_on_the_spot_travels_along():
     assert prepared == [os.getpid()]
 
 
+@pytest.mark.slow
 def test_workers_are_one_thread_deaf_to_ctrl_c_and_no_more_than_cases():
     found = results_of(run_batch(surroundings, range(2), 7, quiet))
     for told, numba_threads, threads, deaf, _ in found:
@@ -147,6 +150,7 @@ def test_work_that_does_not_pickle_is_refused_by_the_name_of_its_part():
         run_batch(Scene("x", lock).__eq__, [1], 1, quiet)
 
 
+@pytest.mark.slow
 def test_a_result_that_does_not_pickle_fails_its_case_by_the_name_of_its_part():
     outcomes = run_batch(unsendable, range(3), 1, quiet)
     assert [isinstance(outcome, Success) for outcome in outcomes] == [True, False, True]

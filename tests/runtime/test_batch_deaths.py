@@ -93,6 +93,7 @@ def test_an_idle_worker_that_is_killed_costs_nothing(tmp_path):
     assert [len(attempts(tmp_path, seed)) for seed in range(2)] == [1, 1]
 
 
+@pytest.mark.slow
 def test_a_worker_killed_while_it_sends_its_result_is_found_too():
     """Half a result must neither be waited for nor be taken for one."""
     worker = WorkerProcess(packed("work", large))

@@ -147,7 +147,7 @@ def test_what_an_error_ends_does_not_end_the_others(collections):
 
 
 def test_a_busy_thread_gives_way(collections):
-    """A thread that computes without a break keeps Python as long as Python lets it: here to its end, but for us."""
+    """A thread that computes without a break has Python as long as Python lets it: here to its end, but for us."""
     stop, ended = threading.Event(), []
 
     def compute():

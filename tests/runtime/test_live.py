@@ -58,6 +58,7 @@ def ramp(parameters, seconds, start=0.0):
     return forces
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(histories)
 def test_whatever_is_requested_whenever_values_stay_in_bounds_and_within_their_rate(history):

@@ -345,6 +345,7 @@ assert (os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK, os.getpriority(
 """
 
 
+@pytest.mark.slow
 @linux
 @pytest.mark.skipif(sys.platform == "win32" or os.getuid() != 0, reason="needs rights to give away")
 def test_without_rights_it_says_what_is_missing_and_goes_on():

@@ -278,6 +278,7 @@ COLUMNS = [
 ]
 
 
+@pytest.mark.slow
 @settings(max_examples=80, deadline=None, derandomize=True)
 @given(st.integers(0, 49), st.sampled_from(COLUMNS), st.integers(0, 63))
 def test_one_flipped_bit_in_one_wrench_is_found_in_its_period(row, column, bit):

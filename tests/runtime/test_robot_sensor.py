@@ -77,6 +77,7 @@ def test_every_imperfection_has_a_key_with_its_unit():
     )
 
 
+@pytest.mark.slow
 @given(
     preset=st.sampled_from(PresetSensor),
     specimen=st.integers(0, 2**31),

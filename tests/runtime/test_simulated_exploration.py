@@ -91,6 +91,7 @@ class Exploration:
         return math.sqrt(np.mean(error**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "target", [SphereObject(), Box(), CylinderObject()], ids=["sphere", "box", "lying cylinder"]
 )

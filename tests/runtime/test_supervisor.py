@@ -50,6 +50,7 @@ def test_good_commands_pass_unchanged():
     assert supervisor.trip is None
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(st.tuples(any_float, any_float, any_float))
 def test_whatever_is_commanded_what_passes_is_finite_and_within_the_limits(velocity):

@@ -81,6 +81,7 @@ def test_the_frame_is_always_a_rotation_and_keeps_its_direction_below_the_noise(
         assert frame.friction_force == pytest.approx(0.01 * size)
 
 
+@pytest.mark.slow
 def test_the_frame_is_continuous_as_friction_grows_out_of_the_noise_and_turns_in_it():
     """A slow path out of the noise and back, while friction turns: x never jumps."""
     n = np.array([0.0, 0.0, 1.0])
@@ -104,6 +105,7 @@ def test_the_frame_is_continuous_as_friction_grows_out_of_the_noise_and_turns_in
             np.testing.assert_allclose(near, far, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_without_a_former_frame_x_follows_the_normal_continuously_over_the_whole_front_of_the_finger():
     nothing = np.zeros(3)
     for polar in np.linspace(0, 3.0, 31):

@@ -132,6 +132,7 @@ def test_sliding_without_turning_over_a_round_object_is_not_rolling():
     assert np.linalg.norm(found[0].path_velocity) == pytest.approx(speed * big / (R + big), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("slip", "roll", "spin", "kind"), CASES)
 def test_noise_of_the_centroid_does_not_make_it_roll(slip, roll, spin, kind):
     """30 um of noise, 1 kHz: over 60 samples the slope's deviation is 0.22 mm/s, a quarter of the threshold."""

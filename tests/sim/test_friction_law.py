@@ -146,6 +146,7 @@ STEPS = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(laws(), STEPS)
 def test_no_time_step_gives_energy_back(law, steps):
@@ -172,6 +173,7 @@ def test_turning_all_motion_turns_all_force(law, steps, angle):
         assert row[TORQUE] == pytest.approx(other[TORQUE], abs=1e-9)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(laws(), st.floats(0.0, 0.95), ANGLES)
 def test_a_held_load_does_not_creep(law, share, angle):

@@ -96,6 +96,7 @@ def test_a_hand_knows_its_mass_and_where_its_centre_is(hand, shape):
     assert center == pytest.approx(hand.center_of_mass, abs=1e-12)
 
 
+@pytest.mark.slow
 @carriers
 @hands
 def test_a_held_object_is_lifted_moved_and_let_down(carrier, hand, shape):
@@ -155,6 +156,7 @@ def test_a_turned_hand_does_not_sag_and_its_sensors_feel_nothing(carrier, hand, 
         assert felt == pytest.approx((0.0,) * 6, abs=1e-4)
 
 
+@pytest.mark.slow
 @every
 @pytest.mark.parametrize("at", [1, 1203])
 def test_a_run_goes_on_from_a_snapshot_bit_for_bit(carrier, at):

@@ -70,6 +70,7 @@ SLIDING = replace(RUBBER, static_friction=0.4)
 """Without stick-slip, which else goes on at this speed."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [COULOMB, SLIDING], ids=["Coulomb", "rubber"])
 @pytest.mark.parametrize("angle", [0.0, 20.0, 45.0, 70.0, 90.0])
 def test_full_slip_lies_on_the_limit_surface_of_its_law(law, angle):

@@ -76,6 +76,7 @@ def pull(backend, force):
     backend._data.xfrc_applied[body, :3] = force
 
 
+@pytest.mark.slow
 @HANDS
 @pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
 def test_the_grip_force_is_reached_and_left_within_the_stated_accuracy(hand, shape, rate):
@@ -130,6 +131,7 @@ def test_the_currents_respect_their_limit_and_the_largest_grip_is_what_it_leaves
         assert normal_force(finger) == pytest.approx(hand.largest_grip, rel=0.03)
 
 
+@pytest.mark.slow
 @HANDS
 def test_a_hand_that_opens_does_not_squeeze_first(hand, shape):
     """The servo's profile has run on to behind the object: the full current would press until it is back."""

@@ -70,6 +70,7 @@ def test_the_center_of_an_ellipsoid_lies_its_least_semi_axis_deep():
         assert EllipsoidObject(axes).signed_distance(np.zeros((1, 3)))[0] == pytest.approx(-min(axes), rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     st.sampled_from([DEFAULT, ROUND, (0.03, 0.05, 0.04), (0.02, 0.05, 0.02)]),

@@ -110,6 +110,7 @@ def test_a_mesh_of_a_torus_is_touched_as_the_torus_within_its_sag_and_facets(n):
     assert worst > 0.1 * angle  # facets show
 
 
+@pytest.mark.slow
 def test_a_mesh_kernel_finds_the_nearest_of_all_triangles():
     """Against a search through every triangle, by a finely sampled quadratic program's closed form."""
     mesh = TracedMesh(torus_grid(12))

@@ -77,6 +77,7 @@ def pressed_by(motion, arm, limits=None):
     return Pressed(result, np.array(forces), np.array(heights), model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", [False, True], ids=["stage", "ur5e"])
 @pytest.mark.parametrize("speed", [0.02, 0.05])
 def test_a_surface_that_keeps_coming_presses_no_harder_than_the_delay_explains(speed, arm):

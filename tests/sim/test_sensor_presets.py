@@ -128,6 +128,7 @@ def test_a_fault_free_axia_does_not_jump_by_more_than_its_manual_calls_normal():
     assert np.mean(np.abs(shown) <= 5e-4 * np.array([500, 500, 900, 20, 20, 20])) > 0.99
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", REAL)
 def test_the_sensor_file_of_a_preset_reads_back_and_its_pipeline_finds_nothing_wrong(preset):
     model = sensor_preset(preset)

@@ -44,6 +44,7 @@ def interleaved(runs):
     return said
 
 
+@pytest.mark.slow
 def test_stages_and_a_hand_stepped_in_turns_do_not_disturb_one_another():
     # of different lengths: the longer one goes on where the other has been closed
     runs = [

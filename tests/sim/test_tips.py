@@ -137,6 +137,7 @@ def test_a_finer_mesh_is_nearer():
         assert gap <= sag
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [*SUPPORTS, *OPEN])
 def test_inertia_is_that_of_the_solid(kind):
     """MuJoCo's own integrals over the geom, at the density that gives the mass."""

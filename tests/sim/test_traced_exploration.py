@@ -48,6 +48,7 @@ def explored(target, raster, speed):
     return result, record, force
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("target", "raster", "limit"),
     [

@@ -248,6 +248,7 @@ def sideways(psi, tilt):
     return Pose((-0.5, -0.33, 0.4), tuple(map(tuple, columns)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tilt", "speed", "error"),
     [(0.0, 0.05, 0.15e-3), (0.003, 0.05, 0.25e-3), (0.02, 0.05, None), (0.02, 1.0, None)],

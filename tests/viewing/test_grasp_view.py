@@ -182,6 +182,7 @@ def test_a_run_of_another_hand_is_refused(grasp):
         scene_view("another", scene.model).placement.poses(grasp.frames.posture(0))
 
 
+@pytest.mark.slow
 def test_pictures_show_object_machine_tips_and_arrows(grasp, tmp_path):
     still, video = tmp_path / "a.png", tmp_path / "a.gif"
     try:

@@ -121,6 +121,7 @@ def test_silence_is_told_when_patience_is_over_and_not_before(emulated, clock, m
     hand.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "share"), [("wrong_checksum", 0.1), ("lost_bytes", 0.1), ("noise", 0.3)])
 def test_a_share_of_faults_costs_exchanges_not_the_hand(emulated, fault, share):
     hand = connected(emulated, watchdog=0.0, silence=20.0)
@@ -310,6 +311,7 @@ def test_an_emulator_that_hangs_does_not_hang_the_hand(emulated, prompt_hand):
                 break
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("harm", ["wrong_checksum", "lost_bytes"])
 def test_setting_up_copes_with_damaged_answers(harm):
     """A write whose answer is damaged may have been done: it is read back, not taken for failed."""
@@ -357,6 +359,7 @@ def test_an_exception_in_the_library_does_not_leave_the_port_in_use(hand, monkey
     assert fresh >= 7
 
 
+@pytest.mark.slow
 def test_waiting_for_a_silent_servo_does_not_spin(emulated, hand, monkeypatch):
     emulated.inject("mute", 1)
     port, waits, looks = hand._bus._port, [], []
@@ -398,6 +401,7 @@ def test_the_time_of_day_may_be_set(hand, monkeypatch):
     assert stamps == sorted(stamps)
 
 
+@pytest.mark.slow
 def test_an_emulator_of_its_own_process_serves_takes_faults_and_may_be_killed():
     with EmulatorProcess(hosted_servos) as process:
         hand = DynamixelHand(process.addresses["dynamixel"], settings(4, **AT_ONCE))

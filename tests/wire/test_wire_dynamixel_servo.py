@@ -93,6 +93,7 @@ def test_a_ping_tells_the_model_and_nobody_else_answers(client):
     assert nobody_answers(lambda: client.packets.ping(client.port, 3)[1])
 
 
+@pytest.mark.slow
 def test_a_broadcast_ping_is_answered_by_everyone(client):
     found, result = client.packets.broadcastPing(client.port)
     assert result == OK

@@ -149,6 +149,7 @@ def press_on(cell: Cell) -> Never:
         cell.rig.step(Command((0.0, 0.0, -0.02), grip_force=GRIP))
 
 
+@pytest.mark.slow
 def test_a_sensor_that_is_pressed_out_of_its_range_is_relieved_and_goes_on(cells: Cells) -> None:
     """As by a loop that stood still while the tip went down."""
     cell = cells.of(Tip.BOX)

@@ -137,6 +137,7 @@ def test_every_step_is_handed_to_every_device_in_order(running: Running) -> None
     assert running.control.state()["steps"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.5, 1.0, 2.0])
 def test_the_plant_keeps_its_pace(scale: float, monkeypatch: pytest.MonkeyPatch) -> None:
     time = MadeUpTime(monkeypatch, scale)

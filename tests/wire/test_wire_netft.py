@@ -70,6 +70,7 @@ def test_raw_counts_pass_for_a_sensor_file_that_calibrates() -> None:
         assert ft.read().wrench == pytest.approx([1e6 * v for v in LOAD[:3]] + [1e9 * v for v in LOAD[3:]])
 
 
+@pytest.mark.slow
 def test_an_onrobot_box_is_set_up_and_scaled() -> None:
     box = OnRobotServer(onrobot_box(rdt_port=0))
     box.take(state(LOAD))
@@ -88,6 +89,7 @@ def test_an_onrobot_box_is_not_asked_for_what_it_cannot(period: float, cutoff: f
         onrobot_settings(NOISE, period=period, cutoff=cutoff)
 
 
+@pytest.mark.slow
 def test_tare_takes_the_load_at_rest_for_zero_and_the_moved_one_not() -> None:
     box = emulated()
     box.take(state(LOAD))
@@ -114,6 +116,7 @@ def test_tare_takes_the_load_at_rest_for_zero_and_the_moved_one_not() -> None:
         until(lambda: ft.read().wrench == pytest.approx(ZERO_LOAD, abs=1e-6))  # the first tare still holds
 
 
+@pytest.mark.slow
 def test_no_tare_of_an_unhealthy_or_silent_sensor() -> None:
     box = emulated()
     with started(box, stream=StreamSettings(NOISE, silent_after=0.5)) as ft:
@@ -169,6 +172,7 @@ def test_gaps_are_counted_and_nothing_else_happens() -> None:
         assert (ft.counts.restarts, ft.counts.refused, ft.counts.older) == (0, 0, 0)
 
 
+@pytest.mark.slow
 def test_a_bad_network_costs_what_it_takes_and_no_more() -> None:
     box = emulated(rate=2000.0)
     with started(box) as ft:
@@ -226,6 +230,7 @@ def test_nobody_listens() -> None:
         NetFt("127.0.0.1", NetFtSettings(stream, Scales(1e-6, 1e-6), rdt_port=port)).start()
 
 
+@pytest.mark.slow
 def test_a_box_that_is_switched_off_is_noticed_and_back_when_it_is_on_again() -> None:
     box = emulated()
     ports = {"rdt_port": box.rdt_port, "calibration_port": box.calibration_port}
@@ -240,6 +245,7 @@ def test_a_box_that_is_switched_off_is_noticed_and_back_when_it_is_on_again() ->
         ft.close()
 
 
+@pytest.mark.slow
 def test_a_silent_box_fails_to_start_in_time_and_in_words() -> None:
     box = emulated()
     box.inject("silent", 1)

@@ -201,6 +201,7 @@ def started(kind: str, folder: Path, silent_after: float = 1.0) -> Iterator[tupl
 both = pytest.mark.parametrize("kind", ["bota", "resense"])
 
 
+@pytest.mark.slow
 @both
 def test_it_streams_tares_and_says_an_overload(kind: str, tmp_path: Path) -> None:
     with started(kind, tmp_path) as (server, ft):
@@ -236,6 +237,7 @@ def test_a_bad_line_costs_what_it_takes_and_shows_nothing_wrong(kind: str, tmp_p
             server.inject(fault, 0)
 
 
+@pytest.mark.slow
 @both
 def test_pieces_are_put_together(kind: str, tmp_path: Path) -> None:
     with started(kind, tmp_path) as (server, ft):

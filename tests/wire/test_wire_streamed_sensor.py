@@ -207,6 +207,7 @@ def test_what_is_none_of_its_records_is_told_from_silence(clock: Clock) -> None:
     assert link.closed >= 1
 
 
+@pytest.mark.slow
 def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept(clock: Clock) -> None:
     """What has come meanwhile lies there: it is read before the device is taken for silent."""
 
@@ -233,6 +234,7 @@ def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept(clock: 
     assert len(link.asked) == 1
 
 
+@pytest.mark.slow
 def test_a_sensor_is_not_called_silent_because_this_computer_slept(
     clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -204,6 +204,7 @@ def test_freedrive_lets_go_and_holds_again(shared):
         follow(arm, (0.0, 0.0, 0.01))
 
 
+@pytest.mark.slow
 def test_tool_payload_and_slider_are_set(shared):
     flange_tip = Pose((0.0, 0.0, 0.1), rotation_from_rotvec((0.0, 0.0, 0.5)))
     settings = UrSettings(

@@ -177,6 +177,7 @@ def test_time_runs_as_fast_as_told() -> None:
     assert time_ == pytest.approx(4.0 * (wall - given_up), rel=0.05, abs=0.3)
 
 
+@pytest.mark.slow
 def test_second_control_client_is_refused_and_the_first_goes_on(robot: EmulatorProcess) -> None:
     first = ClientProcess(hold, ADDRESS)
     try:
@@ -189,6 +190,7 @@ def test_second_control_client_is_refused_and_the_first_goes_on(robot: EmulatorP
         first.end()
 
 
+@pytest.mark.slow
 def test_watchdog_stops_the_arm_of_a_killed_client(robot: EmulatorProcess) -> None:
     client = ClientProcess(stream_speed, ADDRESS, 2.0, 0.02)
     try:

@@ -109,6 +109,7 @@ for number in range(1, 1_000_000):
 """
 
 
+@pytest.mark.slow
 def test_rows_are_never_torn_and_never_go_back():
     """Another process writes at full speed: whoever reads gets all of one row, and none older than the last."""
     width = 400

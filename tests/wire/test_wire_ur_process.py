@@ -83,6 +83,7 @@ def test_it_is_an_arm_device(tmp_path):
     assert "CONCURRENT" not in names(tmp_path)
 
 
+@pytest.mark.slow
 def test_the_watchdog_is_set_before_anything_moves_and_fed_while_nothing_does(tmp_path):
     with arm_on(tmp_path) as arm:
         arm.move((0.01, 0.0, 0.0), ZERO)
@@ -190,6 +191,7 @@ def test_whatever_goes_wrong_is_told_with_a_remedy_and_recovered_from(tmp_path, 
     assert "CONCURRENT" not in names(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_controller_that_says_nothing_while_the_arm_is_brought_up_is_blamed(tmp_path):
     spoil(tmp_path, "silent")
     with pytest.raises(DeviceError, match="no state any more") as refused, arm_on(tmp_path):
@@ -232,6 +234,7 @@ def test_a_client_that_hangs_is_noticed_by_its_silence_and_replaced(tmp_path):
         arm.read()
 
 
+@pytest.mark.slow
 def test_a_call_that_never_comes_back_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(palpate.hw.ur.arm, "_ANSWER_WITHIN", 0.5)
     with arm_on(tmp_path) as arm:
@@ -270,6 +273,7 @@ def test_the_library_s_words_are_kept_from_the_terminal_and_told_at_its_death(tm
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_freedrive_excludes_motion_and_ends(tmp_path):
     with arm_on(tmp_path) as arm:
         with arm.freedrive():

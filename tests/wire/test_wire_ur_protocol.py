@@ -255,6 +255,7 @@ def check(state: PlantState) -> None:
     assert all(abs(x) < 100.0 for x in (*arm.position_base_tip, *arm.velocity_base_tip))
 
 
+@pytest.mark.slow
 def test_rubbish_neither_stops_nor_misleads_the_controller() -> None:
     dropped, broken = fuzzed(6_000, seed=1)
     assert dropped > 1000

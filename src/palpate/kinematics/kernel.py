@@ -1,4 +1,4 @@
-"""Compiled inner loops of arm kinematics: numba, no Python objects.
+"""Inner loops of arm kinematics, compiled: numba, no Python objects.
 
 One file on purpose: numba's cache looks at the file of a cached function only, not at what it inlines from others.
 

@@ -59,8 +59,9 @@ class Implicit(Shown):
         parameters.setflags(write=False)
         object.__setattr__(self, "parameters", parameters)
         at = _Checked(evaluate, parameters, size)
-        both = [(at.reach(axis), at.reach(-axis)) for axis in np.eye(3)]
-        object.__setattr__(self, "half_lengths", np.mean(both, axis=1))
+        half_lengths = np.mean([(at.reach(axis), at.reach(-axis)) for axis in np.eye(3)], axis=1)
+        half_lengths.setflags(write=False)
+        object.__setattr__(self, "half_lengths", half_lengths)
 
 
 def check_shape(evaluate: Evaluate, parameters: FloatArray, size: float) -> None:

@@ -113,7 +113,7 @@ def compiled(function: Any) -> Evaluate:
         raise InvalidValueError(
             f"value has {function.n_instructions()} instructions with its derivatives: at most {LARGEST_GRAPH}"
         )
-    names = {"math": math}
+    names: dict[str, Any] = {"math": math, "__name__": __name__}
     lines = ["def evaluate(parameters, x, y, z):"]
     outputs = ["0.0"] * 10
     for i in range(function.n_instructions()):

@@ -198,6 +198,7 @@ def test_ten_thousand_damaged_logs_are_refused_or_read_up_to_the_damage(tmp_path
     fuzz(tmp_path, originals, 10_000, seed=2)
 
 
+@pytest.mark.slow
 def test_a_truncated_log_gives_every_whole_chunk_before_the_cut(tmp_path, originals):
     path, original = tmp_path / "a.mcap", originals[0]
     chunks = [place + 9 + length for place, opcode, length in original.records if opcode == Opcode.CHUNK]
@@ -229,6 +230,7 @@ def test_a_damaged_chunk_is_left_out_and_those_after_it_are_read(tmp_path, origi
     assert sum(gap.count for gap in log.gaps) == 450 - len(log) > 0
 
 
+@pytest.mark.slow
 def test_every_byte_counts(tmp_path, originals):
     """A log is complete only as it was written: any byte that differs is noticed, in indexes and summary too."""
     path, data = tmp_path / "a.mcap", originals[0].data
@@ -294,6 +296,7 @@ def forged_chunk(original, content, size, crc=None):
     return original.data[:place] + record + original.data[place:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "content_size"), [(2**30, 2**30), (1000, 2**30), (2**62, 1000), (2**24, 2**24)], ids=str
 )

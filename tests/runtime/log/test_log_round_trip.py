@@ -119,6 +119,7 @@ def test_attachments_come_back(tmp_path):
     assert read_log(tmp_path / "a.mcap").attachments == attachments
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layout", [ONE_FINGER, TWO_FINGERS_AND_A_HAND])
 def test_the_mcap_library_reads_every_message_with_the_values_that_went_in(layout, tmp_path):
     periods = a_run(450, layout)

@@ -61,6 +61,7 @@ def full_disk(tmp_path):
     subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_recording_not_the_run(full_disk):
     periods = a_run(1000)
     path = full_disk / "a.mcap"
@@ -135,6 +136,7 @@ def test_a_file_that_may_not_grow_further_is_a_full_disk_too(tmp_path):
     assert path.stat().st_size <= 2_500_000
 
 
+@pytest.mark.slow
 def test_on_a_slow_disk_the_loop_does_not_wait_and_what_is_dropped_is_counted(tmp_path, disk):
     periods, path = a_run(1000), tmp_path / "a.mcap"
     writer = LogWriter(path, backlog=500_000)

@@ -85,6 +85,7 @@ def test_leave_one_out_errors_are_those_of_fits_that_never_saw_the_load():
     assert (fit.left_out_rms > fit.residual_rms).all()
 
 
+@pytest.mark.slow
 def test_claimed_standard_errors_and_covariances_are_those_of_many_trials():
     rng = np.random.default_rng(3)
     S, offset = sensor(6, rng)

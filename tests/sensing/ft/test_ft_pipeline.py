@@ -114,6 +114,7 @@ def test_no_reading_makes_a_wrench_that_is_not_finite(raw, acceleration):
             assert felt.health.measure is Measure.NON_FINITE
 
 
+@pytest.mark.slow
 def test_overload_saturation_and_drift_reach_the_caller():
     sensor, rng = fingertip(), np.random.default_rng(0)
     pipeline = FTPipeline(sensor)

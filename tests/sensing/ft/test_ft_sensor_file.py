@@ -27,6 +27,7 @@ small = st.floats(-0.05, 0.05)
 printable = st.text(min_size=1, max_size=30).filter(lambda s: s.strip() and s.isprintable())
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(
     text=printable,

@@ -20,7 +20,7 @@ from typing import Any
 
 from numba.core.dispatcher import Dispatcher
 
-from palpate.compiling import njit
+from palpate.compiling import keep_closure, kept_name, njit
 from palpate.sensing.contact import ContactStatus
 from palpate.surfaces.implicit import Evaluate, Level
 
@@ -67,9 +67,16 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         cheaper: Value and gradient alone, where that saves time.
     """
     compiled = isinstance(evaluate, Dispatcher)
+    name = "" if cheaper is not None else kept_name(evaluate)
 
     def jit(function: Any) -> Any:
-        return njit(error_model="numpy")(function) if compiled else function
+        if not compiled:
+            return function
+        if name:
+            # processes that each compile one solver may give their functions one name: loaded together, one of
+            # them would be called for both
+            function.__qualname__ = f"{name.split()[0]}.{function.__name__}"
+        return njit(error_model="numpy")(function)
 
     def first_four(p: Any, x: Any, y: Any, z: Any) -> Any:
         value, gx, gy, gz, _a, _b, _c, _d, _e, _f = evaluate(p, x, y, z)
@@ -424,4 +431,4 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                 result[14 * stride + i] = math.inf
             status[i] = code
 
-    return solve  # type: ignore[no-any-return]
+    return keep_closure(solve, name) if name else solve  # type: ignore[no-any-return]
