@@ -7,7 +7,7 @@ PARTS  ?= 8
 PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-part test-pythons check format docs build bench pictures clean
+.PHONY: help demo test test-all test-part test-pythons check format docs build platforms bench pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -61,6 +61,9 @@ build/wheel build/sdist: $(VENV)/.build
 	$(BIN)/python -m venv $@
 	$@/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt $(ARCHIVE)
 	cd $@ && bin/python $(CURDIR)/tests/install/smoke.py
+
+platforms: $(VENV)/.build  ## Resolve the dependencies for every platform and Python, into docs/install.md
+	$(BIN)/python tests/install/platforms.py docs/install.md
 
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
 	$(BIN)/palpate bench

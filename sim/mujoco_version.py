@@ -16,7 +16,7 @@ class WrongMujocoError(MissingLibraryError):
     """The MuJoCo that is imported is not the one that palpate needs."""
 
 
-found = getattr(mujoco, "__version__", "of no version")
+found = str(getattr(mujoco, "__version__", None))
 if found.partition(".")[0] != MAJOR:
     raise WrongMujocoError(
         f"palpate.sim needs MuJoCo {MAJOR}.x, and `import mujoco` finds {found} in {next(iter(mujoco.__path__))}: "

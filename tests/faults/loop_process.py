@@ -16,8 +16,8 @@ from palpate.surfaces import Sphere
 
 RUNNING = 20
 """Periods after which it says so."""
-LIMITS = Limits(acceleration=50.0, sample_age=0.04)
-"""A loaded machine: stalls of some 20 ms are its own, not the device's."""
+LIMITS = Limits(acceleration=50.0, sample_age=0.5)
+"""A loaded machine: stalls of 0.3 s are its own, not the device's."""
 
 
 def main() -> int:

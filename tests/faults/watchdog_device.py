@@ -1,13 +1,13 @@
 """A robot in a process of its own, behind a UDP socket on loopback, with its own watchdog.
 
 It moves as commanded, at 1 kHz by its own clock, which begins at 0 when it starts, and answers every command with
-its state. When no command has come for `WATCHDOG` it stops by itself. What it did, it tells on standard output,
-one line each, with times on the system's monotonic clock, which all processes share:
+its state. When no command has come for `WATCHDOG` it stops by itself. It counts ticks: while a busy machine keeps it
+from running, its clock stands. What it did, it tells on standard output, one line each:
 
     port N                  listening
-    stopped LAST NOW STALL  the watchdog has stopped it: when the last command came, when it stopped, and the
-                            longest time since that command that this process itself was kept from running
-    final SPEED MOVED       on SIGTERM: its speed, and how far it has moved since the watchdog stopped it first
+    stopped COMMANDS TICKS  the watchdog has stopped it: how many commands have come, and ticks since the last
+    final SPEED MOVED       on SIGTERM, once no command keeps it moving: its speed, and how far it has moved since
+                            the watchdog stopped it last
 """
 
 import contextlib
@@ -36,10 +36,10 @@ class Device:
     """Position and velocity, and when somebody last cared."""
 
     def __init__(self, now: float) -> None:
-        self.born = self.moved_at = self.last_command = now
+        self.born = self.moved_at = now
         self.position = self.velocity = self.wanted = REST
         self.moving = False
-        self.stall = 0.0
+        self.commands = self.waited = 0
         self.moved_after_stop = 0.0
         self.was_stopped = False
 
@@ -47,24 +47,24 @@ class Device:
         _, *velocity = COMMAND.unpack(payload)
         self.wanted = tuple(velocity)
         self.moving = self.moving or self.wanted != REST
-        self.last_command, self.stall = now, 0.0
+        self.commands, self.waited = self.commands + 1, 0
         return STATE.pack(now - self.born, *self.position, *self.velocity)
 
     def tick(self, now: float) -> None:
         """Move on to a time [s]."""
         elapsed = now - self.moved_at
         self.moved_at = now
-        self.stall = max(self.stall, elapsed - TICK)
+        self.waited += 1
         dt = min(elapsed, 5.0 * TICK)  # drives do not run on while their controller stands still
         share = 1.0 - math.exp(-dt / LAG)
         self.velocity = tuple(v + share * (w - v) for v, w in zip(self.velocity, self.wanted, strict=True))
         step = math.dist(REST, self.velocity) * dt
         self.moved_after_stop += step if self.was_stopped else 0.0
         self.position = tuple(x + v * dt for x, v in zip(self.position, self.velocity, strict=True))
-        if self.moving and now - self.last_command > WATCHDOG:
+        if self.moving and self.waited > WATCHDOG / TICK:
             self.wanted = self.velocity = REST  # the brakes
             self.moving, self.was_stopped, self.moved_after_stop = False, True, 0.0
-            say(f"stopped {self.last_command!r} {now!r} {self.stall!r}")
+            say(f"stopped {self.commands} {self.waited}")
 
 
 def say(line: str) -> None:
@@ -83,7 +83,7 @@ def main() -> None:
         link.setblocking(False)
         say(f"port {link.getsockname()[1]}")
         device, next_tick = Device(time.monotonic()), time.monotonic() + TICK
-        while not ended:
+        while not ended or device.moving:
             select.select([link], [], [], max(0.0, next_tick - time.monotonic()))
             with contextlib.suppress(BlockingIOError, ConnectionError):
                 while True:

@@ -1,7 +1,7 @@
 """A rig of made-up devices: what it does in which order, when, and whatever fails."""
 
 import math
-from itertools import combinations
+from itertools import combinations, count
 
 import numpy as np
 import pytest
@@ -20,12 +20,23 @@ from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sim.hand.hand import Hand
 from palpate.spatial import ZERO
 from rig_devices import MadeUpArm, MadeUpHand, MadeUpSensor
+from waiting import until
 
 OLDEST = 5.0
 """[s]: the machine may stall."""
 SETTINGS = RigSettings(0.002, OLDEST)
 DOWN = (0.0, 0.0, -0.01)
 vectors = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def made_up_time():
+    """Devices and rig share a clock that goes on whenever somebody looks, and only then."""
+    clock = count(100.0, 1e-6).__next__
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("rig_devices", "palpate.hw.rig.rig"):
+            patch.setattr(f"{module}.monotonic", clock)
+        yield
 
 
 class World:
@@ -305,15 +316,6 @@ def test_an_arm_in_another_frame_moves_there_as_it_is_told(position, rotvec, tip
     assert math.hypot(*own.twist[0]) == pytest.approx(math.hypot(*velocity), abs=1e-12)
 
 
-def _until(condition, longest=5.0):
-    import time
-
-    end = time.monotonic() + longest
-    while not condition():
-        assert time.monotonic() < end, "it never came to it"
-        time.sleep(1e-3)
-
-
 def test_a_polled_hand_goes_on_pressing_tells_what_fails_and_recovers():
     hand = MadeUpHand([])
     polled = PolledHand(hand, 0.001)
@@ -321,7 +323,7 @@ def test_a_polled_hand_goes_on_pressing_tells_what_fails_and_recovers():
         polled.read()
     polled.start()
     polled.press((1.5, 1.5))
-    _until(lambda: sum(entry[1] == "press" for entry in hand.diary) > 3)
+    until(lambda: sum(entry[1] == "press" for entry in hand.diary) > 3)
     hand.lose("read")
 
     def fails():
@@ -331,9 +333,9 @@ def test_a_polled_hand_goes_on_pressing_tells_what_fails_and_recovers():
             return True
         return False
 
-    _until(fails)
+    until(fails)
     hand.faults.clear()
-    _until(lambda: not fails())
+    until(lambda: not fails())
     polled.close()
     before = len(hand.diary)
     polled.close()

@@ -3,7 +3,6 @@
 import contextlib
 import json
 import os
-import time
 from collections.abc import Iterator
 from itertools import count
 
@@ -32,6 +31,7 @@ from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 from rig_cell import HAND, Cell, HandCell, robot_file
+from waiting import until
 
 _hosts = count(2)
 UP = (0.0, 0.0, 0.01)
@@ -100,12 +100,9 @@ def first_error(rig):
     return pytest.fail("nothing was noticed")
 
 
-def until_it_stands(emulator, longest=5.0):
+def until_it_stands(emulator):
     """Wait until the plant's tip stands, and return where [m]."""
-    end = time.monotonic() + longest
-    while max(map(abs, emulator.control.state()["velocity"])) > 1e-4:
-        assert time.monotonic() < end, "it moves on and on"
-        time.sleep(0.02)
+    until(lambda: max(map(abs, emulator.control.state()["velocity"])) < 1e-4)
     return emulator.control.state()["position"]
 
 
