@@ -1,8 +1,8 @@
 """A robot in a process of its own, behind a UDP socket on loopback, with its own watchdog.
 
 It moves as commanded, at 1 kHz by its own clock, which begins at 0 when it starts, and answers every command with
-its state. When no command has come for `WATCHDOG` it stops by itself. It counts ticks: while a busy machine keeps it
-from running, its clock stands. What it did, it tells on standard output, one line each:
+its state. When no command has come for `WATCHDOG` it stops by itself. It counts ticks: while a busy machine keeps
+it from running, its clock stands. What it did, it tells on standard output, one line each:
 
     port N                  listening
     stopped COMMANDS TICKS  the watchdog has stopped it: how many commands have come, and ticks since the last
