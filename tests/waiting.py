@@ -34,12 +34,3 @@ def told(act: Callable[[], object]) -> DeviceError:
     error = until(refusal)
     assert error is not None
     return error
-
-
-def soonest(times: Callable[[], float], wanted: float, tries: int = 8) -> float:
-    best = float("inf")
-    for _ in range(tries):
-        best = min(best, times())
-        if best <= wanted:
-            break
-    return best

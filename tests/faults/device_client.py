@@ -11,7 +11,7 @@ from palpate.spatial import IDENTITY
 
 PERIOD = 2e-3
 """[s]"""
-FIRST_ANSWER = 2.0
+FIRST_ANSWER = 30.0
 """How long it may take [s]."""
 PUSH = (0.1, 0.0, 2.0, 0.0, 0.0, 0.0)
 

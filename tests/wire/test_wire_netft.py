@@ -223,7 +223,7 @@ def test_nobody_listens() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    stream = StreamSettings(NOISE, start_within=0.3)
+    stream = StreamSettings(NOISE, start_within=1.0)
     with pytest.raises(DeviceError, match="nobody listens on TCP port 1;"):
         NetFt("127.0.0.1", NetFtSettings(stream, rdt_port=port, calibration_port=1)).start()
     with pytest.raises(DeviceError, match=f"nobody listens on UDP port {port}"):
