@@ -25,7 +25,8 @@ class Sample:
     Attributes:
         mistake: What is refused.
         named: Words of the refusal: value, limit, remedy.
-        success: What succeeds; empty for what goes on until Ctrl-C or needs devices, which `test_cli_devices` has.
+        success: What succeeds; empty for what goes on until Ctrl-C or needs devices, which `test_cli_devices` has,
+            and for what takes minutes.
     """
 
     mistake: str
@@ -90,6 +91,7 @@ SAMPLES = {
     "emulate netft": Sample("--address here", ("address = 'here'", "IPv4 address, such as 127.0.0.2")),
     "emulate fault": Sample("70000 ur drop_rst", ("port = 70000", "from 1 to 65535")),
     "bench": Sample("contakt", ("contakt", "contact", "mapping"), "mapping --quick"),
+    "warm-up": Sample("everything", ("everything",)),
     "completion": Sample("csh", ("csh", "bash", "zsh", "fish"), "bash"),
 }
 """By command as typed."""

@@ -42,6 +42,7 @@ from palpate.experiments.robot.config import RobotCheckConfig, RobotListConfig, 
 from palpate.experiments.sweep.config import SweepConfig
 from palpate.experiments.typed_options import Flag, read_flagged
 from palpate.experiments.view.config import ViewConfig
+from palpate.experiments.warm_up.config import WarmUpConfig
 from palpate.nearest_name import nearest
 
 DESCRIPTION = (
@@ -259,6 +260,11 @@ COMMANDS: Mapping[str, Command | Group] = {
         BenchConfig,
         "palpate.experiments.bench.command:run_bench",
         "Measure speed against error on this computer, one study per topic, all in one report.",
+    ),
+    "warm-up": Command(
+        WarmUpConfig,
+        "palpate.experiments.warm_up.command:run_warm_up",
+        "Compile once what would otherwise be compiled when it is first needed.",
     ),
     "completion": Command(
         CompletionConfig,

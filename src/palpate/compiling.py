@@ -74,20 +74,25 @@ def keep_closure(kernel: Any, name: str) -> Any:
     return kernel
 
 
+def kept_in(kernel: Any) -> str | None:
+    """Return the folder where what is compiled of a function is kept; None if it is not, or no such function."""
+    return kernel.stats.cache_path if isinstance(kernel, Dispatcher) else None
+
+
 def kept_name(kernel: Any) -> str:
     """Return a name for a compiled function that is kept, which changes with its source; "" for any other."""
-    if not isinstance(kernel, Dispatcher) or kernel.stats.cache_path is None:
+    if kept_in(kernel) is None:
         return ""
     function = kernel.py_func
     source = hashlib.sha256(Path(function.__code__.co_filename).read_bytes()).hexdigest()
     return f"{function.__module__}.{function.__qualname__} {source}"
 
 
-class _ClosureCache(FunctionCache):  # type: ignore[misc]
+class _ClosureCache(FunctionCache):
     """Finds a closure by a name for what it closes over; numba takes that itself, with a number drawn for each."""
 
     def __init__(self, function: Callable[..., Any], kept_as: str) -> None:
-        super().__init__(function)
+        super().__init__(function)  # type: ignore[no-untyped-call]
         self._kept_as = kept_as
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
@@ -148,9 +153,9 @@ class _Kernels(events.Listener):
 
 
 def _how(kernel: Any) -> str:
-    if kernel.stats.cache_path is not None:
+    if kept_in(kernel) is not None:
         return ONCE
     return NOWHERE if kernel in _unkept else EACH_TIME
 
 
-events.register("numba:compile", _Kernels())  # numba compiles under a lock: one thread at a time
+events.register("numba:compile", _Kernels())  # type: ignore[no-untyped-call] # numba compiles under a lock: one thread at a time

@@ -1,0 +1,1 @@
+"""Compiling once what would otherwise be compiled when it is first needed."""

@@ -1,0 +1,141 @@
+"""Everything that palpate compiles and keeps, used once: a process of its own, which can be ended in the middle.
+
+It writes a line of JSON for every step that it begins, and one at its end.
+"""
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import IO, Any
+
+import numpy as np
+
+from palpate import compiling, surfaces
+from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
+from palpate.grasp.compiled import cache_folder
+from palpate.grasp.least_violation import least_violation
+from palpate.grasp.scaled import ScaledGrasp
+from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity
+from palpate.mapping.compare_surface import TriangleSurface
+from palpate.runtime import Command
+from palpate.sensing import contact_from_wrench
+from palpate.sim import (
+    ContactLaw,
+    MujocoBackend,
+    PresetSensor,
+    SceneObject,
+    SeededSensor,
+    SphereObject,
+    Tip,
+    Torus,
+    TracedMesh,
+    Triangles,
+    build_scene,
+    bumps,
+    sensor_preset,
+)
+from palpate.sim.friction.law import FrictionLaw
+
+WRENCH = np.array((0.3, 0.1, -2.0, 0.004, 0.008, 0.001))
+CORNERS = 0.01 * np.vstack([np.eye(3), -np.eye(3)])
+FACETS = np.array([(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)])
+"""Of an octahedron."""
+
+Step = tuple[str, Callable[[], object]]
+
+
+def steps() -> Iterator[Step]:
+    """Yield what is used, and how, in the order in which people come to it."""
+    tips = (
+        ("a sphere", surfaces.Sphere(0.01)),
+        ("a paraboloid", surfaces.Paraboloid((0.01, 0.01))),
+        ("a capsule", surfaces.Capsule(0.01, 0.03)),
+        ("a superellipsoid", surfaces.Superellipsoid((0.01, 0.01, 0.01), 4.0)),
+        ("a mesh", surfaces.MeshSurface(CORNERS, FACETS)),
+    )
+    yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)
+    yield "the simulation", partial(_simulate, SphereObject(0.04))
+    yield "arm kinematics", _move_arm
+    yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
+    for contacts in (2, 3, 4):
+        for wanted in Objective:
+            what = wanted.value.replace("_", " ")
+            yield f"grasp forces of {contacts} contacts, {what}", partial(_hold, contacts, wanted)
+    yield "grasp forces with a reserve", _hold_with_reserve
+    for name, surface in tips[1:]:
+        yield f"contact on {name}", partial(contact_from_wrench, surface, WRENCH)
+    for name, target in (
+        ("ring", Torus(0.06, 0.025)),
+        ("height field", bumps()),
+        ("mesh", TracedMesh(Triangles(4.0 * CORNERS, FACETS))),
+    ):
+        yield f"simulation of a {name}", partial(_simulate, target)
+    yield "simulation of friction", partial(_simulate, SphereObject(0.04), FrictionLaw())
+
+
+def _simulate(target: SceneObject, friction: FrictionLaw | None = None) -> None:
+    tip = Tip(surfaces.Sphere(0.008))
+    scene = build_scene(tip, target, ContactLaw(), (0.0, 0.0, target.top + 0.02), friction=friction)
+    backend = MujocoBackend(scene, sensor=SeededSensor(sensor_preset(PresetSensor.NANO17)))
+    backend.start()
+    backend.step(Command())
+    backend.close()
+    points = CORNERS.copy()
+    target.signed_distance(points)
+    points.setflags(write=False)
+    target.signed_distance(points)
+    target.height(points[:, 0], points[:, 1])
+    target.height(*np.meshgrid(points[:, 0], points[:, 1]))
+    target.reachable(0.0, 0.0, 0.008)
+
+
+def _move_arm() -> None:
+    kinematics = ArmKinematics(UR5E)
+    kinematics.pose((0.0,) * 6)
+    kinematics.jacobian((0.0,) * 6)
+    InverseVelocity(kinematics)
+
+
+def _grasp(n: int) -> GraspContacts:
+    """Contacts around a ball of 30 mm."""
+    angle = 2.0 * np.pi * np.arange(n) / n
+    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])
+    up = np.tile((0.0, 0.0, 1.0), (n, 1))
+    return GraspContacts(0.03 * out, np.stack([-out, up, np.cross(-out, up)], axis=2), 0.6, 0.005, 0.0, 20.0)
+
+
+def _hold(contacts: int, wanted: Objective) -> None:
+    GraspForceOptimizer(_grasp(contacts), wanted).solve(-WRENCH)
+
+
+def _hold_with_reserve() -> None:
+    grasp = _grasp(3)
+    RobustLeastEffort(grasp, GraspUncertainty(np.full(3, 0.05), np.full(3, 5e-4))).solve(-WRENCH)
+    load, size = ScaledGrasp.of(grasp).load(1e3 * WRENCH)
+    least_violation(ScaledGrasp.of(grasp).sized(size), load, 0.01)
+
+
+def main() -> None:
+    """Do it all."""
+    # ended by Ctrl-C as by a kill, in the middle of LLVM too: whoever started this says it
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    out = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)
+    everything = list(steps())
+    for number, (what, use) in enumerate(everything, start=1):
+        _say(out, step=what, number=number, of=len(everything))
+        use()
+    modules = [vars(module) for name, module in sys.modules.items() if name.startswith("palpate.")]
+    folders = {compiling.kept_in(each) for names in modules for each in names.values()}
+    _say(out, compiled=compiling.KEPT, folders=sorted(folders - {None}), solvers=str(cache_folder()))
+
+
+def _say(out: IO[str], **said: Any) -> None:
+    out.write(json.dumps(said) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,155 @@
+"""What is said of compiling, and what is kept: by what is logged, never by a clock."""
+
+import logging
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+
+import numba
+import pytest
+
+from palpate import compiling as module
+from palpate.compiling import EACH_TIME, ONCE, compiling, keep_closure, kept_name, name_for_people
+from palpate.sensing.kernels.composite import solve_composite
+from palpate.sensing.kernels.projective import solve_projective
+from palpate.sensing.kernels.quadric import solve_quadric
+from palpate.surfaces.implicit import evaluate_superellipsoid
+from palpate.surfaces.mesh import evaluate_mesh
+
+NEVER = 3600.0
+
+
+@pytest.fixture
+def said():
+    """What is said, and an event for waiting."""
+    lines, heard = [], threading.Event()
+
+    class Hears(logging.Handler):
+        def emit(self, record):
+            lines.append(record.getMessage())
+            heard.set()
+
+    handler = Hears()
+    logging.getLogger("palpate").addHandler(handler)
+    yield lines, heard
+    logging.getLogger("palpate").removeHandler(handler)
+
+
+def test_what_takes_longer_is_said_once(said):
+    lines, heard = said
+    with compiling("a thing", told_after=0.0):
+        assert heard.wait(60.0)
+    assert lines == [f"palpate: compiling a thing ({ONCE})"]
+
+
+def test_what_is_not_kept_is_not_called_kept(said):
+    lines, heard = said
+    before = list(module.KEPT)
+    with compiling("yours", EACH_TIME, told_after=0.0):
+        assert heard.wait(60.0)
+    assert "it is not kept" in lines[0]
+    assert before == module.KEPT
+
+
+def test_what_is_done_in_time_is_not_said(said):
+    with compiling("a thing", told_after=NEVER):
+        pass
+    assert said[0] == []
+
+
+def test_nothing_is_said_after_an_error_and_nothing_counts_as_kept(said):
+    before = list(module.KEPT)
+    with pytest.raises(ValueError, match="no"), compiling("a thing", told_after=NEVER):
+        raise ValueError("no")
+    assert said[0] == []
+    assert before == module.KEPT
+
+
+@pytest.mark.parametrize(
+    ("kernel", "words"),
+    [
+        (solve_quadric, "code for the contact centroid on a centred quadric"),
+        (solve_projective, "code for the contact centroid on a paraboloid or a hyperboloid's sheet"),
+        (solve_composite, "code for the contact centroid on a tip made of patches"),
+        (evaluate_mesh, "code for a fingertip from a triangle mesh"),
+    ],
+)
+def test_a_kernel_has_a_name_for_people(kernel, words):
+    assert name_for_people(kernel.py_func) == words
+
+
+def test_of_a_function_of_somebody_else_it_is_said_where_it_is():
+    assert name_for_people(textwrap.dedent) == "textwrap.dedent"
+
+
+def test_closures_over_different_functions_have_different_names_in_memory_and_in_files():
+    """Two of one name, compiled by two processes and loaded by a third, would be called for one another."""
+    names = {kept_name(evaluate_mesh), kept_name(evaluate_superellipsoid)}
+    assert len(names) == 2
+    assert "" not in names
+    assert kept_name(textwrap.dedent) == ""
+
+
+TINY = """
+import logging, sys
+from palpate import compiling
+compiling.FIRST = compiling.NEXT = 0.0
+class Timer:  # says at once what a clock would let wait for
+    def __init__(self, after, say, words): self.say, self.words = say, words
+    def start(self): self.say(*self.words)
+    def cancel(self): pass
+compiling.threading.Timer = Timer
+from tiny import twice
+print(twice(3.0), twice(4.0), compiling.KEPT)
+"""
+
+
+@pytest.fixture
+def tiny(tmp_path):
+    """Runs a program with one tiny kernel in a fresh process; returns what it printed and what was said."""
+    (tmp_path / "tiny.py").write_text(
+        '"""A tiny kernel."""\nfrom palpate.compiling import njit\n\n'
+        "@njit(cache=True)\ndef once(x):\n    return x\n\n"
+        "@njit(cache=True)\ndef twice(x):\n    return 2.0 * once(x)\n"
+    )
+    (tmp_path / "main.py").write_text(TINY)
+
+    def run(**environment):
+        done = subprocess.run(
+            [sys.executable, "main.py"],
+            cwd=tmp_path,
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept")} | environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return done.stdout.strip(), done.stderr.splitlines()
+
+    return run
+
+
+def test_a_kernel_is_told_once_with_what_it_calls_and_from_the_cache_not_at_all(tiny):
+    assert tiny() == ("6.0 8.0 ['tiny.twice']", [f"palpate: compiling tiny.twice ({ONCE})"])
+    assert tiny() == ("6.0 8.0 []", [])
+
+
+@pytest.mark.skipif(not hasattr(numba.config, "CACHE_LOCATOR_CLASSES"), reason="numba has no such setting yet")
+def test_where_no_folder_can_be_written_it_goes_on_and_says_what_to_do(tiny):
+    printed, lines = tiny(NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator")  # none that would do
+    assert printed == "6.0 8.0 []"
+    assert len(lines) == 1
+    assert "set NUMBA_CACHE_DIR" in lines[0]
+    assert "kept;" not in lines[0]
+
+
+def test_a_closure_that_is_kept_is_still_a_kernel():
+    scale = 3.0
+
+    def scaled(x):
+        return scale * x
+
+    kernel = keep_closure(module.njit(scaled), "scaled 1")
+    assert kernel(2.0) == 6.0
+    assert kernel.stats.cache_path
