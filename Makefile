@@ -39,6 +39,7 @@ check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imp
 	$(BIN)/mypy
 	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 	$(BIN)/lint-imports
+	$(BIN)/python tests/support/no_wall_clock.py tests
 
 format: $(VENV)/.check  ## Format the code
 	$(BIN)/ruff check --fix .
