@@ -47,12 +47,7 @@ class UrArm:
             address: Of the controller: a host name or IP address.
             settings: Limits, tool and times; None: the defaults.
             library: Name of the module that makes connections; a test has its own.
-
-        Raises:
-            MissingLibraryError: There is no ur_rtde for this computer.
         """
-        if library == REAL_LIBRARY:
-            refuse_unsupported()
         self.settings = settings or UrSettings()
         self._address, self._library = address, library
         self._client: Client | None = None
@@ -99,7 +94,10 @@ class UrArm:
 
         Raises:
             DeviceError: It cannot be reached, is too old, in local control, stopped, or not powered.
+            MissingLibraryError: There is no ur_rtde for this computer.
         """
+        if self._library == REAL_LIBRARY:
+            refuse_unsupported()
         if self._client is None:
             self._begin(Task.BRING_UP, self.settings.start_within)
 

@@ -41,7 +41,7 @@ def named(name):
     return pytest.param(name, marks=pytest.mark.slow) if name == "own function, compiled" else name
 
 
-@pytest.mark.parametrize("name", map(named, KINDS))
+@pytest.mark.parametrize("name", [named(name) for name in KINDS])
 def test_built_contacts(name):
     """Found, each of them, where it was built; and nothing is reported that is not a contact of the tip."""
     row = sampled(name)

@@ -46,7 +46,7 @@ def test_everything_can_be_imported_without_what_windows_lacks():
 def test_what_needs_linux_says_so(monkeypatch):
     monkeypatch.delattr(os, "memfd_create")
     with pytest.raises(MissingLibraryError, match=r"ur_rtde, which exists for CPython .* on Linux"):
-        UrArm("127.0.0.9")
+        UrArm("127.0.0.9").start()
     monkeypatch.setattr(os, "name", "nt")
     with pytest.raises(InvalidValueError, match="no pseudo terminals"):
         Terminal()

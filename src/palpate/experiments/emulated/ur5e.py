@@ -19,7 +19,6 @@ from palpate.hw.ft_stream.streamed_sensor import StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings
 from palpate.hw.rig import FingerSensor, FramedArm, Rig, RigSettings
 from palpate.hw.ur import UrArm, UrSettings
-from palpate.hw.ur.support import refuse_unsupported
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_pace import SimulatedPaceEntry
 from palpate.sensing.compensation import Payload
@@ -41,9 +40,7 @@ def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
 
     Raises:
         InvalidValueError: The simulation cannot be what the file says, or not do the task.
-        MissingLibraryError: There is no client library of a UR for this computer.
     """
-    refuse_unsupported()
     entry = emulated_entry(robot)
     if isinstance(robot.file.pace, SimulatedPaceEntry):
         raise InvalidValueError("pace.kind = simulated: devices on a wire keep their own time; write real_time")

@@ -16,6 +16,7 @@ from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import Attempt, write_exploration
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import doing, step_progress
+from palpate.experiments.robot.drivers import check_drivers
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
 from palpate.experiments.said import say
 from palpate.experiments.sweep.explored import figures_of
@@ -37,6 +38,7 @@ def run_explore(config: ExploreConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
+    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
     make_folder(config.out)

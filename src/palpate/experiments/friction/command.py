@@ -15,6 +15,7 @@ from palpate.experiments.friction.report import friction_report
 from palpate.experiments.friction.run import Attempt, write_rubbing
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import doing
+from palpate.experiments.robot.drivers import check_drivers
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
 from palpate.experiments.said import say
 from palpate.experiments.sweep.rubbed import figures_of
@@ -36,6 +37,7 @@ def run_friction(config: FrictionConfig) -> Answer:
     """
     console = Console()
     library_of(config)  # a library that cannot be read is refused before anything is built
+    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
     attempt = Attempt(planned)

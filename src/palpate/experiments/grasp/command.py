@@ -14,6 +14,7 @@ from palpate.experiments.grasp.report import grasp_report
 from palpate.experiments.grasp.run import Grasp, GraspAttempt, without_spin, write_grasp
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.progress import doing, run_progress
+from palpate.experiments.robot.drivers import check_drivers
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
 from palpate.experiments.said import say
 from palpate.experiments.sweep.grasped import figures_of
@@ -38,6 +39,7 @@ def run_grasp(config: GraspConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
+    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
     make_folder(config.out)

@@ -39,10 +39,8 @@ from palpate.experiments.grasp.text import GRASP_TEXT, KNOWN_TEXT, grasp_text, r
 from palpate.experiments.grasp.unit_text import MILLI
 from palpate.experiments.robot.values import load_named_robot
 from palpate.friction.limit_surface import LimitSurface
-from palpate.hw.ur.support import refuse_unsupported
 from palpate.runtime import FingerDescription, Limits, Touch
 from palpate.runtime.robot import Robot, read_robot
-from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.sim.hand.backend import HandBackend
 from palpate.spatial import ZERO, Vector
 
@@ -195,12 +193,9 @@ def plan(config: GraspConfig) -> GraspPlan:
     Raises:
         InvalidValueError: The friction file cannot be read, something cannot be, the robot has no hand, or
             the hand cannot hold so much.
-        MissingLibraryError: The robot has a UR, and there is no client library of a UR for this computer.
     """
     true_surface(config)  # refuses what was typed: below, it would be the file's fault
     robot = None if config.robot is None else load_named_robot(config.robot)
-    if robot is not None and isinstance(robot.file.backend, EmulatedHandEntry):
-        refuse_unsupported()  # its hand hangs on a UR
     config = config_on(config, grasp_hand(config, robot))
     if config.friction_file is None:
         planned = plan_with(config, NOTHING, robot)

@@ -14,6 +14,7 @@ from palpate.experiments.regulate.dry import FILES
 from palpate.experiments.regulate.plan import plan
 from palpate.experiments.regulate.report import regulation_report
 from palpate.experiments.regulate.run import Attempt, prepared, write_regulation
+from palpate.experiments.robot.drivers import check_drivers
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
 from palpate.experiments.sweep.regulated import figures_of
 from palpate.reporting.regulation_report import regulation_table
@@ -34,6 +35,7 @@ def run_regulate(config: RegulateConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
+    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
     make_folder(config.out)

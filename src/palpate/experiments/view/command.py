@@ -1,7 +1,7 @@
 """`palpate view`: a run in the browser, live or from its log; or as pictures."""
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.output_folder import make_folder
 from palpate.experiments.plan_watch import PlanWatch
 from palpate.experiments.progress import doing, step_progress
+from palpate.experiments.robot.drivers import check_drivers
 from palpate.experiments.run_told import kept_if_interrupted, log_writer, written
 from palpate.experiments.said import say
 from palpate.experiments.sweep.explored import figures_of
@@ -32,6 +33,9 @@ from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
 from palpate.viewing import LOOPBACK, Frames, LiveView, Player, ViewUnavailableError, check_host, frames_of_log
+
+STARTING = "starting the view"
+"""Said at once: the process that makes the map's surface, and the server, take seconds on a busy computer."""
 
 ENDED = "Stopping: writing the log, and working out what was found (Ctrl-C again: stop without that)"
 """Said at once after a Ctrl-C while it explores."""
@@ -60,13 +64,17 @@ def run_view(config: ViewConfig) -> Answer:
 def _watch(config: ViewConfig, console: Console) -> Answer:
     """Explore, recorded, while people watch; the view stays open when the run is over."""
     planned = watched_plan(config.set, config.config, config.time_scale)
+    check_drivers(planned.config.robot)
     earlier_run(planned.config.out, "explore", ())  # a log among another command's files would be taken for theirs
     make_folder(planned.config.out)
     planned = prepared(planned)
     attempt = Attempt(planned)
     controller = attempt.controller
     scene = replace(view_scene(planned), surface=surface_view(planned))
-    with LiveView(scene, config.host, config.port, live=controller.live, plan=PlanWatch(controller)) as view:
+    with ExitStack() as shown:
+        with doing(console, STARTING):
+            live = LiveView(scene, config.host, config.port, live=controller.live, plan=PlanWatch(controller))
+            view = shown.enter_context(live)
         _say_where(console, view.url, config.host)
         log, interrupted = log_writer(planned), False
         try:
@@ -128,7 +136,10 @@ def _show(config: ViewConfig, console: Console) -> Answer:
     if isinstance(planned, ExplorationPlan):  # nothing else makes a map, or goes anywhere of its own
         plans = _plans(log, console)
         scene = replace(scene, surface=surface_view(planned))
-    with Player(scene, frames, config.time_scale, config.host, config.port, plans) as player:
+    with ExitStack() as shown:
+        with doing(console, STARTING):
+            player = Player(scene, frames, config.time_scale, config.host, config.port, plans)
+            shown.enter_context(player)
         _say_where(console, player.url, config.host)
         with suppress(KeyboardInterrupt):  # how a view is ended
             player.play()
