@@ -25,7 +25,14 @@ def test_without_a_browser_tests_are_skipped_but_fail_in_ci_and_say_how_to_insta
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-rsf", "-p", "no:cacheprovider", "test_page.py"],
         cwd=tmp_path,
-        env={**os.environ, "PATH": "", "CI": ci, "PYTHONPATH": str(Path(__file__).parents[1]), "COLUMNS": "200"},
+        env={
+            **os.environ,
+            "PATH": "",
+            "CI": ci,
+            "PYTHONPATH": str(Path(__file__).parents[1]),
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+            "COLUMNS": "200",
+        },
         capture_output=True,
         text=True,
         timeout=60,

@@ -104,7 +104,7 @@ def other_addresses():
 
 
 def reaches(address, port):
-    """Ask for the whole page: of a connection that comes just as a server stops, asyncio leaves a transport open."""
+    """Ask for the whole page: of a connection that comes as a server stops, asyncio leaves a transport open."""
     try:
         with contextlib.closing(HTTPConnection(address, port, timeout=60.0)) as asking:
             asking.request("GET", "/")
