@@ -13,8 +13,9 @@ from cli_samples import SMALL
 from going_on import going_on
 from palpate.cli import main
 from palpate.experiments.answer import ExitCode
+from support.ur_library import needs_ur
 
-pytestmark = pytest.mark.xdist_group("wire")  # they wait for real time, as the tests of devices do
+pytestmark = [pytest.mark.xdist_group("wire"), needs_ur]  # they wait for real time, as the tests of devices do
 
 
 def ended_by_ctrl_c(process):

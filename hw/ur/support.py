@@ -13,13 +13,18 @@ ENVIRONMENT = "python3.12 -m venv .venv-ur && .venv-ur/bin/pip install palpate"
 """Makes one; from a clone with `.` in place of `palpate`."""
 
 
+def is_supported() -> bool:
+    """Return whether this computer can drive a UR arm."""
+    return find_spec("rtde_control") is not None and hasattr(os, "memfd_create")
+
+
 def refuse_unsupported() -> None:
     """Refuse a UR arm where it cannot be driven, before anything is connected.
 
     Raises:
         MissingLibraryError: ur_rtde is not installed, or this is no Linux.
     """
-    if find_spec("rtde_control") is not None and hasattr(os, "memfd_create"):
+    if is_supported():
         return
     here = f"{platform.python_implementation()} {platform.python_version()}"
     raise MissingLibraryError(

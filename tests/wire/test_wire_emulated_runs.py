@@ -34,7 +34,10 @@ from palpate.hw.devices import DeviceError
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
+from support.ur_library import needs_ur
 from waiting import WITHIN, told, until
+
+pytestmark = needs_ur
 
 SCALE = 0.25
 """Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""

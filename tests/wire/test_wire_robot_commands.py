@@ -33,6 +33,9 @@ from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_file import robot_file_text
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
+from support.ur_library import needs_ur
+
+pytestmark = needs_ur
 
 SCALE = 0.25
 """Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""

@@ -49,7 +49,10 @@ from palpate.hw.emulators.ur import ControllerVersion, SimpleUr
 from palpate.hw.ur import ForceTask, Payload, UrArm, UrRawToolSensor, UrSettings, UrToolSensor
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.spatial import add
+from support.ur_library import needs_ur
 from waiting import until
+
+pytestmark = needs_ur
 
 ZERO = (0.0, 0.0, 0.0)
 PATIENT = UrSettings(stale_after=2.0, watchdog=1.0)

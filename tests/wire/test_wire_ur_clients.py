@@ -14,6 +14,7 @@ from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_tip import ElasticPlane
 from palpate.hw.emulators.ur import ControllerVersion, Fault, SimpleUr
 from palpate.hw.emulators.ur.arm import pose_of
+from support.ur_library import needs_ur
 from ur_wire_sessions import (
     ClientProcess,
     connect,
@@ -27,6 +28,8 @@ from ur_wire_sessions import (
     told_by,
 )
 from waiting import until
+
+pytestmark = needs_ur
 
 ADDRESS = own_address(1)
 OTHER = own_address(2)

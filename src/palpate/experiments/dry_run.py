@@ -8,6 +8,7 @@ from rich.console import Console
 from palpate.experiments.answer import Answer, ExitCode, shown_figures
 from palpate.experiments.earlier_run import earlier_run
 from palpate.experiments.output_folder import check_folder
+from palpate.experiments.robot.drivers import can_drive
 from palpate.experiments.said import say
 from palpate.reporting import KeyFigure
 from palpate.reporting.terminal import key_figures
@@ -65,7 +66,8 @@ def robot_words(name: str, robot: Robot) -> str:
     """Return which robot it would be, and that nothing was connected to."""
     kind = robot.file.backend.__struct_config__.tag
     real = "; its devices were not connected to" if isinstance(robot.file.backend, RigEntry) else ""
-    return f"{name} ({kind}){real}"
+    here = "" if can_drive(robot) else "; not to be run on this computer, which lacks ur_rtde"
+    return f"{name} ({kind}){real}{here}"
 
 
 def limit_figures(limits: Limits) -> tuple[KeyFigure, ...]:

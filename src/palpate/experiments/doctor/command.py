@@ -19,6 +19,7 @@ from palpate.experiments.robot.devices import with_devices
 from palpate.experiments.robot.rig_built import RigParts, check_rig, parts_of
 from palpate.experiments.robot.values import load_named_robot
 from palpate.experiments.said import say
+from palpate.extras import MissingLibraryError
 from palpate.hw.devices import DeviceError
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import RigEntry
@@ -96,6 +97,8 @@ def examined(robot: Robot, parts: RigParts, seconds: float, tell: Tell = lambda 
                     yield from sensor_findings(robot, i, finger, seconds)
         except DeviceError as error:
             yield failure(parts.arm.name, error)
+        except MissingLibraryError as error:
+            yield Finding(parts.arm.name, "client library", "missing", "", "", Verdict.BAD, str(error))
         finally:
             parts.arm.close()
 
