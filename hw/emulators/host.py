@@ -16,7 +16,7 @@ from palpate.hw.emulators.server import ArmServer, Server, ServoServer
 from palpate.spatial import ZERO
 
 MOST_BEHIND = 0.05
-"""[s] of wall time that is caught up with after a stall; what is more is given up, and counted."""
+"""[s] of wall time up to which a stall is caught up with; one that is longer is given up whole, and counted."""
 
 _LONGEST_WAIT = 0.1
 """[s] between two looks at whether to stop."""
