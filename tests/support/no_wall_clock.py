@@ -79,11 +79,11 @@ class _Scope:
                 if any(self._is_reading(given) for given in each.args):
                     yield each.lineno, DIFFERENCE
             elif isinstance(each, ast.Assert) or (isinstance(each, ast.If) and _fails(each)):
-                yield from ((part.lineno, DEADLINE) for part in ast.walk(each.test) if self._waits(part))
+                yield from ((each.lineno, DEADLINE) for part in ast.walk(each.test) if self._waits(part))
 
     def _own(self) -> Iterator[ast.AST]:
         """All that is in it, but not what is in functions and classes within it."""
-        waiting = [each for part in ast.iter_child_nodes(self.node) for each in [part]]
+        waiting = list(ast.iter_child_nodes(self.node))
         while waiting:
             each = waiting.pop()
             yield each
@@ -92,7 +92,7 @@ class _Scope:
 
     def _take_parameters(self, given: ast.arguments) -> None:
         everything = (*given.posonlyargs, *given.args, *given.kwonlyargs)
-        defaults = [*given.defaults, *(each for each in given.kw_defaults)]
+        defaults = [*given.defaults, *given.kw_defaults]
         clocks = {each.arg for each, value in zip(reversed(everything), reversed(defaults), strict=False)
                   if value is not None and self._is_clock(value)}  # fmt: skip
         for names in (self.clocks, self.readings, self.deadlines):
