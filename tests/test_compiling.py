@@ -7,8 +7,8 @@ import sys
 import textwrap
 import threading
 
-import numba
 import pytest
+from numba.core import config
 
 from palpate import compiling as module
 from palpate.compiling import EACH_TIME, ONCE, compiling, keep_closure, kept_name, name_for_people
@@ -135,7 +135,7 @@ def test_a_kernel_is_told_once_with_what_it_calls_and_from_the_cache_not_at_all(
     assert tiny() == ("6.0 8.0 []", [])
 
 
-@pytest.mark.skipif(not hasattr(numba.config, "CACHE_LOCATOR_CLASSES"), reason="numba has no such setting yet")
+@pytest.mark.skipif(not hasattr(config, "CACHE_LOCATOR_CLASSES"), reason="numba has no such setting yet")
 def test_where_no_folder_can_be_written_it_goes_on_and_says_what_to_do(tiny):
     printed, lines = tiny(NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator")  # none that would do
     assert printed == "6.0 8.0 []"

@@ -125,7 +125,7 @@ def name_for_people(function: Callable[..., Any]) -> str:
     told = sys.modules[function.__module__].__doc__ if function.__module__ in sys.modules else None
     if not told or not name.startswith("palpate."):
         return name
-    first = re.split(r"[,.:;(]\s", told.strip() + " ", maxsplit=1)[0]
+    first = str(re.split(r"[,.:;(]\s", told.strip() + " ", maxsplit=1)[0])
     return f"code for {first[0].lower()}{first[1:]}"
 
 

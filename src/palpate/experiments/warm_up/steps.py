@@ -129,8 +129,8 @@ def main() -> None:
         _say(out, step=what, number=number, of=len(everything))
         use()
     modules = [vars(module) for name, module in sys.modules.items() if name.startswith("palpate.")]
-    folders = {compiling.kept_in(each) for names in modules for each in names.values()}
-    _say(out, compiled=compiling.KEPT, folders=sorted(folders - {None}), solvers=str(cache_folder()))
+    folders = {folder for names in modules for each in names.values() if (folder := compiling.kept_in(each))}
+    _say(out, compiled=compiling.KEPT, folders=sorted(folders), solvers=str(cache_folder()))
 
 
 def _say(out: IO[str], **said: Any) -> None:
