@@ -125,8 +125,8 @@ def name_for_people(function: Callable[..., Any]) -> str:
     told = sys.modules[function.__module__].__doc__ if function.__module__ in sys.modules else None
     if not told or not name.startswith("palpate."):
         return name
-    first = str(re.split(r"[,.:;(]\s", told.strip() + " ", maxsplit=1)[0])
-    return f"code for {first[0].lower()}{first[1:]}"
+    first: str = re.split(r"[,.:;(]\s", told.strip() + " ", maxsplit=1)[0]
+    return f"code for {first[:1].lower()}{first[1:]}"
 
 
 class _Kernels(events.Listener):
@@ -139,7 +139,8 @@ class _Kernels(events.Listener):
     def on_start(self, event: events.Event) -> None:
         self._depth += 1
         if self._depth == 1:
-            kernel = event.data["dispatcher"]
+            data: Any = event.data
+            kernel = data["dispatcher"]
             self._began = monotonic()
             self._told = compiling(name_for_people(kernel.py_func), _how(kernel), told_after=self._left)
             self._told.__enter__()
