@@ -18,6 +18,7 @@ from reporting.test_report import parsed
 from viewing.browser import needs_browser, page
 
 QUICK = ("runs", "sweep", "bench")
+IN_BROWSER = [QUICK[0], *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != QUICK[0])]
 EVERY = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS]
 
 SMALLEST = 9.0  # [px] of text in pictures, on a phone
@@ -173,9 +174,8 @@ def brightness(browser):
     return float(np.asarray(Image.open(io.BytesIO(browser.screenshot())).convert("L")).mean())
 
 
-@pytest.mark.slow
 @needs_browser
-@pytest.mark.parametrize("kind", EVERY)
+@pytest.mark.parametrize("kind", IN_BROWSER)
 def test_a_browser_without_network_shows_it_and_runs_nothing(kind, pictures, tmp_path):
     path, profile = tmp_path / "report.html", tmp_path / "profile"
     # without its policy: what was typed is harmless by itself
