@@ -66,6 +66,7 @@ def test_only_a_ur_needs_the_library_of_its_maker(tmp_path, typed):
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_without_the_library_of_a_ur_all_else_imports():
     program = (
         "import pkgutil, palpate\n"

@@ -101,6 +101,7 @@ class Swept:
         return float(np.sqrt(np.mean((self.force[self.scan, 2] - wanted) ** 2)))
 
 
+@pytest.mark.slow
 def test_a_surface_that_moves_at_20_mm_per_s_is_followed():
     swept = Swept(SHAKEN, follow=True)
     assert swept.result.ending is Ending.DONE

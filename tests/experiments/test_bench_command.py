@@ -155,6 +155,7 @@ def studies(monkeypatch):
     return {"contact": "made_up_first", "mapping": "made_up_second"}
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_finished(studies, tmp_path):
     answer = run_bench(BenchConfig(out=tmp_path), studies)
     assert answer.exit_code == ExitCode.INTERRUPTED

@@ -46,6 +46,7 @@ def test_without_noise_the_map_is_within_a_hundredth_of_a_millimetre(name):
     assert found(name).map.observed_share > 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_true_errors_are_inside_the_band_without_noise(name):
     assert found(name).map.covered >= 0.95
@@ -58,6 +59,7 @@ def test_true_errors_are_inside_the_band_with_noise_and_with_a_sensor_nobody_cal
         assert np.median(run.map.mesh.band()) < 20e-6  # and not by claiming nothing
 
 
+@pytest.mark.slow
 def test_a_budget_has_what_the_sensor_leaves_and_nothing_else():
     """A perfect sensor leaves nothing of calibration or noise; noise adds its square; a calibration adds tilt."""
     perfect, noisy, nano = (

@@ -49,6 +49,7 @@ def test_e_goes_by_mu_at_the_twists_own_slip_speed(falling):
     assert e.value == pytest.approx(0.003, rel=0.01)
 
 
+@pytest.mark.slow
 def test_static_friction_is_at_least_what_was_felt_where_mu_still_rises(falling):
     static = falling.file.static_friction
     assert static.how is How.BOUND
@@ -127,6 +128,7 @@ def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
     assert figures["mu e"].text.startswith("at least")
 
 
+@pytest.mark.slow
 def test_who_needs_e_is_told_that_it_turned_and_did_not_slip(short):
     with pytest.raises(InvalidValueError, match=r"turned, but did not slip.*--most-travel"):
         short.file.limit_surface()

@@ -96,6 +96,7 @@ def test_the_heaviest_object_is_taken_up_without_a_slip(heavy):
     assert heavy.regrips == sum(heavy.raised_at().values()) == 0
 
 
+@pytest.mark.slow
 def test_the_pull_begins_when_it_is_held(heavy):
     held = heavy.truth.time[heavy.truth.stage == STAGES.index(GraspStage.HOLD)][0]
     assert held < heavy.planned.times.begin < held + 0.6
@@ -118,6 +119,7 @@ def test_a_control_beside_it_is_compared_by_its_tightest_too(slid, heavy):
     assert {"tightest", "slip in the air", "spin in the air"} <= set(names)
 
 
+@pytest.mark.slow
 def test_what_was_typed_is_not_said_to_be_touched(slid):
     told = " ".join(account(slid))
     assert "was typed" in told

@@ -213,6 +213,7 @@ def test_nothing_slips_or_spins_and_the_object_stands_again_where_it_stood(grasp
     assert (grasped.truth.loads[-1, :, 0] < 1.0).all()
 
 
+@pytest.mark.slow
 def test_ignoring_spin_lets_it_spin_while_alarms_tell_and_are_not_heeded(grasped):
     other = grasped.beside
     assert other.spin > math.radians(20.0)

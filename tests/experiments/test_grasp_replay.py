@@ -63,6 +63,7 @@ def test_every_command_comes_out_again_and_all_that_each_finger_sensed(grasped, 
     assert len(log.layout.channels) == {"two": 2, "three": 3}[name]
 
 
+@pytest.mark.slow
 def test_a_larger_margin_grips_harder_and_lifts_no_other_way(grasped):
     """With the load as it was, the grip beyond the reserve goes with 1 + margin: the file is no longer needed."""
     found = replay_log(grasped["two"], {"margin": 1.0})

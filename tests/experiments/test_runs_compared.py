@@ -76,6 +76,7 @@ def test_only_what_was_asked_differently_is_said_so(explored, tmp_path):
     assert report.differences == (("force", "N", "1", "3"), ("speed", "m/s", "0.05", "0.04"))
 
 
+@pytest.mark.slow
 def test_differences_are_to_the_first_and_turn_with_the_order(explored, tmp_path):
     places = list(explored)
     there = figure(comparison_report(read_runs(places), tmp_path), "felt normal force, mean")

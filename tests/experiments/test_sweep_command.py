@@ -229,6 +229,7 @@ def test_without_ray_it_says_what_to_install(monkeypatch, tmp_path, capsys):
 # --- processes
 
 
+@pytest.mark.slow
 def test_a_process_of_its_own_gives_the_numbers_of_a_plain_loop(here, undrawn, tmp_path, monkeypatch):
     main([*TYPED, "--out", str(tmp_path / "loop")])
     monkeypatch.setattr(run, "runner_for", lambda config: LocalRunner(1))

@@ -134,6 +134,7 @@ def test_of_a_hand_that_is_stopped_while_it_moves_the_object_is_known_to_the_end
     assert held_poses(log, recorded_plan(log)).complete
 
 
+@pytest.mark.slow
 def test_beyond_a_gap_of_the_log_nothing_is_known(spun):
     log = read_log(log_in(spun[0]))
     kept = np.r_[0:1000, 1001 : len(log)]

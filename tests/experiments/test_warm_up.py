@@ -108,6 +108,7 @@ def test_every_step_has_a_name_of_its_own():
     assert len(set(names)) == len(names) > 20
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it_at_once_and_what_is_compiled_by_then_is_kept(tmp_path):
     """In the middle of the first kernel, of which numba would hear only when it is done."""
     process = subprocess.Popen(

@@ -199,6 +199,7 @@ def test_what_is_not_finite_moves_nothing(bad):
     assert solve((0.1,) * 6, (bad, -bad, 0.0, 0.0, 0.0, 0.0)).limit is Limit.INVALID
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(poses)
 def test_the_curvature_is_how_the_twist_changes_along_the_way(q):

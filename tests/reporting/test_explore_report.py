@@ -36,6 +36,7 @@ def test_the_table_fits_80_columns(name):
     assert len(rows) == len(report.summary)  # none wrapped
 
 
+@pytest.mark.slow
 def test_a_sphere_has_a_radius_with_a_band_that_holds_it():
     found = exploration("sphere")
     figure = figures(exploration_report(found))["shape"]
@@ -70,6 +71,7 @@ def test_nothing_mapped_nothing_said():
     assert told.shape is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "title"), [("ellipsoid", "of an ellipsoid"), ("box", "of a box")])
 def test_grammar(name, title):
     assert title in exploration_report(exploration(name)).title

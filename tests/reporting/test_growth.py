@@ -69,6 +69,7 @@ def test_snapshots_show_shares_of_the_way(growth):
     assert middle.to_go[0] == pytest.approx(middle.done[-1]), "it goes on from where the tip is"
 
 
+@pytest.mark.slow
 def test_marks_come_when_they_were_made(exploration):
     record, middle = exploration.record, exploration.record.time[len(exploration.record.time) // 2]
     mark = ShownMark("edge", (0.0, 0.0, 0.1))

@@ -142,6 +142,7 @@ def test_the_whole_report_is_well_formed_and_has_every_picture(full_html):
         assert said in text
 
 
+@pytest.mark.slow
 def test_nothing_comes_from_outside(full_html):
     links = parsed(full_html).links
     assert links
