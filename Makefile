@@ -6,6 +6,9 @@ OUT    ?= runs/demo
 PARTS  ?= 8
 PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 
+# Hundreds of short processes run in tests: what Python compiles of their sources is kept.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-all test-part test-pythons check format docs build platforms bench pictures clean
 

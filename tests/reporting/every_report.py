@@ -39,7 +39,7 @@ from palpate.reporting.replay_report import replay_html
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
-from reporting.test_report import CAP, FULL, MESH, series_of, timing_of
+from reporting.test_report import CAP, cap_mesh, full, series_of, timing_of
 from sweep_runs import planned
 
 KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep", "bench")
@@ -77,8 +77,8 @@ def said(typed):
 def _explore(typed):
     curve = GrowthCurve(*(np.array([1.0, 2.0]) for _ in range(6)))
     done = CAP.position[::20]
-    growth = GrowthReport(curve, (GrowthSnapshot(1, MESH, done, done[:2], ()),))
-    return report_html(replace(FULL, **said(typed), growth=growth, error_note=typed))
+    growth = GrowthReport(curve, (GrowthSnapshot(1, cap_mesh(), done, done[:2], ()),))
+    return report_html(replace(full(), **said(typed), growth=growth, error_note=typed))
 
 
 def _regulate(typed):

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 
-from mapping.raster import cloud_of, raster, sphere_cap
-from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
+from mapping.raster import cloud_of, raster
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting import TimeSeries
 from palpate.reporting.force_picture import force_overview, force_zoom
@@ -20,6 +19,7 @@ from palpate.reporting.spin_picture import LEAST_SPIN, spin_picture
 from palpate.reporting.style import MEASURED, PHASE_COLOURS, TRUE
 from palpate.reporting.surface_picture import LEAST_RELIEF, View, touched_surface
 from palpate.runtime.data import Phase
+from reporting.test_report import CAP, cap_mesh
 
 TIME = np.arange(400) * 1e-3
 PHASES = ["approach"] * 100 + ["scan"] * 200 + ["lift"] * 99 + ["done"]
@@ -33,7 +33,6 @@ SERIES = TimeSeries(
     true_force=2.0 + 0.01 * np.sin(60.0 * TIME),
     true_spin_torque=1e-17 * np.cos(60.0 * TIME),
 )
-CAP = sphere_cap(half=0.006, step=4e-4)
 
 
 def lines(axes: Axes):
@@ -116,13 +115,11 @@ def test_every_phase_has_a_colour_of_its_own():
 
 # --- layers ---
 
-MESH = surface_mesh(SurfaceMap.learned(CAP, MapSettings.for_rows(2e-3, bias=1e-6)), 1e-3)
-
 
 def drawn(name, mean, sd=0.1):
     """The picture of a layer and its colours."""
-    count = len(MESH.vertices)
-    picture = layer_picture(MESH, VertexLayer(name, np.broadcast_to(mean, count), np.full(count, sd)))
+    count = len(cap_mesh().vertices)
+    picture = layer_picture(cap_mesh(), VertexLayer(name, np.broadcast_to(mean, count), np.full(count, sd)))
     surface, bar = picture.full.axes[0].collections[0], picture.full.axes[1]
     return picture, surface, bar.get_xlabel()
 
@@ -158,21 +155,21 @@ def test_colours_of_curvature_tell_hollow_from_bulge(bent):
 
 def test_a_ball_is_not_all_of_the_last_colour():
     """Its curvature is of one sign: about zero, all of it would lie at one end of the scale."""
-    bent = 25.0 + np.linspace(-2.0, 2.0, len(MESH.vertices))
+    bent = 25.0 + np.linspace(-2.0, 2.0, len(cap_mesh().vertices))
     _, surface, _ = drawn("curvature_mean", bent)
     low, high = surface.get_clim()
     assert (low, high) == (pytest.approx(20.0), pytest.approx(30.0))
 
 
 def test_what_differs_by_less_than_its_deviation_looks_alike():
-    mean = 4e4 + 100.0 * np.sin(np.arange(len(MESH.vertices)))
+    mean = 4e4 + 100.0 * np.sin(np.arange(len(cap_mesh().vertices)))
     _, surface, _ = drawn("stiffness", mean, 2e3)
     low, high = surface.get_clim()
     assert high - low == pytest.approx(4.0)
 
 
 def test_a_layer_of_which_nothing_is_known_has_no_picture_and_a_part_is_told():
-    nothing = np.full(len(MESH.vertices), np.nan)
-    assert layer_picture(MESH, VertexLayer("stiffness", nothing, nothing)) is None
-    half = np.where(np.arange(len(MESH.vertices)) < len(MESH.vertices) // 2, 0.3, np.nan)
+    nothing = np.full(len(cap_mesh().vertices), np.nan)
+    assert layer_picture(cap_mesh(), VertexLayer("stiffness", nothing, nothing)) is None
+    half = np.where(np.arange(len(cap_mesh().vertices)) < len(cap_mesh().vertices) // 2, 0.3, np.nan)
     assert "Known on 50 % of the map" in drawn("friction", half)[0].caption

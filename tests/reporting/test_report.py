@@ -1,4 +1,5 @@
 import dataclasses
+import functools
 import io
 import re
 from html.parser import HTMLParser
@@ -95,24 +96,39 @@ PLAIN = ExplorationReport(
     series=series_of(),
     timing=timing_of(np.full(600, 1e-4), 2e-3),
 )
-MESH = surface_mesh(SurfaceMap.learned(CAP, MapSettings.for_rows(2e-3, bias=1e-6)), 1e-3)
-MAP = MapReport(
-    MESH,
-    (("may be off everywhere", "0.00100", "mm", "the <budget>"),),
-    np.linalg.norm(MESH.vertices - CENTER, axis=1) - RADIUS,
-    CENTER + RADIUS * np.eye(3),
-    (VertexLayer("friction", np.full(len(MESH.vertices), 0.3), np.full(len(MESH.vertices), 0.01)),),
-)
 SHAPE = ShapeReport(
     "It is a sphere.", (("radius", "40.000", "mm", "± 0.001 mm"),), (("plane", "1.7", "mm", "too far off"),)
 )
-FULL = dataclasses.replace(
-    PLAIN,
-    map=MAP,
-    shape=SHAPE,
-    true_surface=octahedron(),
-    point_error=np.linalg.norm(CAP.position - CENTER, axis=1) - RADIUS + 1e-6,
-)
+
+
+@functools.cache
+def cap_mesh():
+    """What was felt of the cap as a surface: it takes a second, and so not before a test asks."""
+    return surface_mesh(SurfaceMap.learned(CAP, MapSettings.for_rows(2e-3, bias=1e-6)), 1e-3)
+
+
+@functools.cache
+def cap_map():
+    mesh = cap_mesh()
+    return MapReport(
+        mesh,
+        (("may be off everywhere", "0.00100", "mm", "the <budget>"),),
+        np.linalg.norm(mesh.vertices - CENTER, axis=1) - RADIUS,
+        CENTER + RADIUS * np.eye(3),
+        (VertexLayer("friction", np.full(len(mesh.vertices), 0.3), np.full(len(mesh.vertices), 0.01)),),
+    )
+
+
+@functools.cache
+def full():
+    """Everything that a report can hold."""
+    return dataclasses.replace(
+        PLAIN,
+        map=cap_map(),
+        shape=SHAPE,
+        true_surface=octahedron(),
+        point_error=np.linalg.norm(CAP.position - CENTER, axis=1) - RADIUS + 1e-6,
+    )
 
 
 BRIEF = dataclasses.replace(PLAIN, series=series_of(phases=()))
@@ -120,7 +136,7 @@ BRIEF = dataclasses.replace(PLAIN, series=series_of(phases=()))
 
 @pytest.fixture(scope="module")
 def full_html():
-    return report_html(FULL)
+    return report_html(full())
 
 
 @pytest.mark.slow
@@ -202,7 +218,7 @@ def test_whatever_is_missing_the_rest_is_reported(report):
 
 @pytest.mark.slow
 def test_a_map_without_truth_or_layers_or_triangles_is_reported():
-    nobody_knows = dataclasses.replace(MAP, error=None, missed=np.zeros((0, 3)), layers=())
+    nobody_knows = dataclasses.replace(cap_map(), error=None, missed=np.zeros((0, 3)), layers=())
     assert "true errors" not in report_html(dataclasses.replace(BRIEF, map=nobody_knows))
     empty = surface_mesh(SurfaceMap(), 1e-3)
     told = report_html(dataclasses.replace(BRIEF, map=MapReport(empty, (), None, np.zeros((0, 3)))))
@@ -211,11 +227,11 @@ def test_a_map_without_truth_or_layers_or_triangles_is_reported():
 
 def test_a_map_has_one_error_and_one_value_of_a_layer_per_vertex():
     with pytest.raises(InvalidValueError, match="error has shape"):
-        dataclasses.replace(MAP, error=np.zeros(3))
+        dataclasses.replace(cap_map(), error=np.zeros(3))
     with pytest.raises(InvalidValueError, match="must be finite"):
-        dataclasses.replace(MAP, error=np.full(len(MESH.vertices), np.nan))
+        dataclasses.replace(cap_map(), error=np.full(len(cap_mesh().vertices), np.nan))
     with pytest.raises(InvalidValueError, match="layer friction has 2 values"):
-        dataclasses.replace(MAP, layers=(VertexLayer("friction", np.zeros(2), np.zeros(2)),))
+        dataclasses.replace(cap_map(), layers=(VertexLayer("friction", np.zeros(2), np.zeros(2)),))
 
 
 @pytest.mark.slow
