@@ -24,7 +24,7 @@ from palpate.sim import SphereObject
 
 SMALL = {"width": 0.02, "depth": 0.02, "speed": 0.04}
 SHAPES = ("sphere", "ellipsoid", "torus", "bumps")
-pytestmark = pytest.mark.xdist_group("explored map")  # runs that several tests look at are done once
+pytestmark = pytest.mark.slow  # runs that take seconds, which the tests of this file look at
 
 QUICK = ("sphere", "bumps")
 """The rest is in the slow test."""
@@ -39,27 +39,23 @@ def found(name, robot="stage", noise=(0.0, 0.0), seed=0):
 # --- errors and what is claimed of them ---
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_without_noise_the_map_is_within_a_hundredth_of_a_millimetre(name):
     assert found(name).map.rms < 5e-6  # 10 asked for, at half this speed
     assert found(name).map.observed_share > 0.95
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_true_errors_are_inside_the_band_without_noise(name):
     assert found(name).map.covered >= 0.95
 
 
-@pytest.mark.slow
 def test_true_errors_are_inside_the_band_with_noise_and_with_a_sensor_nobody_calibrates_better():
     for run in (found("sphere", noise=(0.01, 1e-4)), found("sphere", "stage-nano17")):
         assert run.map.covered >= 0.95
         assert np.median(run.map.mesh.band()) < 20e-6  # and not by claiming nothing
 
 
-@pytest.mark.slow
 def test_a_budget_has_what_the_sensor_leaves_and_nothing_else():
     """A perfect sensor leaves nothing of calibration or noise; noise adds its square; a calibration adds tilt."""
     perfect, noisy, nano = (
@@ -96,7 +92,6 @@ def test_the_budget_for_noise_grows_with_its_square():
 # --- which shape ---
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "kind", "robot"),
     [
@@ -140,7 +135,6 @@ def test_a_shape_is_shown_in_a_line_without_the_contacts_of_every_fit():
 # --- friction ---
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.1, 0.6])
 def test_friction_is_found_everywhere_on_the_map(friction):
     run = explore(ExploreConfig(width=0.01, depth=0.01, friction=friction))
@@ -199,7 +193,6 @@ def test_the_files_of_a_map_hold_its_uncertainty_and_friction(tmp_path):
 # --- honesty, at length ---
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["stage", "stage-nano17", "ur5e-nano17"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_claims_hold_for_every_seed(name, robot):

@@ -20,6 +20,8 @@ from palpate.reporting.friction_pictures import speed_picture, stroke_picture
 from palpate.reporting.interval_words import interval_words, value_words
 from palpate.runtime import Ending
 
+pytestmark = pytest.mark.slow  # they look at runs that take seconds
+
 
 @pytest.fixture(scope="module")
 def falling():
@@ -41,7 +43,6 @@ def figures_of(run):
 # --- mu that falls with the speed ---
 
 
-@pytest.mark.slow
 def test_e_goes_by_mu_at_the_twists_own_slip_speed(falling):
     """By mu at 10 mm/s it would be 4 % too long: mu is 0.50 there and 0.55 where the twists slip."""
     e = falling.file.spin_length
@@ -49,7 +50,6 @@ def test_e_goes_by_mu_at_the_twists_own_slip_speed(falling):
     assert e.value == pytest.approx(0.003, rel=0.01)
 
 
-@pytest.mark.slow
 def test_static_friction_is_at_least_what_was_felt_where_mu_still_rises(falling):
     static = falling.file.static_friction
     assert static.how is How.BOUND
@@ -61,7 +61,6 @@ def test_static_friction_is_at_least_what_was_felt_where_mu_still_rises(falling)
     assert read_friction_file(friction_file_text(falling.file)) == falling.file
 
 
-@pytest.mark.slow
 def test_static_friction_has_an_interval_that_holds_it_where_mu_has_levelled():
     law = {"static_friction": 0.6, "stribeck_speed": 0.02}
     static = find_friction(FrictionConfig(loads=(2.0,), **law)).file.static_friction
@@ -71,7 +70,6 @@ def test_static_friction_has_an_interval_that_holds_it_where_mu_has_levelled():
     assert static.lower <= static.value <= static.upper
 
 
-@pytest.mark.slow
 def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
     """One speed alone would make e 11 % too long, and nobody could know."""
     found = find_friction(FrictionConfig(quick=True, loads=(2.0,), static_friction=0.7))
@@ -81,7 +79,6 @@ def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
     assert found.file.spin_length.value == pytest.approx(0.003, rel=0.04)
 
 
-@pytest.mark.slow
 def test_the_picture_of_speeds_says_what_it_shows(falling):
     report = friction_report(falling)
     caption = speed_picture(report.speeds, report.curve).caption
@@ -94,7 +91,6 @@ def test_the_picture_of_speeds_says_what_it_shows(falling):
 # --- a bend is no phenomenon ---
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.2, 0.8])
 def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
     found = find_friction(FrictionConfig(object="sphere", quick=True, loads=(2.0,), friction=friction))
@@ -109,7 +105,6 @@ def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
 # --- bounds and reasons ---
 
 
-@pytest.mark.slow
 def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
     report = friction_report(short)
     assert short.file.friction.how is How.BOUND
@@ -128,7 +123,6 @@ def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
     assert figures["mu e"].text.startswith("at least")
 
 
-@pytest.mark.slow
 def test_who_needs_e_is_told_that_it_turned_and_did_not_slip(short):
     with pytest.raises(InvalidValueError, match=r"turned, but did not slip.*--most-travel"):
         short.file.limit_surface()
@@ -137,7 +131,6 @@ def test_who_needs_e_is_told_that_it_turned_and_did_not_slip(short):
         bare.limit_surface()
 
 
-@pytest.mark.slow
 def test_a_robot_that_turns_is_not_said_to_be_one_that_cannot():
     """Ended before its twists, it has another reason; and one rub is one rub."""
     attempt = Attempt(plan(FrictionConfig(quick=True, loads=(2.0,), skin_stiffness=3000.0)))
@@ -156,7 +149,6 @@ def test_a_robot_that_turns_is_not_said_to_be_one_that_cannot():
     assert no_spin_length(replace(cut, planned=still)) == "the robot does not turn its tip"
 
 
-@pytest.mark.slow
 def test_a_bound_of_e_never_exceeds_e_though_torques_were_borne_at_rest():
     """What sticks bears mu_s e, more than slipping mu e: over the slipping mu that is more than e."""
     law = {"static_friction": 0.7, "stribeck_speed": 0.005, "skin_stiffness": 500.0}
@@ -175,7 +167,6 @@ def test_the_file_says_over_which_loads_e_was_measured(falling, short):
     assert short.file.spun_loads is None
 
 
-@pytest.mark.slow
 def test_of_an_unknown_surface_the_report_says_how_far_it_is_and_what_to_touch():
     library = {"library": Path("simulated"), "friction": 0.8, "spin_length": 0.002}
     known = friction_report(find_friction(FrictionConfig(quick=True, loads=(2.0,), **library))).recognition
@@ -187,7 +178,6 @@ def test_of_an_unknown_surface_the_report_says_how_far_it_is_and_what_to_touch()
     assert not known.fits
 
 
-@pytest.mark.slow
 def test_what_does_not_fit_is_named_where_the_rest_does():
     """As ABS in mu, and in e at 1 N; but its e does not grow with the load."""
     abs_plastic = {"library": Path("simulated"), "friction": 0.635, "spin_length": 0.0026}

@@ -21,6 +21,8 @@ from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.words import account, outcome
 from palpate.runtime import Ending, result_until
 
+pytestmark = pytest.mark.slow  # they look at runs that take seconds
+
 HELD = {"load": "none", "rise": 0.1, "lift_height": 0.02}
 
 
@@ -68,7 +70,6 @@ def test_an_upright_cylinder_stands_on_its_base():
 # --- what is told
 
 
-@pytest.mark.slow
 def test_what_slides_in_the_lift_is_said_to_slip(slid):
     assert slid.slip_aloft > 3.0 * SLIPPED
     told = outcome(slid)
@@ -84,7 +85,6 @@ def test_what_slides_in_the_lift_is_said_to_slip(slid):
     assert "nan" not in " ".join([told, *account(slid)])
 
 
-@pytest.mark.slow
 def test_the_heaviest_object_is_taken_up_without_a_slip(heavy):
     assert heavy.run.ending is Ending.DONE
     assert not heavy.dropped
@@ -96,13 +96,11 @@ def test_the_heaviest_object_is_taken_up_without_a_slip(heavy):
     assert heavy.regrips == sum(heavy.raised_at().values()) == 0
 
 
-@pytest.mark.slow
 def test_the_pull_begins_when_it_is_held(heavy):
     held = heavy.truth.time[heavy.truth.stage == STAGES.index(GraspStage.HOLD)][0]
     assert held < heavy.planned.times.begin < held + 0.6
 
 
-@pytest.mark.slow
 def test_what_met_the_table_early_is_explained_by_the_truth(slid):
     """The same truth, told as slid and as tilted."""
     met = replace(slid, met_early=True, run=replace(slid.run, ending=Ending.LOST))
@@ -113,20 +111,17 @@ def test_what_met_the_table_early_is_explained_by_the_truth(slid):
     assert "slid" not in tilted.split("for it had")[1]
 
 
-@pytest.mark.slow
 def test_a_control_beside_it_is_compared_by_its_tightest_too(slid, heavy):
     names = [row[0] for row in compared(replace(heavy, beside=slid))]
     assert {"tightest", "slip in the air", "spin in the air"} <= set(names)
 
 
-@pytest.mark.slow
 def test_what_was_typed_is_not_said_to_be_touched(slid):
     told = " ".join(account(slid))
     assert "was typed" in told
     assert "touch told" not in told
 
 
-@pytest.mark.slow
 def test_letting_go_that_is_interrupted_does_not_keep_the_grip():
     attempt, ticks = GraspAttempt(plan(GraspConfig(**HELD))), []
 

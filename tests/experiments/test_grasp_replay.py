@@ -18,6 +18,8 @@ from palpate.experiments.run_told import log_writer
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
 
+pytestmark = pytest.mark.slow  # they look at runs that take seconds
+
 SHORT = {"load": "none", "rise": 0.1, "lift_height": 0.01}
 
 
@@ -52,7 +54,6 @@ def grasped(tmp_path_factory):
     return logs
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two", "three"])
 def test_every_command_comes_out_again_and_all_that_each_finger_sensed(grasped, name):
     found = replay_log(grasped[name])
@@ -63,7 +64,6 @@ def test_every_command_comes_out_again_and_all_that_each_finger_sensed(grasped, 
     assert len(log.layout.channels) == {"two": 2, "three": 3}[name]
 
 
-@pytest.mark.slow
 def test_a_larger_margin_grips_harder_and_lifts_no_other_way(grasped):
     """With the load as it was, the grip beyond the reserve goes with 1 + margin: the file is no longer needed."""
     found = replay_log(grasped["two"], {"margin": 1.0})
@@ -83,14 +83,12 @@ def test_a_larger_margin_grips_harder_and_lifts_no_other_way(grasped):
     assert figures["commanded grip apart, largest"].value == pytest.approx(np.nanmax(everywhere))
 
 
-@pytest.mark.slow
 def test_a_control_that_ignores_spin_can_be_tried_on_what_was_recorded(grasped):
     found = replay_log(grasped["two"], {"ignore_spin": True})
     assert not found.identical
     assert found.sensing.first is None
 
 
-@pytest.mark.slow
 def test_a_controller_of_ones_own_is_given_the_plan_of_the_hand(grasped):
     found = replay_log(grasped["three"], controller=lambda planned: planned.controller())
     assert found.identical

@@ -23,6 +23,8 @@ from palpate.experiments.repeat_words import command_line
 from palpate.experiments.run_told import log_writer
 from palpate.reporting.comparison_data import ComparedFigure
 
+pytestmark = pytest.mark.slow  # they look at runs that take seconds
+
 
 @pytest.fixture(scope="module")
 def explored(tmp_path_factory):
@@ -51,7 +53,6 @@ def figure(report, name):
     return next(each for each in report.figures if each.name == name)
 
 
-@pytest.mark.slow
 def test_a_log_gives_what_the_run_gave(explored, tmp_path):
     report = comparison_report(read_runs(list(explored)), tmp_path)
     assert report.names == ("light", "firm")
@@ -67,7 +68,6 @@ def test_a_log_gives_what_the_run_gave(explored, tmp_path):
     assert figure(report, "how it ended").values == ("done", "done")
 
 
-@pytest.mark.slow
 def test_only_what_was_asked_differently_is_said_so(explored, tmp_path):
     runs = read_runs(list(explored))
     assert dict(changed_fields(runs)) == {"force": (1.0, 3.0), "speed": (0.05, 0.04)}
@@ -76,7 +76,6 @@ def test_only_what_was_asked_differently_is_said_so(explored, tmp_path):
     assert report.differences == (("force", "N", "1", "3"), ("speed", "m/s", "0.05", "0.04"))
 
 
-@pytest.mark.slow
 def test_differences_are_to_the_first_and_turn_with_the_order(explored, tmp_path):
     places = list(explored)
     there = figure(comparison_report(read_runs(places), tmp_path), "felt normal force, mean")
@@ -99,7 +98,6 @@ def test_other_experiments_the_same_run_and_no_runs_are_refused(explored, regula
         read_runs([first, tmp_path])
 
 
-@pytest.mark.slow
 def test_as_people_type_it(explored, regulated, tmp_path, capsys):
     first, second = map(str, explored)
     assert main(["compare", first, second, "--out", str(tmp_path / "new")]) == 0

@@ -33,6 +33,8 @@ from palpate.viewing import ANY_PORT, Player, frames_of_log
 from shown_player import Shown
 from viewing.browser import needs_browser, page
 
+pytestmark = pytest.mark.slow  # they look at runs that take seconds
+
 
 @pytest.fixture(scope="module")
 def rubbed(tmp_path_factory):
@@ -54,7 +56,6 @@ def spun(tmp_path_factory):
     return folder, np.array(true)
 
 
-@pytest.mark.slow
 def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, monkeypatch, capsys):
     monkeypatch.setattr(view_command, "Player", Shown)
     assert run_view(ViewConfig(rubbed)).exit_code == 0
@@ -73,7 +74,6 @@ def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, mo
     assert np.median(contact.normal_force[rubbing]) == pytest.approx(2.0, rel=0.05)
 
 
-@pytest.mark.slow
 def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun):
     folder, true = spun
     log = read_log(log_in(folder))
@@ -90,7 +90,6 @@ def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun):
     assert turned > math.radians(10.0)
 
 
-@pytest.mark.slow
 def test_what_the_simulation_no_longer_tells_is_said_and_stands_still(spun, monkeypatch, capsys):
     """Another friction than was recorded with: the first lift goes another way, and so do the sensors."""
     folder, true = spun
@@ -112,7 +111,6 @@ def test_what_the_simulation_no_longer_tells_is_said_and_stands_still(spun, monk
     assert "where the object was is not shown" in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("tripped", [False, True], ids=["Ctrl-C", "the supervisor stops it"])
 def test_of_a_hand_that_is_stopped_while_it_moves_the_object_is_known_to_the_end(tripped, tmp_path):
     """At a Ctrl-C the last command of the log was not sent any more, at a trip it was: both are found out."""
@@ -134,7 +132,6 @@ def test_of_a_hand_that_is_stopped_while_it_moves_the_object_is_known_to_the_end
     assert held_poses(log, recorded_plan(log)).complete
 
 
-@pytest.mark.slow
 def test_beyond_a_gap_of_the_log_nothing_is_known(spun):
     log = read_log(log_in(spun[0]))
     kept = np.r_[0:1000, 1001 : len(log)]
@@ -148,7 +145,6 @@ def test_poses_of_another_run_are_refused(spun):
         frames_of_log(log, spun[1][:-1])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rubbed", "spun"])
 def test_a_picture_of_it(name, request, tmp_path):
     folder, still = request.getfixturevalue(name), tmp_path / "a.png"
@@ -162,7 +158,6 @@ def test_a_picture_of_it(name, request, tmp_path):
 
 
 @needs_browser
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rubbed", "spun"])
 def test_a_browser_shows_it_and_its_slider_winds_it_on(name, request, tmp_path):
     folder = request.getfixturevalue(name)

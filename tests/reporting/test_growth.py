@@ -22,6 +22,8 @@ from palpate.reporting.report import _growth_parts
 from palpate.reporting.snapshots_picture import snapshots_picture
 from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
 
+pytestmark = pytest.mark.slow  # they look at runs that take seconds
+
 
 @pytest.fixture(scope="module")
 def exploration():
@@ -40,7 +42,6 @@ def texts(figure):
     return [text.get_text() for axes in figure.axes for text in (axes.title, *axes.texts, axes._left_title)]
 
 
-@pytest.mark.slow
 def test_more_and_more_is_known(growth, exploration):
     """Area never shrinks, way, time and contacts neither, and the end is the map that was made."""
     curve = growth.curve
@@ -56,7 +57,6 @@ def test_more_and_more_is_known(growth, exploration):
     assert curve.contacts[-1] == len(exploration.cloud)
 
 
-@pytest.mark.slow
 def test_snapshots_show_shares_of_the_way(growth):
     shares = [growth.curve.way[each.moment] / growth.curve.way[-1] for each in growth.snapshots]
     assert shares == pytest.approx(SHOWN, abs=0.01)
@@ -69,7 +69,6 @@ def test_snapshots_show_shares_of_the_way(growth):
     assert middle.to_go[0] == pytest.approx(middle.done[-1]), "it goes on from where the tip is"
 
 
-@pytest.mark.slow
 def test_marks_come_when_they_were_made(exploration):
     record, middle = exploration.record, exploration.record.time[len(exploration.record.time) // 2]
     mark = ShownMark("edge", (0.0, 0.0, 0.1))
@@ -82,7 +81,6 @@ def test_marks_come_when_they_were_made(exploration):
         assert tuple(each.marks) == ((mark,) if grown.curve.time[each.moment] >= middle - record.time[0] else ())
 
 
-@pytest.mark.slow
 def test_the_report_has_it(exploration, growth):
     assert exploration_report(exploration).growth is growth
     assert "What was known when" in "".join(_growth_parts(growth))
@@ -94,7 +92,6 @@ def test_nothing_felt_nothing_grown(exploration):
     assert _growth_parts(None) == []
 
 
-@pytest.mark.slow
 def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
     marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(Event))
     last = dataclasses.replace(growth.snapshots[-1], marks=marks)
@@ -145,7 +142,6 @@ def test_a_growth_of_nothing_is_refused(growth):
         dataclasses.replace(growth.curve, way=np.zeros(2))
 
 
-@pytest.mark.slow
 def test_figures_of_a_mesh_are_those_of_its_area():
     """A cap of a sphere: area by its height, and half of it below the median."""
     cloud = sphere_cap(half=0.008, row=0.002)

@@ -166,6 +166,7 @@ def test_nothing_comes_from_outside(full_html):
     assert not re.search(r"https?://|url\(|@import|<script|<link", full_html)
 
 
+@pytest.mark.slow
 def test_it_is_small_enough_to_send(full_html):
     assert len(full_html) < 4_000_000
 

@@ -100,6 +100,7 @@ def test_the_nearest_point_fulfils_the_variational_inequality(a, b, w, p):
         assert to_x * (u - x) + to_y * (v - y) <= 1e-9 * largest + 1e-14
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(laws(), st.floats(0.0, 10.0), st.floats(0.0, 0.05), st.floats(0.01, 10.0), st.floats(0.5, 2.0))
 def test_a_load_inside_is_borne_whole_and_one_outside_slips_along_the_normal(law, force, torque, f_n, factor):
