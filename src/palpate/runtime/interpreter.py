@@ -32,8 +32,8 @@ _SMALL, _MIDDLE, _NEVER = 200, 5, 2**31 - 1
 
 
 IMMORTAL = 1000
-"""As many objects may be frozen although nobody froze any: those that never die, which Python 3.12 puts there. It has
-some 400, and a program that freezes what it has loaded, thousands."""
+"""As many objects may be frozen although nobody froze any: Python 3.12 puts some 400 there that never die. A
+program that freezes what it has loaded has thousands."""
 
 
 class _Interpreter:
