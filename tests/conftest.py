@@ -24,8 +24,8 @@ assert "numpy" not in sys.modules
 for name, value in LINEAR_ALGEBRA.items():
     os.environ.setdefault(name, value)
 
-# Under nohup a process inherits that hang-ups are ignored, in the background of a script that Ctrl-C is; tests of a
-# closed terminal and of interrupted runs need them.
+# Under nohup a process inherits that hang-ups are ignored, in the background of a script that Ctrl-C is; tests of
+# closed terminals and interrupted runs need both.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
