@@ -39,18 +39,18 @@ class Found:
     Attributes:
         digest: Of every bit of record, truth, points and force.
         force_rms: [N]
-        periods: How many there were.
+        duration: On the simulation's clock [s].
     """
 
     digest: str
     force_rms: float
-    periods: int
+    duration: float
 
 
 def found(config: ExploreConfig) -> Found:
     """Explore, and reduce what was found."""
     exploration = explore(config)
-    return Found(digest(exploration), exploration.force_rms, len(exploration.record.time))
+    return Found(digest(exploration), exploration.force_rms, float(exploration.record.time[-1]))
 
 
 def digest(exploration: Exploration) -> str:
@@ -145,7 +145,7 @@ def main() -> None:
         seconds = (f"{one:.1f}", f"{several:.1f}")
         table.add_row(str(index + 1), *seconds, ratio, f"{possible:.2f}", computed, alike_shown)
     console.print(table)
-    simulated = sum(run.periods for run in plain) * configs[0].period
+    simulated = sum(run.duration for run in plain)
     console.print(
         f"plain loop {loop:.1f} s for {simulated:.0f} s simulated; force RMS "
         f"{min(run.force_rms for run in plain):.3f} to {max(run.force_rms for run in plain):.3f} N"

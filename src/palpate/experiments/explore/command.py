@@ -38,9 +38,9 @@ def run_explore(config: ExploreConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
-    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
+    check_drivers(config.robot)
     make_folder(config.out)
     notes = earlier_told(console, config.out, "explore", FILES)
     if config.identify:

@@ -37,9 +37,9 @@ def run_friction(config: FrictionConfig) -> Answer:
     """
     console = Console()
     library_of(config)  # a library that cannot be read is refused before anything is built
-    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
+    check_drivers(config.robot)
     attempt = Attempt(planned)
     make_folder(config.out)
     notes = earlier_told(console, config.out, "friction", FILES)

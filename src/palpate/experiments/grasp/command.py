@@ -39,9 +39,9 @@ def run_grasp(config: GraspConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
-    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
+    check_drivers(config.robot)
     make_folder(config.out)
     notes = earlier_told(console, config.out, "grasp", FILES)
     warnings = foretold(planned)

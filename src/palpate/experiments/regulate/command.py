@@ -35,9 +35,9 @@ def run_regulate(config: RegulateConfig) -> Answer:
         OSError: A file cannot be written.
     """
     console = Console()
-    check_drivers(config.robot)
     with doing(console, "planning"):
         planned = plan(config)
+    check_drivers(config.robot)
     make_folder(config.out)
     notes = earlier_told(console, config.out, "regulate", FILES)
     with doing(console, "pressing, to find stiffness and delay") if config.identify else nullcontext():
