@@ -27,7 +27,6 @@ from scipy.stats import beta
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from closed_strokes import Sensed, elastic_pair, elastic_turns
 from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.stroke import TwoWay
@@ -35,7 +34,8 @@ from palpate.friction.rubbing.stroke_plan import planned_slips
 from palpate.friction.rubbing.surface_fit import PLACE_ERROR, SlipLoad, fit_limit_surface
 from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 from palpate.sim.friction.law import FrictionLaw
-from rubbing_runs import Motion, Place, Rubber
+from support.closed_strokes import Sensed, elastic_pair, elastic_turns
+from support.rubbing_runs import Motion, Place, Rubber
 
 LEAST_TORQUE = 0.3e-3
 LEAST_PRESS, MOST_PRESS = 1.0, 5.0

@@ -15,7 +15,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.explore.run import Attempt, Exploration
-from palpate.experiments.finger_sensor import sensor_for
+from palpate.robots.finger_sensor import sensor_for
 from palpate.runtime import Ending
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from palpate.sim import MujocoBackend, SceneObject, Target, build_scene

@@ -27,6 +27,7 @@ from scipy.stats import beta
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
+from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.friction.materials.grasp_seed import grasp_seed
 from palpate.friction.materials.library import MaterialLibrary, simulated_materials
 from palpate.friction.materials.material import Deviations, Material
@@ -37,9 +38,8 @@ from palpate.friction.materials.trials import confusion, drawn_specimen, drawn_t
 from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
-from palpate.reporting.confusion_picture import confusion_picture
 from palpate.sim.friction.law import FrictionLaw
-from rubbing_runs import Motion, Place, Rubber
+from support.rubbing_runs import Motion, Place, Rubber
 
 APART, COUNT, LEAST_MU = 1.08, 10, 0.3
 STROKE = PlannedSlip(2.0, 0.02, 0.0)

@@ -22,8 +22,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from palpate.experiments.emulated.backend import EmulatedBackend
-from palpate.experiments.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import exploration_report
@@ -31,8 +31,8 @@ from palpate.experiments.explore.run import Attempt, Exploration
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import Grasp, GraspAttempt
-from palpate.experiments.replay.run import replay_log
-from palpate.experiments.run_told import log_writer
+from palpate.robots.emulated.backend import EmulatedBackend
+from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.pacing import SimulatedTime
@@ -92,7 +92,7 @@ class Watch:
 
 def robots(scale: float) -> tuple[Robot, Robot]:
     """Return the emulated robot, and the same without wires."""
-    from palpate.experiments.emulated.scene import simulated_twin
+    from palpate.robots.emulated.scene import simulated_twin
 
     robot = load_robot("emulated-ur5e")
     entry = msgspec.structs.replace(robot.file.backend, time_scale=scale, address="127.0.9.20")

@@ -12,12 +12,12 @@ import pytest
 
 from palpate import __version__
 from palpate.cli import COMMANDS, Command, Group, main
+from palpate.commands.answer import ExitCode
 from palpate.errors import InvalidValueError, OverrunError
-from palpate.experiments.answer import ExitCode
 from palpate.runtime.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend
-from typed_mistakes import answer_to
-from waiting import until
+from support.typed_mistakes import answer_to
+from support.waiting import until
 
 SMALL = ["--width", "0.01", "--depth", "0.004", "--speed", "0.05"]
 

@@ -9,8 +9,8 @@ import sys
 import pytest
 from rich.console import Console
 
-from palpate.experiments.colours import coloured
-from palpate.experiments.progress import lively
+from palpate.commands.colours import coloured
+from palpate.commands.progress import lively
 
 ESCAPE = "\x1b["
 HELP = ("robot", "--help")

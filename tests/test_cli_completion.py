@@ -10,11 +10,11 @@ import sys
 
 import pytest
 
-from cli_samples import leaves
 from palpate.cli import main
-from palpate.experiments.completion.described import first_sentence
+from palpate.commands.completion.described import first_sentence
 from palpate.runtime.robot import shipped_robots
-from waiting import until
+from support.cli_samples import leaves
+from support.waiting import until
 
 BASH = shutil.which("bash")
 needs_bash = pytest.mark.skipif(BASH is None, reason="no bash here")

@@ -9,10 +9,10 @@ from contextlib import suppress
 
 import pytest
 
-from cli_samples import SMALL
-from going_on import going_on
 from palpate.cli import main
-from palpate.experiments.answer import ExitCode
+from palpate.commands.answer import ExitCode
+from support.cli_samples import SMALL
+from support.going_on import going_on
 from support.ur_library import needs_ur
 
 pytestmark = [pytest.mark.xdist_group("wire"), needs_ur]  # they wait for real time, as the tests of devices do

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from cli_samples import SAMPLES, leaves, prepared
 from palpate.cli import COMMANDS, Group, main
-from palpate.experiments.answer import ExitCode
+from palpate.commands.answer import ExitCode
 from palpate.hw.rig import Rig
 from palpate.runtime.robot import shipped_robots
 from palpate.sim import MujocoBackend
 from palpate.sim.hand.backend import HandBackend
+from support.cli_samples import SAMPLES, leaves, prepared
 
 COMMAND_NAMES = [name for name, _ in leaves()]
 GROUPS = [name for name, what in COMMANDS.items() if isinstance(what, Group)]

@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import pytest
 
-from cli_samples import leaves
 from palpate.cli import COMMANDS, main
-from palpate.experiments.answer import ExitCode
-from typed_mistakes import answer_to
+from palpate.commands.answer import ExitCode
+from support.cli_samples import leaves
+from support.typed_mistakes import answer_to
 
 NARROW = 80
 

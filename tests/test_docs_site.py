@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 import palpate
-from document_blocks import DOCS, ROOT, blocks, pages, words_of
 from palpate import __version__
 from palpate.cli import COMMANDS, Group
+from support.document_blocks import DOCS, ROOT, blocks, pages, words_of
 
 EXPLAINED = {
     line.removeprefix("```{public-names}").strip()

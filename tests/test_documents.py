@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 
 import pytest
 
-from document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, words_of
 from palpate.cli import COMMANDS, Command, Group, main
 from palpate.runtime.robot import shipped_robots
+from support.document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, words_of
 
 DOCUMENTS = documents()
 BY_NAME = {name_of(document): document for document in DOCUMENTS}

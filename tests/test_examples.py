@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from emulated_file import unhurried_file
 from palpate.hw.emulators.process import EmulatorProcess
-from resting_box import BOX, box_at_rest
+from support.emulated_file import unhurried_file
+from support.resting_box import BOX, box_at_rest
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))

@@ -8,10 +8,10 @@ from enum import Enum
 
 import numpy as np
 
-from grasp_families import Instance
 from grasp_forces.judges import EffortJudge
 from grasp_forces.methods import Method
 from grasp_forces.problem import Answer, Ended, Load, Problem
+from support.grasp_families import Instance
 
 CLOSE, KEPT = 1e-4, 1e-6
 """Relative error of the objective, and violation over the load, up to which a general solver's answer counts as

@@ -9,7 +9,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from grasp_families import instances
 from grasp_forces.asked import PARTS, Times, effort_figures, hard_figures, other_figures
 from grasp_forces.hard import Score, scores
 from grasp_forces.judges import EffortJudge, ThetaJudge
@@ -19,6 +18,7 @@ from grasp_forces.silence import only_console
 from grasp_forces.tables import EXPLANATION, WIDTH, figures_table, speed_error_table
 from grasp_forces.timing import Effort, measure
 from palpate.grasp import Objective
+from support.grasp_families import instances
 
 DESCRIPTION = """\
 Speed of grasp-force solvers against their error: palpate's own and what else is installed.

@@ -3,7 +3,7 @@
 import os
 import sys
 
-from palpate.experiments import start_up
+from palpate.commands import start_up
 from palpate.one_thread import LINEAR_ALGEBRA
 
 

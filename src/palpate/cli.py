@@ -11,38 +11,38 @@ from typing import Annotated, Any, NamedTuple, Union
 import tyro
 
 from palpate import __version__
-from palpate.errors import InvalidValueError
-from palpate.experiments import start_up
-from palpate.experiments.answer import Answer
-from palpate.experiments.bench.config import BenchConfig
-from palpate.experiments.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
-from palpate.experiments.colours import HELP_WORDS, parser_colours
-from palpate.experiments.compare.config import CompareConfig
-from palpate.experiments.completion.config import CompletionConfig
-from palpate.experiments.contact.config import ContactConfig
-from palpate.experiments.doctor.config import DoctorConfig
-from palpate.experiments.emulate.config import (
+from palpate.commands import start_up
+from palpate.commands.answer import Answer
+from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
+from palpate.commands.colours import HELP_WORDS, parser_colours
+from palpate.commands.compare.config import CompareConfig
+from palpate.commands.completion.config import CompletionConfig
+from palpate.commands.contact.config import ContactConfig
+from palpate.commands.doctor.config import DoctorConfig
+from palpate.commands.emulate.config import (
     EmulateDynamixelConfig,
     EmulateFaultConfig,
     EmulateNetftConfig,
     EmulateUrConfig,
 )
+from palpate.commands.log.config import LogExportConfig, LogInfoConfig
+from palpate.commands.manner import JsonDocument, Manner, Words
+from palpate.commands.replay.config import ReplayConfig
+from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
+from palpate.commands.sweep.config import SweepConfig
+from palpate.commands.typed_options import Flag, read_flagged
+from palpate.commands.view.config import ViewConfig
+from palpate.commands.warm_up.config import WarmUpConfig
+from palpate.errors import InvalidValueError
+from palpate.experiments.bench.config import BenchConfig
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.options import ExploreOptions
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.options import FrictionOptions
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.options import GraspOptions
-from palpate.experiments.log.config import LogExportConfig, LogInfoConfig
-from palpate.experiments.manner import JsonDocument, Manner, Words
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.options import RegulateOptions
-from palpate.experiments.replay.config import ReplayConfig
-from palpate.experiments.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
-from palpate.experiments.sweep.config import SweepConfig
-from palpate.experiments.typed_options import Flag, read_flagged
-from palpate.experiments.view.config import ViewConfig
-from palpate.experiments.warm_up.config import WarmUpConfig
 from palpate.nearest_name import nearest
 
 DESCRIPTION = (
@@ -137,40 +137,40 @@ COMMANDS: Mapping[str, Command | Group] = {
     ),
     "sweep": Command(
         SweepConfig,
-        "palpate.experiments.sweep.command:run_sweep",
+        "palpate.commands.sweep.command:run_sweep",
         "Do an experiment for every combination of some options, with several seeds; tables and a picture.",
     ),
     "contact": Command(
         ContactConfig,
-        "palpate.experiments.contact.tool:run_contact",
+        "palpate.commands.contact.tool:run_contact",
         "Turn wrenches, from a file or standard input, into contacts.",
-        document="palpate.experiments.contact.tool:answer_contact",
+        document="palpate.commands.contact.tool:answer_contact",
     ),
     "compare": Command(
         CompareConfig,
-        "palpate.experiments.compare.command:run_compare",
+        "palpate.commands.compare.command:run_compare",
         "Compare a map with a reference mesh, or runs of one experiment side by side.",
     ),
     "calibrate": Group(
         {
             "new": Command(
                 NewSensorConfig,
-                "palpate.experiments.calibrate.run:run_calibrate",
+                "palpate.commands.calibrate.run:run_calibrate",
                 "Make a first sensor file, with comments and units, to start from.",
             ),
             "matrix": Command(
                 MatrixConfig,
-                "palpate.experiments.calibrate.run:run_calibrate",
+                "palpate.commands.calibrate.run:run_calibrate",
                 "Find the calibration matrix from known loads.",
             ),
             "payload": Command(
                 PayloadConfig,
-                "palpate.experiments.calibrate.run:run_calibrate",
+                "palpate.commands.calibrate.run:run_calibrate",
                 "Find mass, centre of mass and bias from static poses.",
             ),
             "tare": Command(
                 TareConfig,
-                "palpate.experiments.calibrate.run:run_calibrate",
+                "palpate.commands.calibrate.run:run_calibrate",
                 "Find the bias from readings at rest: from a CSV file, or live.",
             ),
         },
@@ -181,12 +181,12 @@ COMMANDS: Mapping[str, Command | Group] = {
         {
             "info": Command(
                 LogInfoConfig,
-                "palpate.experiments.log.command:run_log_info",
+                "palpate.commands.log.command:run_log_info",
                 "Tell what is in a log: how long, how regular, what happened, what is missing.",
             ),
             "export": Command(
                 LogExportConfig,
-                "palpate.experiments.log.command:run_log_export",
+                "palpate.commands.log.command:run_log_export",
                 "Write a log as tables, CSV or Parquet.",
             ),
         },
@@ -195,29 +195,29 @@ COMMANDS: Mapping[str, Command | Group] = {
     ),
     "replay": Command(
         ReplayConfig,
-        "palpate.experiments.replay.command:run_replay",
+        "palpate.commands.replay.command:run_replay",
         "Feed the log of a run through sensing and control again, and compare the commands.",
     ),
     "view": Command(
         ViewConfig,
-        "palpate.experiments.view.command:run_view",
+        "palpate.commands.view.command:run_view",
         "Watch a run in the browser, live or from its log; or draw it.",
     ),
     "robot": Group(
         {
             "list": Command(
                 RobotListConfig,
-                "palpate.experiments.robot.tool:run_list",
+                "palpate.commands.robot.tool:run_list",
                 "List the robots that come with palpate.",
             ),
             "show": Command(
                 RobotShowConfig,
-                "palpate.experiments.robot.tool:run_show",
+                "palpate.commands.robot.tool:run_show",
                 "Print a robot file: a start for your own.",
             ),
             "check": Command(
                 RobotCheckConfig,
-                "palpate.experiments.robot.tool:run_check",
+                "palpate.commands.robot.tool:run_check",
                 "Say how palpate understands a robot file, or what is wrong with it.",
             ),
         },
@@ -226,29 +226,29 @@ COMMANDS: Mapping[str, Command | Group] = {
     ),
     "doctor": Command(
         DoctorConfig,
-        "palpate.experiments.doctor.command:run_doctor",
+        "palpate.commands.doctor.command:run_doctor",
         "Connect to a robot's devices, measure how they are, and say what to fix. Moves nothing.",
     ),
     "emulate": Group(
         {
             "ur": Command(
                 EmulateUrConfig,
-                "palpate.experiments.emulate.command:run_emulate",
+                "palpate.commands.emulate.command:run_emulate",
                 "Emulate a controller of Universal Robots, on its ports at an address of this computer.",
             ),
             "dynamixel": Command(
                 EmulateDynamixelConfig,
-                "palpate.experiments.emulate.command:run_emulate",
+                "palpate.commands.emulate.command:run_emulate",
                 "Emulate a bus of Dynamixel servos on a terminal.",
             ),
             "netft": Command(
                 EmulateNetftConfig,
-                "palpate.experiments.emulate.command:run_emulate",
+                "palpate.commands.emulate.command:run_emulate",
                 "Emulate an ATI Net F/T box or an OnRobot HEX.",
             ),
             "fault": Command(
                 EmulateFaultConfig,
-                "palpate.experiments.emulate.command:run_fault",
+                "palpate.commands.emulate.command:run_fault",
                 "Switch a fault of a device that is being emulated.",
             ),
         },
@@ -263,7 +263,7 @@ COMMANDS: Mapping[str, Command | Group] = {
     ),
     "warm-up": Command(
         WarmUpConfig,
-        "palpate.experiments.warm_up.command:run_warm_up",
+        "palpate.commands.warm_up.command:run_warm_up",
         "Compile once what would otherwise be compiled when it is first needed.",
     ),
     "completion": Command(
@@ -275,7 +275,7 @@ COMMANDS: Mapping[str, Command | Group] = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code, see `palpate.experiments.answer.ExitCode`."""
+    """Run the command line; returns the exit code, see `palpate.commands.answer.ExitCode`."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
@@ -348,9 +348,9 @@ def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> Answer
 
 def run_completion(config: CompletionConfig) -> Answer:
     """Print what makes a shell complete these commands."""
-    from palpate.experiments.completion.command import print_completion
-    from palpate.experiments.completion.described import HELP as HELP_OPTION
-    from palpate.experiments.completion.described import Node, described_command
+    from palpate.commands.completion.command import print_completion
+    from palpate.commands.completion.described import HELP as HELP_OPTION
+    from palpate.commands.completion.described import Node, described_command
     from palpate.runtime.robot import shipped_robots
 
     robots = tuple(shipped_robots())

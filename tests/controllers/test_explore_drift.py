@@ -9,7 +9,7 @@ from palpate.controllers import ExploreController, ExploreParameters, force_gain
 from palpate.controllers.explore import FAINT
 from palpate.controllers.paths import Hop, LegEnd, PathPlane, Stroke
 from palpate.runtime.data import Phase
-from spring_world import PERIOD, RADIUS, STIFFNESS, Explored, Script, SpringWorld
+from support.spring_world import PERIOD, RADIUS, STIFFNESS, Explored, Script, SpringWorld
 
 FORCE = 2.0
 WANTED = ExploreParameters(

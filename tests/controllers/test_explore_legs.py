@@ -25,7 +25,7 @@ from palpate.controllers.paths import (
 from palpate.controllers.paths.path_follower import PathFollower
 from palpate.runtime.data import Phase
 from palpate.spatial import IDENTITY
-from spring_world import PERIOD, RADIUS, STIFFNESS, Explored, Script, SpringWorld
+from support.spring_world import PERIOD, RADIUS, STIFFNESS, Explored, Script, SpringWorld
 
 GAIN = force_gain(STIFFNESS, 0.0215)
 WANTED = ExploreParameters(

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.let_slip import BLIND, LetSlip, LetSlipParameters
 from palpate.controllers.grip.lift import LiftController, LiftParameters
@@ -22,6 +21,7 @@ from palpate.friction.slip.margin_crossing import MarginCrossing
 from palpate.runtime.data import ArmSample, HandSample, Observation, Phase
 from palpate.sensing.ft.health import Measure, Verdict
 from palpate.spatial import IDENTITY, ZERO
+from support.felt_finger import finger
 
 PERIOD = 1e-3
 SURFACE = LimitSurface(0.5, 0.004)

@@ -2,7 +2,6 @@
 
 import pytest
 
-from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.grasp import GROWN, GROWN_BY, SLOW, GraspController, GraspStage, SetDownParameters
 from palpate.controllers.grip.lift import LiftController, LiftParameters
@@ -10,6 +9,7 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime.data import ArmSample, Observation, Phase
 from palpate.spatial import IDENTITY, ZERO
+from support.felt_finger import finger
 
 PERIOD = 1e-3
 SURFACE = LimitSurface(0.5, 0.004)

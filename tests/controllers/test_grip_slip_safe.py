@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.load_ahead import LoadAhead
@@ -22,6 +21,7 @@ from palpate.friction.slip.margin_crossing import MarginCrossing
 from palpate.runtime.data import ArmSample, Observation
 from palpate.sensing.ft.health import HEALTHY, Measure, Verdict
 from palpate.spatial import IDENTITY, ZERO
+from support.felt_finger import finger
 
 PERIOD = 1e-3
 SURFACE = LimitSurface(0.5, 0.004)

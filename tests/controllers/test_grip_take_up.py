@@ -4,7 +4,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from felt_finger import finger
 from palpate.controllers.grip.belief import KnownSurface
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.parameters import GripParameters
@@ -12,6 +11,7 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime.data import ArmSample, Observation, Phase
 from palpate.spatial import IDENTITY, ZERO
+from support.felt_finger import finger
 
 PERIOD, LAG, FOLLOWS, MU, LARGEST = 1e-3, 10, 15.0, 0.5, 15.5
 ARM = ArmSample(0.0, ZERO, IDENTITY, ZERO)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from palpate.controllers.paths import Active, ActiveSettings, Ended, Event, Goal, Hop, LegEnd, Measure, Stroke
 from palpate.errors import InvalidValueError
-from paths_world import HeightWorld, explore
+from support.paths_world import HeightWorld, explore
 
 BUMP = (4e-3, -3e-3)
 

@@ -19,7 +19,7 @@ from palpate.controllers.paths import (
     Turn,
 )
 from palpate.errors import InvalidValueError
-from paths_world import STEP, LevelSet, circle_round
+from support.paths_world import STEP, LevelSet, circle_round
 
 R = 4e-3
 

@@ -24,7 +24,7 @@ from palpate.controllers.paths import (
     tap_grid,
 )
 from palpate.errors import InvalidValueError
-from paths_world import HeightWorld, explore
+from support.paths_world import HeightWorld, explore
 
 SQUARE = Waypoints(((0.0, 0.0), (0.02, 0.0), (0.02, 0.02), (0.0, 0.02)))
 

@@ -12,7 +12,7 @@ from palpate.controllers import Raster
 from palpate.controllers.paths import Ended, Event, Felt, Hop, LegEnd, Stroke
 from palpate.controllers.paths.rows import Rows
 from palpate.errors import InvalidValueError
-from paths_world import HeightWorld, explore
+from support.paths_world import HeightWorld, explore
 
 RASTER = Raster(0.05, 0.05, 0.004)
 STEP, BALL = 1e-3, 4e-3

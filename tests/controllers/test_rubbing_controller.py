@@ -13,7 +13,7 @@ from palpate.controllers.rubbing import RubbingController
 from palpate.controllers.rubs import FeltRub, Rub
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Phase
-from rubbed_plane import GAIN, PERIOD, WANTED, RubbedPlane, rub
+from support.rubbed_plane import GAIN, PERIOD, WANTED, RubbedPlane, rub
 
 SLIDE, TURN = Rub(2.0, 0.02, 0.0, 0.3), Rub(2.0, 0.0, 2.0, 0.3)
 

@@ -19,7 +19,7 @@ from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sim.hand.load import RampLoad
 from palpate.sim.hand.turning_hand import turning_hand
 from palpate.spatial import IDENTITY, ZERO
-from turned_object import CYLINDER, SPHERE, Turned
+from support.turned_object import CYLINDER, SPHERE, Turned
 
 ANGLE, STEP = math.radians(15.0), 2e-3
 OBJECTS = pytest.mark.parametrize("target", [CYLINDER, SPHERE], ids=["cylinder", "sphere"])

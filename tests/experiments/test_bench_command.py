@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from palpate.commands.answer import ExitCode
 from palpate.errors import InvalidValueError
-from palpate.experiments.answer import ExitCode
 from palpate.experiments.bench import contact, grasp, mapping, simulation, turns
 from palpate.experiments.bench.command import STUDIES, run_bench
 from palpate.experiments.bench.config import BenchConfig

@@ -14,18 +14,18 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from palpate.cli import COMMANDS, Group, main
-from palpate.errors import InvalidValueError
-from palpate.experiments.calibrate.config import (
+from palpate.commands.calibrate.config import (
     MatrixConfig,
     NewSensorConfig,
     PayloadConfig,
     TareConfig,
 )
-from palpate.experiments.calibrate.data import read_csv, specific_forces, wrenches
-from palpate.experiments.calibrate.live import BiasedBackend, stage_backend, take_readings
-from palpate.experiments.calibrate.run import run_calibrate
-from palpate.experiments.sensor_presets import preset_sensor
-from palpate.experiments.typed_options import read_typed
+from palpate.commands.calibrate.data import read_csv, specific_forces, wrenches
+from palpate.commands.calibrate.live import BiasedBackend, stage_backend, take_readings
+from palpate.commands.calibrate.run import run_calibrate
+from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.commands.typed_options import read_typed
+from palpate.errors import InvalidValueError
 from palpate.runtime import Command
 from palpate.runtime.pacing import SimulatedTime
 from palpate.sensing.compensation import Payload
@@ -167,7 +167,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_measured(tm
         raise AssertionError("it has measured, or read the data")
 
     for measures in ("take_readings", "stage_backend", "robot_backend", "read_csv"):
-        monkeypatch.setattr(f"palpate.experiments.calibrate.run.{measures}", never)
+        monkeypatch.setattr(f"palpate.commands.calibrate.run.{measures}", never)
     sensor, data = sensor_in(tmp_path), tmp_path / "in.csv"
     configs = (
         TareConfig(sensor=sensor, live="stage"),
@@ -652,7 +652,7 @@ def test_the_examples_in_the_help_texts_are_understood():
 
 def test_the_configuration_imports_nothing_heavy():
     code = (
-        "import sys, palpate.experiments.calibrate.config\n"
+        "import sys, palpate.commands.calibrate.config\n"
         "sys.exit(', '.join({'mujoco', 'numba', 'scipy', 'matplotlib'} & set(sys.modules)) or 0)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
+from palpate.commands.answer import ExitCode
+from palpate.commands.contact.config import ContactConfig
+from palpate.commands.contact.tool import answer_contact, fingertip, run_contact
+from palpate.commands.wrench_csv import LONGEST_LINE, WrenchReader
 from palpate.errors import InvalidValueError
-from palpate.experiments.answer import ExitCode
-from palpate.experiments.contact.config import ContactConfig
-from palpate.experiments.contact.tool import answer_contact, fingertip, run_contact
-from palpate.experiments.wrench_csv import LONGEST_LINE, WrenchReader
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
-from waiting import until
+from support.waiting import until
 
 HEADER = "fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm"
 WRENCHES = np.array([[0.3, 0.1, -2.0, 0.004, 0.008, 0.001], [0.0, -0.2, -1.0, -0.002, 0.001, 0.0005]])
@@ -365,8 +365,8 @@ def test_an_output_that_cannot_be_written_is_refused_before_anything_is_read(tmp
 
 RUN = (
     "import sys\n"
-    "from palpate.experiments.contact.config import ContactConfig\n"
-    "from palpate.experiments.contact.tool import run_contact\n"
+    "from palpate.commands.contact.config import ContactConfig\n"
+    "from palpate.commands.contact.tool import run_contact\n"
     "sys.exit(run_contact(ContactConfig(sphere=0.01)))\n"
 )
 

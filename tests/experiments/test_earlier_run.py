@@ -3,8 +3,8 @@
 import pytest
 
 from palpate.cli import main
+from palpate.commands.earlier_run import earlier_run
 from palpate.errors import InvalidValueError
-from palpate.experiments.earlier_run import earlier_run
 
 NAMES = ("report.html", "forces.csv")
 

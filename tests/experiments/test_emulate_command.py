@@ -13,10 +13,9 @@ import psutil
 import pytest
 import serial
 
-from going_on import going_on
 from palpate.cli import main
-from palpate.experiments.answer import ExitCode
-from palpate.experiments.emulate.config import (
+from palpate.commands.answer import ExitCode
+from palpate.commands.emulate.config import (
     EmulateDynamixelConfig,
     EmulateNetftConfig,
     EmulateUrConfig,
@@ -24,7 +23,8 @@ from palpate.experiments.emulate.config import (
 )
 from palpate.hw.dynamixel.packets import packet
 from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, Command
-from waiting import until
+from support.going_on import going_on
+from support.waiting import until
 
 pytestmark = pytest.mark.xdist_group("wire")  # it waits for real time, as the tests of devices do
 

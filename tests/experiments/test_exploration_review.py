@@ -15,10 +15,10 @@ from palpate.controllers.paths import PathPlane, Waypoints
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore.run_account import landed_stiffness
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
 from palpate.experiments.regulate.run import Attempt, write_regulation
-from palpate.experiments.run_account import landed_stiffness
 from palpate.mapping import TouchCloud, fit_cylinder
 from palpate.mapping.compare import TouchedMap, compare
 from palpate.mapping.compare_files import read_map, read_reference
@@ -28,7 +28,7 @@ from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 from palpate.runtime import Finger, Phase, Touch
 from palpate.surfaces import Sphere
-from spring_world import PERIOD, RADIUS, SpringWorld
+from support.spring_world import PERIOD, RADIUS, SpringWorld
 
 DELAY = 5
 """Of the commands, in periods: a robot without any would be told apart from none."""

@@ -20,8 +20,14 @@ from palpate.controllers import LandingModel
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import felt_in_scan
 from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.run_account import LIKE, landed_stiffness, other_stiffness, zero_offset, zero_shift
-from palpate.experiments.wall_bound import WallBound
+from palpate.experiments.explore.run_account import (
+    LIKE,
+    landed_stiffness,
+    other_stiffness,
+    zero_offset,
+    zero_shift,
+)
+from palpate.experiments.explore.wall_bound import WallBound
 from palpate.runtime import Finger, Phase
 from palpate.surfaces import Sphere
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
+from palpate.commands.replay.run import replay_log
 from palpate.controllers import Admittance, DirectForce
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -19,7 +20,6 @@ from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.pressing import prepared, pressing_of
 from palpate.experiments.explore.report import settings
 from palpate.experiments.explore.run import carry_out
-from palpate.experiments.replay.run import replay_log
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 

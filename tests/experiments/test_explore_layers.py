@@ -10,14 +10,14 @@ import trimesh
 from palpate.controllers import SineForce
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.layer_picture import LOOKS
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report, settings
 from palpate.experiments.explore.run import explore, write_exploration
 from palpate.experiments.explore.tables import layer_rows
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting.layer_picture import LOOKS
 from palpate.runtime import Ending
-from typed_mistakes import answer_to
+from support.typed_mistakes import answer_to
 
 SMALL = ExploreConfig(width=0.012, depth=0.004, spacing=0.004)
 OBJECT = 2.0 * SMALL.stiffness

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.experiment_file import read_config
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
+from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import carry_out
-from palpate.experiments.heights_file import heights_text, load_heights, read_heights_text
+from palpate.experiments.kit.experiment_file import read_config
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh

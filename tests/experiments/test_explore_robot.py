@@ -12,15 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.experiment_file import config_text, load_overlay, read_config, read_overlay
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
 from palpate.experiments.explore.options import ExploreOptions, default_options
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.run import carry_out, explore
-from palpate.experiments.known_truth import known_scene
-from palpate.experiments.robot.in_scene import check
-from palpate.experiments.robot.values import on_robot, values_of
+from palpate.experiments.kit.experiment_file import config_text, load_overlay, read_config, read_overlay
+from palpate.robots.in_scene import check
+from palpate.robots.known_truth import known_scene
+from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime.robot_backend import StageEntry

@@ -16,10 +16,10 @@ from palpate.experiments.explore.contour import foreseen_contour
 from palpate.experiments.explore.explored_map import points_per_row, tap_distance
 from palpate.experiments.explore.explored_object import scene_object
 from palpate.experiments.explore.fit import region_on
-from palpate.experiments.reachable_surface import ReachableSurface
-from palpate.experiments.scans import SpiralScan, scan_on
-from palpate.experiments.scans.beyond import in_pieces
-from palpate.experiments.tip_surface import STEP, TipSurface
+from palpate.experiments.explore.reachable_surface import ReachableSurface
+from palpate.experiments.explore.scans import SpiralScan, scan_on
+from palpate.experiments.explore.scans.beyond import in_pieces
+from palpate.experiments.explore.tip_surface import STEP, TipSurface
 from palpate.sim import Box, SphereObject, bumps
 
 FEW = settings(max_examples=15, deadline=None, derandomize=True)

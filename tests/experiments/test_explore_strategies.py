@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
+from palpate.commands.answer import ExitCode
+from palpate.commands.replay.run import replay_log
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
-from palpate.experiments.answer import ExitCode
-from palpate.experiments.experiment_file import config_text, read_config
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.explore.run import Attempt, carry_out
 from palpate.experiments.explore.strategies import STRATEGY_OPTIONS
-from palpate.experiments.replay.run import replay_log
+from palpate.experiments.kit.experiment_file import config_text, read_config
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
-from typed_mistakes import answer_to
+from support.typed_mistakes import answer_to
 
 SMALL = {
     "raster": {"width": 0.006, "depth": 0.004},

@@ -6,7 +6,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.run import carry_out
-from palpate.experiments.robot.in_scene import check
+from palpate.robots.in_scene import check
 from palpate.runtime import Ending
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import TurningStageEntry

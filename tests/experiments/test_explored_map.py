@@ -10,13 +10,13 @@ import trimesh
 from mapping.raster import cloud_of, sphere_cap
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_map import MOST_VERTICES, row_distance
+from palpate.experiments.explore.map_budget import map_budget
+from palpate.experiments.explore.named_shape import named_shape
 from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.explore.run import explore, felt_in_scan
+from palpate.experiments.explore.scans import scan_on
 from palpate.experiments.explore.tables import shape_rows
-from palpate.experiments.map_budget import map_budget
-from palpate.experiments.named_shape import named_shape
-from palpate.experiments.reachable_surface import ReachableSurface
-from palpate.experiments.scans import scan_on
 from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh
 from palpate.mapping.mesh_figures import voxel_for

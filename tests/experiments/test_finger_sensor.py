@@ -10,16 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.cli import main
+from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.run import Attempt, carry_out
-from palpate.experiments.finger_sensor import check_age, model_of_finger, sensor_for
-from palpate.experiments.known_sensor import check_known, described, known_sensor
-from palpate.experiments.replay.run import replay_log
-from palpate.experiments.robot.in_scene import check
-from palpate.experiments.robot.values import on_robot, values_of
-from palpate.experiments.run_told import log_writer
+from palpate.robots.finger_sensor import check_age, model_of_finger, sensor_for
+from palpate.robots.in_scene import check
+from palpate.robots.known_sensor import check_known, described, known_sensor
+from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending, SensorFinger
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime.robot_sensor import PresetSensor, SimulatedSensorEntry

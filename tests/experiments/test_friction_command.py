@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.cli import main
+from palpate.commands.replay.run import replay_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import TOUCH_FORCE
 from palpate.experiments.friction.command import run_friction
@@ -36,7 +37,6 @@ from palpate.experiments.friction.words import rubs_by
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import carry_out
-from palpate.experiments.replay.run import replay_log
 from palpate.friction import LimitSurface
 from palpate.friction.materials.library import load_materials, simulated_materials
 from palpate.friction.materials.recognition import Answer

@@ -7,21 +7,20 @@ import msgspec
 import numpy as np
 import pytest
 
-from emulated_file import changed_file
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
-from palpate.experiments.emulated.hand import GraspOnTheWire
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
 from palpate.experiments.grasp.plan import plan, plan_from_texts
 from palpate.experiments.grasp.report import grasp_report
+from palpate.experiments.grasp.report_page import grasp_html
 from palpate.experiments.grasp.robot import hand_backend, hand_wires
 from palpate.experiments.grasp.run import Grasp, GraspAttempt
-from palpate.experiments.robot.in_scene import check
-from palpate.experiments.robot.with_hand import has_hand, robots_with_hand
 from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
-from palpate.reporting.grasp_report import grasp_html
+from palpate.robots.emulated.hand import GraspOnTheWire
+from palpate.robots.in_scene import check
+from palpate.robots.with_hand import has_hand, robots_with_hand
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.runtime.robot_backend import EmulatedHandEntry
@@ -29,6 +28,7 @@ from palpate.runtime.robot_file import read_robot_file, robot_file_text
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.wrapped_backend import WrappedBackend
+from support.emulated_file import changed_file
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 

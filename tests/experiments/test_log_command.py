@@ -11,11 +11,11 @@ import pyarrow.parquet as pq
 import pytest
 import tyro
 
+from palpate.commands.log import command as log_command
+from palpate.commands.log.command import run_log_export, run_log_info
+from palpate.commands.log.config import LogExportConfig, LogInfoConfig
+from palpate.commands.progress import lively
 from palpate.errors import InvalidValueError
-from palpate.experiments.log import command as log_command
-from palpate.experiments.log.command import run_log_export, run_log_info
-from palpate.experiments.log.config import LogExportConfig, LogInfoConfig
-from palpate.experiments.progress import lively
 from palpate.extras import MissingLibraryError
 from palpate.runtime.data import Phase
 from palpate.runtime.log import LogWriter, Recorder, read_log

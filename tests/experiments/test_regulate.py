@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
+from palpate.commands.replay.run import replay_log
+from palpate.commands.replay.settings import changed_config
 from palpate.controllers.regulate import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
-from palpate.experiments.owned_options import owned_names
+from palpate.experiments.kit.owned_options import owned_names
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.figures import margins
 from palpate.experiments.regulate.file import (
@@ -30,8 +32,6 @@ from palpate.experiments.regulate.run import Attempt, carry_out, regulate
 from palpate.experiments.regulate.surfaces import SURFACE_OPTIONS
 from palpate.experiments.regulate.view import regulation_scene
 from palpate.experiments.regulate.words import WORDS, limits, outcome
-from palpate.experiments.replay.run import replay_log
-from palpate.experiments.replay.settings import changed_config
 from palpate.runtime import Command, Ending, Phase
 from palpate.runtime.log import LogWriter, read_log
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine

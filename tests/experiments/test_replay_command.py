@@ -14,23 +14,23 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
+from palpate.commands.answer import ExitCode
+from palpate.commands.replay.report import version_differences
+from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
-from palpate.experiments.answer import ExitCode
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.replay import EXPLORATION
 from palpate.experiments.explore.run import Attempt
-from palpate.experiments.option_words import option_unit
+from palpate.experiments.kit.option_words import option_unit
 from palpate.experiments.regulate.replay import REGULATION
-from palpate.experiments.replay.report import version_differences
-from palpate.experiments.replay.run import replay_log
-from palpate.experiments.run_told import log_writer
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.robot import robot_path
-from waiting import until
+from support.waiting import until
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NOISY = {"force_noise": 0.01, "moment_noise": 1e-4, "seed": 3}
@@ -78,7 +78,7 @@ def undrawn(monkeypatch):
         assert len(report.recorded.time) > 1000
         path.write_text(report.outcome)
 
-    monkeypatch.setattr("palpate.experiments.replay.command.write_replay_report", write)
+    monkeypatch.setattr("palpate.commands.replay.command.write_replay_report", write)
 
 
 def check_identical(found, least=1000):

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
+from palpate.commands.answer import ExitCode
+from palpate.commands.compare.report_data import ComparedFigure
+from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
+from palpate.commands.compare.runs_compared_report import comparison_report
+from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
-from palpate.experiments.answer import ExitCode
-from palpate.experiments.compare.runs_compared import changed_fields, common_fields, read_runs
-from palpate.experiments.compare.runs_compared_report import comparison_report
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.run import Attempt
+from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.experiments.regulate.run import carry_out
 from palpate.experiments.regulate.run import prepared as pressed
-from palpate.experiments.repeat_words import command_line
-from palpate.experiments.run_told import log_writer
-from palpate.reporting.comparison_data import ComparedFigure
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 

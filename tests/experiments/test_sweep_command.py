@@ -12,14 +12,14 @@ import pytest
 
 from palpate import extras
 from palpate.cli import main
+from palpate.commands.sweep import picture, regulated, report, run
+from palpate.commands.sweep.record import RunStatus, read_record
+from palpate.commands.sweep.runner import LocalRunner
+from palpate.commands.sweep.store import SweepFolder
 from palpate.experiments.regulate.run import regulate
-from palpate.experiments.sweep import picture, regulated, report, run
-from palpate.experiments.sweep.record import RunStatus, read_record
-from palpate.experiments.sweep.runner import LocalRunner
-from palpate.experiments.sweep.store import SweepFolder
-from sweep_runs import NOT_FIGURES, TYPED, InProcess, planned
-from typed_mistakes import answer_to
-from waiting import until
+from support.sweep_runs import NOT_FIGURES, TYPED, InProcess, planned
+from support.typed_mistakes import answer_to
+from support.waiting import until
 
 PATIENCE = 240.0
 """For a sweep as a process of its own, on a machine that is busy [s]."""

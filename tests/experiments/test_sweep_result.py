@@ -13,12 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from palpate.errors import InvalidValueError
-from palpate.experiments.option_words import UNITS
-from palpate.experiments.sweep.figure import Figure
-from palpate.experiments.sweep.picture import _panels, pictures, summary_picture, write_summary
-from palpate.experiments.sweep.record import RunRecord, RunStatus
-from palpate.experiments.sweep.report import (
+from palpate.commands.sweep.picture import _panels, pictures, summary_picture, write_summary
+from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.report import (
     advice,
     combination_rows,
     failure_rows,
@@ -26,12 +23,15 @@ from palpate.experiments.sweep.report import (
     report_html,
     setting_rows,
 )
-from palpate.experiments.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
-from palpate.experiments.sweep.scale import scale_of
-from palpate.experiments.sweep.swept import EXPERIMENTS
-from palpate.experiments.sweep.tables import columns_of, rows_of, write_csv, write_parquet
-from palpate.experiments.sweep.words import time_text
-from sweep_runs import SHORT, planned
+from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
+from palpate.commands.sweep.scale import scale_of
+from palpate.commands.sweep.swept import EXPERIMENTS
+from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
+from palpate.commands.sweep.words import time_text
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.option_words import UNITS
+from support.sweep_runs import SHORT, planned
 
 FORCE = Figure("force_rms_n", "true force, RMS error", "N")
 FIGURES = EXPERIMENTS["regulate"].carrier.FIGURES

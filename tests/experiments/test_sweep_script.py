@@ -2,9 +2,9 @@
 
 import pytest
 
+from palpate.commands.sweep.config import SweepConfig
+from palpate.commands.sweep.run import sweep
 from palpate.errors import InvalidValueError
-from palpate.experiments.sweep.config import SweepConfig
-from palpate.experiments.sweep.run import sweep
 from palpate.runtime.batch import quiet
 
 FIXED = ("duration=0.3", "surface=still")

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.commands.sweep.record import RunRecord, RunStatus, read_record, record_text
+from palpate.commands.sweep.store import SweepFolder
 from palpate.errors import InvalidValueError
-from palpate.experiments.sweep.record import RunRecord, RunStatus, read_record, record_text
-from palpate.experiments.sweep.store import SweepFolder
 from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot
-from sweep_runs import SHORT, planned
-from waiting import until
+from support.sweep_runs import SHORT, planned
+from support.waiting import until
 
 LARGE = 1_000_000
 """Letters that take long to write."""

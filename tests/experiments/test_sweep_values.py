@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.commands.sweep.config import SweepConfig
+from palpate.commands.sweep.plan import MOST_RUNS, simulated_durations, sweep_plan
+from palpate.commands.sweep.typed_values import fixed_options, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan as plan_exploration
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.sweep.config import SweepConfig
-from palpate.experiments.sweep.plan import MOST_RUNS, simulated_durations, sweep_plan
-from palpate.experiments.sweep.typed_values import fixed_options, varied_options
-from sweep_runs import SHORT, planned
+from support.sweep_runs import SHORT, planned
 
 typed_numbers = st.decimals(-1000, 1000, allow_nan=False, allow_infinity=False, places=3)
 

@@ -10,16 +10,16 @@ import pytest
 from rich.console import Console
 
 from palpate.cli import main
-from palpate.experiments import progress
-from palpate.experiments.answer import ExitCode
+from palpate.commands import progress
+from palpate.commands.answer import ExitCode
+from palpate.commands.progress import doing, run_progress, step_progress
+from palpate.commands.run_told import STOPPED, kept_if_interrupted, run_shown
 from palpate.experiments.friction import command as friction_command
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan
 from palpate.experiments.friction.run import Attempt
 from palpate.experiments.grasp import command as grasp_command
-from palpate.experiments.progress import doing, run_progress, step_progress
 from palpate.experiments.regulate import command as regulate_command
-from palpate.experiments.run_told import STOPPED, kept_if_interrupted, run_shown
 from palpate.runtime import Ending
 
 JUST_HELD = ("--load", "none", "--rise", "0.1", "--lift-height", "0.01")
@@ -158,7 +158,7 @@ def test_a_control_beside_that_is_interrupted_leaves_the_report_of_the_first(
 
 STARTING = """
 import os, signal, sys
-from palpate.experiments import start_up
+from palpate.commands import start_up
 {before}
 start_up.begin()
 {within}

@@ -12,19 +12,19 @@ import pytest
 from PIL import Image, ImageSequence
 
 from palpate.cli import main
+from palpate.commands.answer import ExitCode
+from palpate.commands.run_told import log_writer
+from palpate.commands.view.command import run_view
+from palpate.commands.view.config import ViewConfig
+from palpate.commands.view.plan import view_scene, watched_plan
 from palpate.errors import InvalidValueError
-from palpate.experiments.answer import ExitCode
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.run import Attempt
-from palpate.experiments.run_told import log_writer
-from palpate.experiments.view.command import run_view
-from palpate.experiments.view.config import ViewConfig
-from palpate.experiments.view.plan import view_scene, watched_plan
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.sim.render import gl as render_gl
-from waiting import until
+from support.waiting import until
 
 SMALL = ("width=0.01", "depth=0.004", "speed=0.05")
 
@@ -39,8 +39,8 @@ def folder(tmp_path_factory):
 
 PROGRAM = """
 import sys
-from palpate.experiments.view.command import run_view
-from palpate.experiments.view.config import ViewConfig
+from palpate.commands.view.command import run_view
+from palpate.commands.view.config import ViewConfig
 if __name__ == "__main__":
     sys.exit(run_view(ViewConfig({})).exit_code)
 """

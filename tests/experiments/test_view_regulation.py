@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from palpate.commands.view import command as view_command
+from palpate.commands.view.command import run_view
+from palpate.commands.view.config import ViewConfig
+from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.errors import InvalidValueError
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan, plan
 from palpate.experiments.regulate.run import carry_out
-from palpate.experiments.view import command as view_command
-from palpate.experiments.view.command import run_view
-from palpate.experiments.view.config import ViewConfig
-from palpate.experiments.view.plan import recorded_plan, view_scene
 from palpate.runtime.log import LogWriter, read_log
-from shown_player import Shown
+from support.shown_player import Shown
 
 
 def logged(path, **fields):

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
+from palpate.commands.view.plan import simulated_model, view_scene
+from palpate.commands.view.twin import shown_plan
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan as plan_exploration
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.known_truth import scene_of
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
-from palpate.experiments.view.plan import simulated_model, view_scene
-from palpate.experiments.view.twin import shown_plan
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.kinematics.posture import Posture
+from palpate.robots.known_truth import scene_of
 from palpate.sim.render.parts import carried_body
 from palpate.sim.render.place import ScenePlacement
 from palpate.viewing import Player

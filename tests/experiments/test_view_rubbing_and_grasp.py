@@ -13,6 +13,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from palpate.commands.run_told import log_writer
+from palpate.commands.view import command as view_command
+from palpate.commands.view.command import run_view
+from palpate.commands.view.config import ViewConfig
+from palpate.commands.view.held import held_poses
+from palpate.commands.view.plan import recorded_plan, view_scene
+from palpate.commands.view.scenes import free_poses_of
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction
@@ -20,17 +27,10 @@ from palpate.experiments.friction.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import GraspAttempt
-from palpate.experiments.run_told import log_writer
-from palpate.experiments.view import command as view_command
-from palpate.experiments.view.command import run_view
-from palpate.experiments.view.config import ViewConfig
-from palpate.experiments.view.held import held_poses
-from palpate.experiments.view.plan import recorded_plan, view_scene
-from palpate.experiments.view.scenes import free_poses_of
 from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT
 from palpate.viewing import ANY_PORT, Player, frames_of_log
-from shown_player import Shown
+from support.shown_player import Shown
 from viewing.browser import needs_browser, page
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds

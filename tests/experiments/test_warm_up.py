@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cli_samples import WRENCHES
 from palpate.cli import main
-from palpate.experiments.answer import ExitCode
-from palpate.experiments.contact.config import FINGERTIPS
-from palpate.experiments.warm_up import command
-from palpate.experiments.warm_up.steps import steps
+from palpate.commands.answer import ExitCode
+from palpate.commands.contact.config import FINGERTIPS
+from palpate.commands.warm_up import command
+from palpate.commands.warm_up.steps import steps
+from support.cli_samples import WRENCHES
 
 FAKE = """
 import json, pathlib, sys

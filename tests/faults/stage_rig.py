@@ -6,6 +6,7 @@ from dataclasses import replace
 import msgspec
 
 from faults.fault_rig import FaultyBackend, Rig, Samples
+from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.controllers import (
     ExploreController,
     ExploreParameters,
@@ -15,7 +16,6 @@ from palpate.controllers import (
     tracking_delay,
 )
 from palpate.controllers.paths import Follow
-from palpate.experiments.sensor_presets import preset_sensor
 from palpate.runtime.data import Sample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.supervision import Limits

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from closed_strokes import Sensed, elastic_turns, gives_way, nothing, slips
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.slip_test import Resistance, ends_level
 from palpate.friction.rubbing.stick_slip import stick_slip
 from palpate.friction.rubbing.stroke import Stroke, TwoWay
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, bound_spin, measure_spin
+from support.closed_strokes import Sensed, elastic_turns, gives_way, nothing, slips
 
 E, MU = 0.004, 0.5
 

@@ -7,7 +7,7 @@ import pytest
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.twisting import SpinMeasured, measure_spin
 from palpate.sim.friction.law import FrictionLaw
-from rubbing_runs import Motion, Place, Rubber
+from support.rubbing_runs import Motion, Place, Rubber
 
 
 def test_tilted_by_2_degrees_with_an_origin_half_a_millimetre_off_mu_and_e_are_found():

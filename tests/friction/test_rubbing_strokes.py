@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from closed_strokes import Sensed, elastic_pair, elastic_turns, gives_way, nothing, rotation, slips
 from palpate.errors import InvalidValueError
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
 from palpate.friction.rubbing.stroke import Stroke, TwoWay, steady_part
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, measure_spin, torque_share
+from support.closed_strokes import Sensed, elastic_pair, elastic_turns, gives_way, nothing, rotation, slips
 
 seeds = st.integers(0, 2**32 - 1)
 coefficients = st.floats(0.05, 1.5)

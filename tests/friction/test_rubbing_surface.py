@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from closed_strokes import Sensed, nothing, slips
 from palpate.errors import InvalidValueError
 from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.slip_loads import slip_load
@@ -16,6 +15,7 @@ from palpate.friction.rubbing.stroke import TwoWay
 from palpate.friction.rubbing.stroke_plan import planned_slips
 from palpate.friction.rubbing.surface_fit import SlipLoad, fit_limit_surface
 from palpate.sim.friction.law import FrictionLaw
+from support.closed_strokes import Sensed, nothing, slips
 
 exponents = st.floats(1.08, 2.0)
 

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grasp_families import around, grasp_of
 from palpate.errors import FloatArray
 from palpate.grasp.balance import balance
 from palpate.grasp.cone_scaling import OVER_SQUARES, back, back_acting, jordan, scaling, turn
 from palpate.grasp.scaled import ScaledGrasp
+from support.grasp_families import around, grasp_of
 
 V, Z = casadi.SX.sym("v", 4), casadi.SX.sym("z", 4)
 W = scaling(V, Z)

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from grasp_families import around, grasp_of
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus
 from palpate.grasp.inscribed import inscribed
+from support.grasp_families import around, grasp_of
 
 
 def drawn(rng, **limits):

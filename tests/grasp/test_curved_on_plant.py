@@ -11,12 +11,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from grasp_families import around, grasp_of
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus
 from palpate.sim.contact_law import ContactLaw, pair_parameters
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.friction.pairs import FrictionPair
 from palpate.sim.friction.plant import FrictionPlant
+from support.grasp_families import around, grasp_of
 
 DT, MASS, RADIUS = 0.5e-3, 0.1, 0.008
 

@@ -25,8 +25,8 @@ from grasp_forces.silence import only_console
 from grasp_forces.timing import Effort, exponent, measure
 from grasp_forces.trajectories import LARGEST_STEP, LEAST_STEP, trajectory
 
-from grasp_families import around, grasp_of, instances
 from palpate.grasp import Objective
+from support.grasp_families import around, grasp_of, instances
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 INSTALLED = [method for method in METHODS if method.installed]

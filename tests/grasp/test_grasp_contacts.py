@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from grasp_families import around, grasp_of
 from palpate.errors import InvalidValueError
 from palpate.grasp import GraspContacts
+from support.grasp_families import around, grasp_of
 
 PLACE = np.array([[0.02, 0.0, 0.0], [-0.02, 0.0, 0.0]])
 FRAMES = np.array([[[-1, 0, 0], [0, 0, 1], [0, 1, 0]], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]], float)

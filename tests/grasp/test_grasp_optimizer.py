@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grasp_families import Reference, around, grasp_of, instances
 from palpate.errors import InvalidValueError
 from palpate.grasp import GraspContacts, GraspForceOptimizer, Objective, SolveStatus
+from support.grasp_families import Reference, around, grasp_of, instances
 
 LOAD = np.array([0.3, -1.0, 0.5, 0.004, 0.002, -0.006])
 

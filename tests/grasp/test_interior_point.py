@@ -8,7 +8,6 @@ import casadi
 import numpy as np
 import pytest
 
-from hard_grasps import antipodal, around, contact, held, instances, pushed, pushes, unit
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.grasp import compiled
 from palpate.grasp.attempts import ATTEMPTS, Attempt
@@ -18,6 +17,7 @@ from palpate.grasp.grasp_proof import proof_value
 from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
 from palpate.grasp.objective import Objective
 from palpate.grasp.statement import optimality, state_contact
+from support.hard_grasps import antipodal, around, contact, held, instances, pushed, pushes, unit
 
 SOLVED, INFEASIBLE = InteriorPointStatus.SOLVED, InteriorPointStatus.INFEASIBLE
 

@@ -16,7 +16,6 @@ from gymnasium.utils.env_checker import check_env
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulated_file import unhurried_file
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.learning import ExploredWorlds, GuardedRobot, HoldWhileSliding, TouchEnv, World
@@ -37,6 +36,7 @@ from palpate.runtime.closing import Closing
 from palpate.sim.render.gl import NoRendererError
 from palpate.spatial import IDENTITY, ZERO, add_scaled, norm, subtract
 from palpate.surfaces import Sphere
+from support.emulated_file import unhurried_file
 
 RADIUS = 0.008
 PERIOD = 1e-3

@@ -7,40 +7,42 @@ import numpy as np
 import trimesh
 
 from palpate import LimitSurface
+from palpate.commands.compare.config import CompareConfig
+from palpate.commands.compare.report import comparison_html as mesh_comparison_html
+from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
+from palpate.commands.compare.report_page import comparison_html
+from palpate.commands.replay.report_data import ReplayReport
+from palpate.commands.replay.report_page import replay_html
+from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.report import report_html as sweep_html
+from palpate.commands.sweep.result import SweepResult
+from palpate.commands.sweep.typed_values import Varied
 from palpate.experiments.bench.report import bench_html
 from palpate.experiments.bench.study import Row, Study
-from palpate.experiments.compare.config import CompareConfig
-from palpate.experiments.compare.report import comparison_html as mesh_comparison_html
-from palpate.experiments.sweep.figure import Figure
-from palpate.experiments.sweep.record import RunRecord, RunStatus
-from palpate.experiments.sweep.report import report_html as sweep_html
-from palpate.experiments.sweep.result import SweepResult
-from palpate.experiments.sweep.typed_values import Varied
-from palpate.friction.materials.trials import UNKNOWN, Confusion
-from palpate.mapping.compare import compare
-from palpate.mapping.compare_files import read_map, read_reference
-from palpate.reporting import GrowthCurve, GrowthReport, GrowthSnapshot, KeyFigure, report_html
-from palpate.reporting.comparison_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
-from palpate.reporting.comparison_report import comparison_html
-from palpate.reporting.friction_data import (
+from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
+from palpate.experiments.explore.report_page import report_html
+from palpate.experiments.friction.report_data import (
     FrictionReport,
     MaterialMatch,
     Measured,
     RecognitionReport,
     StrokeCurve,
 )
-from palpate.reporting.friction_report import friction_html
-from palpate.reporting.grasp_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.reporting.grasp_report import grasp_html
-from palpate.reporting.regulation_data import BodeCurve, RegulationReport, StepCurves
-from palpate.reporting.regulation_report import regulation_html
-from palpate.reporting.replay_data import ReplayReport
-from palpate.reporting.replay_report import replay_html
+from palpate.experiments.friction.report_page import friction_html
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.experiments.grasp.report_page import grasp_html
+from palpate.experiments.kit.figure import Figure
+from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
+from palpate.experiments.regulate.report_page import regulation_html
+from palpate.friction.materials.trials import UNKNOWN, Confusion
+from palpate.mapping.compare import compare
+from palpate.mapping.compare_files import read_map, read_reference
+from palpate.reporting.data import KeyFigure
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
 from reporting.test_report import CAP, cap_mesh, full, series_of, timing_of
-from sweep_runs import planned
+from support.sweep_runs import planned
 
 KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep", "bench")
 TIMING = timing_of(np.full(600, 1e-4), 2e-3)

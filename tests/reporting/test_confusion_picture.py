@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from palpate.experiments.friction.confusion_picture import LONGEST_NAME, MOST_FIGURES, confusion_picture
 from palpate.friction.materials.trials import UNKNOWN, Confusion
-from palpate.reporting.confusion_picture import LONGEST_NAME, MOST_FIGURES, confusion_picture
 
 
 def written(figure):

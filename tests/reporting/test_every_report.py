@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import palpate.reporting.page as page_module
-from palpate.reporting import KeyFigure
+from palpate.reporting.data import KeyFigure
 from palpate.reporting.page import NO_UNIT, PHONE_WIDTH, POLICY, STYLE, report_page, section, table, text
 from palpate.reporting.story import Story
 from palpate.reporting.style import SMALL_SIZE

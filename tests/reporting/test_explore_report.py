@@ -12,7 +12,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import explore
 from palpate.mapping.primitives.sphere import SphereShape
-from palpate.reporting import summary_table
+from palpate.reporting.terminal import summary_table
 
 
 @functools.cache

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate import LimitSurface
-from palpate.reporting.friction_data import Measured, StrokeCurve, SurfacePoints
-from palpate.reporting.friction_pictures import length_picture, speed_picture, stroke_picture, surface_picture
+from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
+from palpate.experiments.friction.report_data import Measured, StrokeCurve, SurfacePoints
 
 ASSUMED = SurfacePoints(
     surface=LimitSurface(0.5, 0.003, norm_exponent=1.7),

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from mapping.raster import CENTER, RADIUS, sphere_cap
-from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries
-from palpate.reporting.notebook import exploration_html
+from palpate.experiments.explore.notebook import exploration_html
+from palpate.reporting.data import ExplorationReport, KeyFigure, TimeSeries
 from palpate.runtime import RunTiming
 
 CAP = sphere_cap(half=0.004, step=8e-4)

@@ -11,13 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 
 from mapping.raster import cloud_of, raster
+from palpate.experiments.explore.layer_picture import layer_picture
+from palpate.experiments.explore.spin_picture import LEAST_SPIN, spin_picture
+from palpate.experiments.explore.surface_picture import LEAST_RELIEF, View, touched_surface
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting import TimeSeries
+from palpate.reporting.data import TimeSeries
 from palpate.reporting.force_picture import force_overview, force_zoom
-from palpate.reporting.layer_picture import layer_picture
-from palpate.reporting.spin_picture import LEAST_SPIN, spin_picture
 from palpate.reporting.style import MEASURED, PHASE_COLOURS, TRUE
-from palpate.reporting.surface_picture import LEAST_RELIEF, View, touched_surface
 from palpate.runtime.data import Phase
 from reporting.test_report import CAP, cap_mesh
 

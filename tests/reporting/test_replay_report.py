@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from palpate.errors import InvalidValueError
-from palpate.reporting import KeyFigure
-from palpate.reporting.replay_data import ReplayReport, ReplaySeries
-from palpate.reporting.replay_pictures import (
+from palpate.commands.replay.pictures import (
     RECORDED,
     REPLAYED,
     difference_picture,
     felt_picture,
     velocity_picture,
 )
-from palpate.reporting.replay_report import replay_html, write_replay_report
+from palpate.commands.replay.report_data import ReplayReport, ReplaySeries
+from palpate.commands.replay.report_page import replay_html, write_replay_report
+from palpate.errors import InvalidValueError
+from palpate.reporting.data import KeyFigure
 from reporting.test_report import parsed
 
 COUNT = 4000

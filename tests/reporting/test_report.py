@@ -8,24 +8,17 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-import palpate.reporting.report as report_module
+import palpate.experiments.explore.report_page as report_module
 from mapping.raster import CENTER, RADIUS, sphere_cap
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore.map_data import MapReport, ShapeReport
+from palpate.experiments.explore.report_page import report_html, write_report
 from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting import (
-    ExplorationReport,
-    KeyFigure,
-    MapReport,
-    ShapeReport,
-    TimeSeries,
-    TrueSurface,
-    report_html,
-    summary_table,
-    write_report,
-)
+from palpate.reporting.data import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
 from palpate.reporting.encode import svg_uri
 from palpate.reporting.force_picture import force_overview
+from palpate.reporting.terminal import summary_table
 from palpate.runtime import RunTiming
 from palpate.runtime.data import Phase
 

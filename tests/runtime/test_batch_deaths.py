@@ -15,7 +15,7 @@ from palpate.runtime.batch.pickling import packed
 from palpate.runtime.batch.process import WorkerProcess
 from palpate.runtime.batch.worker import Ready
 from runtime.batch_work import Deadly, Toss, large, toss, walk
-from waiting import until
+from support.waiting import until
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 TESTS = Path(__file__).parents[1]

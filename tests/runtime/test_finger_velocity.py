@@ -29,7 +29,7 @@ from palpate.sim.hand.scene import build_grasp_scene
 from palpate.sim.hand.turning_hand import turning_hand
 from palpate.sim.objects.table import Table
 from runtime.log.log_examples import PERIOD, a_run, any_bits, bits, write
-from turned_object import BRISTLES, KNOWN, RADIUS, SPHERE, touch_of
+from support.turned_object import BRISTLES, KNOWN, RADIUS, SPHERE, touch_of
 
 SIDEWAYS = Layout(7, 4, (6, 6), 4, 2)
 CLOSING = Layout(7, 3, (6, 6), 3)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from explored_stage import PERIOD, RADIUS, explored
 from palpate.controllers import Raster, Room
 from palpate.controllers.paths import (
     Contour,
@@ -26,6 +25,7 @@ from palpate.sim import Box, ContactLaw, EllipsoidObject, SphereObject, white_no
 from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp
+from support.explored_stage import PERIOD, RADIUS, explored
 
 ABOVE = RADIUS + 1e-3
 LIMIT = Limits().force

@@ -8,7 +8,6 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from explored_stage import RADIUS, explored
 from palpate.controllers import Raster
 from palpate.controllers.paths import Follow, Waypoints
 from palpate.runtime import Ending
@@ -18,6 +17,7 @@ from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.nearest import each
 from palpate.sim.objects.pseudonormals import pseudonormals
+from support.explored_stage import RADIUS, explored
 
 STIFFNESS = 10e3
 GRID = 1.0 / 1024.0

@@ -15,20 +15,20 @@ from pathlib import Path
 
 SERVICES = (
     # what is emulated happens in real time, as that of the device would
-    "tests/emulated_bus.py",
-    "tests/ft_host.py",
-    "tests/fake_ur_library.py",
-    "tests/ur_wire_sessions.py",
-    "tests/rig_devices.py",
+    "tests/support/emulated_bus.py",
+    "tests/support/ft_host.py",
+    "tests/support/fake_ur_library.py",
+    "tests/support/ur_wire_sessions.py",
+    "tests/support/rig_devices.py",
     "tests/faults/watchdog_device.py",
     "tests/faults/device_client.py",
     # the one deadline helper
-    "tests/waiting.py",
+    "tests/support/waiting.py",
 )
 """Modules that have a clock: they serve tests, and judge nothing."""
 
 DIFFERENCE = "a difference of clock readings: count or order what it is there for, hand a clock in, or benchmarks/"
-DEADLINE = "a deadline of its own: wait with `until` of tests/waiting.py"
+DEADLINE = "a deadline of its own: wait with `until` of tests/support/waiting.py"
 
 STEADY = {
     f"{name}{ns}" for name in ("monotonic", "perf_counter", "process_time", "thread_time") for ns in ("", "_ns")

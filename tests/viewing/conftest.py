@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
+from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.run import Attempt
-from palpate.experiments.run_told import log_writer
 from palpate.runtime import Ending
 from palpate.runtime.log import Log, read_log
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.commands.view.plan import view_scene
 from palpate.errors import InvalidValueError
-from palpate.experiments.view.plan import view_scene
 from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
 from palpate.runtime import Phase

@@ -9,17 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from websockets.sync.client import connect
 
+from palpate.commands.view.plan import view_scene, watched_plan
 from palpate.experiments.explore.run import Attempt
-from palpate.experiments.view.plan import view_scene, watched_plan
 from palpate.runtime import Ending
 from palpate.runtime.live import LiveParameter, LiveParameters
 from palpate.viewing import ANY_PORT, FrameLayout, Frames, LiveView, ViewScene
 from palpate.viewing.live_controls import STEPS, LiveControls, slider_step
 from palpate.viewing.request_board import BoardReader, BoardWriter, RequestBoard
 from palpate.viewing.server import ViewServer
+from support.waiting import until
 from viewing.test_frames import observer_without_process
 from viewing.test_server import PROTOCOL, decoded
-from waiting import until
 
 CONTEXT = multiprocessing.get_context("spawn")
 FORCE = LiveParameter("force", 2.0, 0.5, 10.0, 5.0, "N", "normal force")

@@ -12,9 +12,9 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from palpate.experiments.view.command import _say_where
-from palpate.experiments.view.config import ViewConfig
-from palpate.experiments.view.plan import view_scene
+from palpate.commands.view.command import _say_where
+from palpate.commands.view.config import ViewConfig
+from palpate.commands.view.plan import view_scene
 from palpate.runtime import palette
 from palpate.viewing import ANY_PORT, LOOPBACK, Player, frames_of_log
 from palpate.viewing.look import LOST, legend, linear_rgb, style_sheet

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.experiments.plan_watch import PlanDiary, PlanWatch
-from palpate.experiments.view.growth import plans_of_log
-from palpate.experiments.view.plan import view_scene
+from palpate.commands.view.growth import plans_of_log
+from palpate.commands.view.plan import view_scene
+from palpate.experiments.explore.plan_watch import PlanDiary, PlanWatch
 from palpate.runtime.plan_track import MOST_STEPS, STEP, PlanTrack
 from palpate.runtime.shown_plan import MOST_CORNERS, MOST_MARKS, ShownMark, ShownPlan
 from palpate.viewing import ANY_PORT, Player, frames_of_log

@@ -16,11 +16,11 @@ import viser
 import zstandard
 from websockets.sync.client import connect
 
+from palpate.commands.view.plan import view_scene
 from palpate.errors import InvalidValueError
-from palpate.experiments.view.plan import view_scene
 from palpate.viewing import ANY_PORT, LiveView, Player, ViewScene, ViewUnavailableError, frames_of_log
 from palpate.viewing.server import ViewServer
-from waiting import until
+from support.waiting import until
 
 PROTOCOL = f"viser-v{viser.__version__}"
 

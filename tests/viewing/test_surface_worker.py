@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from palpate.commands.view.growth import surface_view
+from palpate.commands.view.plan import view_scene
 from palpate.errors import InvalidValueError
-from palpate.experiments.view.growth import surface_view
-from palpate.experiments.view.plan import view_scene
 from palpate.mapping import Knowledge
 from palpate.viewing import ANY_PORT, LiveView, Player, SurfaceView, ViewScene, frames_of_log
 from palpate.viewing import surface_worker as module
 from palpate.viewing.surface_grower import POSITION, SurfaceGrower, contacts_of, rim_edges
 from palpate.viewing.surface_worker import SurfaceFeed, SurfaceWorker
-from waiting import until
+from support.waiting import until
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from palpate.hw.netft.datagrams import NOTHING, Datagrams
-from waiting import WITHIN, until
+from support.waiting import WITHIN, until
 
 
 @pytest.fixture

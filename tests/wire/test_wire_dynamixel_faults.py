@@ -18,7 +18,6 @@ from types import SimpleNamespace
 import pytest
 
 import palpate.hw.dynamixel.port
-from emulated_bus import EmulatedBus, connected, hosted_servos, new_sample, read_until, settings, still
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.bus import MissedError
@@ -29,7 +28,8 @@ from palpate.hw.dynamixel.settings import HandSettings
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.process import EmulatorProcess
-from waiting import told, until
+from support.emulated_bus import EmulatedBus, connected, hosted_servos, new_sample, read_until, settings, still
+from support.waiting import told, until
 
 NOTICED = 0.05
 """Within which a fault must be told with the default settings [s]."""

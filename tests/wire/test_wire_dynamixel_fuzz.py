@@ -7,7 +7,6 @@ import dynamixel_sdk as sdk
 import numpy as np
 import pytest
 
-from emulated_bus import EmulatedBus, connected, new_sample, still
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.bus import Bus, MissedError, Span
 from palpate.hw.dynamixel.packets import STATUS, Instruction, packet, stuffed
@@ -16,7 +15,8 @@ from palpate.hw.dynamixel.registers import BAUD_RATE, ID, OPERATING_MODE, STATUS
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
 from palpate.hw.emulators.dynamixel.receiver import Receiver
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
-from waiting import until
+from support.emulated_bus import EmulatedBus, connected, new_sample, still
+from support.waiting import until
 
 QUICK, ALL = 2500, 100_000
 COUNT = pytest.mark.parametrize("count", [QUICK, pytest.param(ALL, marks=pytest.mark.slow)])

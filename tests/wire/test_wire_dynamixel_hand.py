@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulated_bus import FINGER, EmulatedBus, connected, new_sample, read_until, settings, still
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError, HandDevice
 from palpate.hw.dynamixel import registers as reg
@@ -22,7 +21,8 @@ from palpate.hw.emulators.plant import ServoState
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
 from palpate.kinematics.servo_model import OPENING_FORCE, PULSE, VELOCITY_UNIT, XL330_M288
 from palpate.sim.hand.finger import HingeFinger, SlideFinger
-from waiting import until
+from support.emulated_bus import FINGER, EmulatedBus, connected, new_sample, read_until, settings, still
+from support.waiting import until
 
 
 def walled():

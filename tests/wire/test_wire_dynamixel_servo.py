@@ -6,7 +6,6 @@ import time
 import dynamixel_sdk as sdk
 import pytest
 
-from emulated_bus import EmulatedBus, still
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.packets import ALERT, Refusal, checksum
@@ -18,7 +17,8 @@ from palpate.hw.emulators.dynamixel.servo import START_UP, EmulatedServo
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
 from palpate.spatial import ZERO
-from waiting import until
+from support.emulated_bus import EmulatedBus, still
+from support.waiting import until
 
 OK = sdk.COMM_SUCCESS
 

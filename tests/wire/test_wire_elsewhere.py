@@ -40,7 +40,7 @@ def test_everything_can_be_imported_without_what_windows_lacks():
     assert told.returncode == 0, told.stderr[-2000:]
     imported = told.stdout.split()
     assert {"palpate.hw.netft.datagrams", "palpate.hw.emulators.terminal", "palpate.hw.ur.client"} <= set(imported)
-    assert "palpate.experiments.robot.in_scene" in imported
+    assert "palpate.robots.in_scene" in imported
 
 
 def test_what_needs_linux_says_so(monkeypatch):

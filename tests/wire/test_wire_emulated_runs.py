@@ -16,10 +16,8 @@ import numpy as np
 import psutil
 import pytest
 
-from emulated_file import unhurried_file
-from palpate.experiments.emulated.backend import EmulatedBackend
-from palpate.experiments.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
-from palpate.experiments.emulated.scene import simulated_twin
+from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
@@ -27,15 +25,17 @@ from palpate.experiments.explore.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import GraspAttempt
-from palpate.experiments.replay.run import replay_log
-from palpate.experiments.robot.in_scene import build
-from palpate.experiments.run_told import log_writer
 from palpate.hw.devices import DeviceError
+from palpate.robots.emulated.backend import EmulatedBackend
+from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.robots.emulated.scene import simulated_twin
+from palpate.robots.in_scene import build
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
+from support.emulated_file import unhurried_file
 from support.ur_library import needs_ur
-from waiting import WITHIN, told, until
+from support.waiting import WITHIN, told, until
 
 pytestmark = needs_ur
 

@@ -10,23 +10,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.emulated.backend import EmulatedBackend
-from palpate.experiments.emulated.scene import simulated_twin
-from palpate.experiments.emulated.scene_plant import ScenePlant
-from palpate.experiments.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.scene import scene_of
-from palpate.experiments.robot.in_scene import build
-from palpate.experiments.truth_numbers import (
+from palpate.hw.emulators.plant import Plant
+from palpate.kinematics.pose import Pose
+from palpate.robots.emulated.backend import EmulatedBackend
+from palpate.robots.emulated.scene import simulated_twin
+from palpate.robots.emulated.scene_plant import ScenePlant
+from palpate.robots.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
+from palpate.robots.in_scene import build
+from palpate.robots.truth_numbers import (
     hand_of_numbers,
     numbers_of_hand,
     numbers_of_truth,
     truth_of_numbers,
 )
-from palpate.hw.emulators.plant import Plant
-from palpate.kinematics.pose import Pose
 from palpate.runtime.data import ArmSample, Command
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import EmulatedUr5eEntry

@@ -29,8 +29,8 @@ from wired.procedures import Borne, Lost, Procedure, Refused, Switch, nothing, r
 
 from palpate.hw.devices import DeviceError
 from palpate.runtime.data import Command
-from ur_wire_sessions import own_address
-from waiting import WITHIN
+from support.ur_wire_sessions import own_address
+from support.waiting import WITHIN
 
 ATTEMPTS = 3
 """How often a row is tried until all is as it says: a busy machine alone may end a try with another error."""

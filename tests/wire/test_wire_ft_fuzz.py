@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ft_host import served, state
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
 from palpate.hw.ft_stream import Record, StreamSettings
@@ -17,6 +16,7 @@ from palpate.hw.netft.rdt import CALIBRATION_REQUEST, RECORD, REQUEST
 from palpate.hw.serial_ft import Bota, Resense
 from palpate.hw.serial_ft.bota import DATA
 from palpate.hw.serial_ft.crc import crc16_x25
+from support.ft_host import served, state
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 LOAD = (1.5, -2.0, 0.25, 0.01, -0.02, 0.03)

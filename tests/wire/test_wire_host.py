@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 import psutil
 import pytest
 
-from emulator_parents import no_robot_today, stand_behind
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.control import Controls
@@ -21,8 +20,9 @@ from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer
 from palpate.spatial import ZERO, Vector
-from ur_wire_sessions import ClientProcess, own_address
-from waiting import WITHIN, until
+from support.emulator_parents import no_robot_today, stand_behind
+from support.ur_wire_sessions import ClientProcess, own_address
+from support.waiting import WITHIN, until
 
 ADDRESS = own_address(3)
 

@@ -8,14 +8,14 @@ from contextlib import contextmanager
 
 import pytest
 
-from ft_host import ZERO_LOAD, good, served, state
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.ft_stream import StreamSettings
 from palpate.hw.netft import AXIA, BoxCalibration, NetFt, NetFtSettings, Scales, onrobot_settings
 from palpate.hw.netft.rdt import OnRobotCommand
-from waiting import WITHIN, told, until
+from support.ft_host import ZERO_LOAD, good, served, state
+from support.waiting import WITHIN, told, until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 LOAD = (1.5, -2.0, 0.25, 0.01, -0.02, 0.03)

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ft_host import ZERO_LOAD, serve_once, served, state
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.netft.calibration import FORCE_UNITS, TORQUE_UNITS, BoxCalibration, parse_calibration
 from palpate.hw.netft.rdt import RECORD, REQUEST
 from palpate.hw.netft.status import AXIA, NET_BOX
-from waiting import until
+from support.ft_host import ZERO_LOAD, serve_once, served, state
+from support.waiting import until
 
 STREAM = bytes.fromhex("1234 0002 00000000")
 STOP = bytes.fromhex("1234 0000 00000000")

@@ -19,8 +19,8 @@ from palpate.runtime.pacing import SimulatedTime
 from palpate.sensing.compensation import Payload, contact_wrench
 from palpate.sim.hand.hand import Hand
 from palpate.spatial import ZERO
-from rig_devices import MadeUpArm, MadeUpHand, MadeUpSensor
-from waiting import until
+from support.rig_devices import MadeUpArm, MadeUpHand, MadeUpSensor
+from support.waiting import until
 
 OLDEST = 5.0
 """[s]: the machine may stall."""

@@ -11,27 +11,27 @@ import psutil
 import pytest
 
 from palpate.cli import main
-from palpate.experiments.doctor.command import run_doctor
-from palpate.experiments.doctor.config import DoctorConfig
+from palpate.commands.doctor.command import run_doctor
+from palpate.commands.doctor.config import DoctorConfig
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import carry_out, write_exploration
-from palpate.experiments.known_truth import NOT_KNOWN
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.experiments.regulate.report import regulation_report
 from palpate.experiments.regulate.run import carry_out as regulate
-from palpate.experiments.robot.rig_built import assembled
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.rig import FreshlyTared, PolledHand
+from palpate.robots.known_truth import NOT_KNOWN
+from palpate.robots.rig_built import assembled
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
-from rig_cell import HAND, Cell, HandCell, robot_file
-from waiting import until
+from support.rig_cell import HAND, Cell, HandCell, robot_file
+from support.waiting import until
 
 _hosts = count(2)
 UP = (0.0, 0.0, 0.01)

@@ -4,29 +4,29 @@ import msgspec
 import numpy as np
 import pytest
 
+from palpate.commands.doctor.command import run_doctor
+from palpate.commands.doctor.config import DoctorConfig
+from palpate.commands.robot.config import RobotCheckConfig
+from palpate.commands.robot.tool import run_check
 from palpate.errors import InvalidValueError
-from palpate.experiments.doctor.command import run_doctor
-from palpate.experiments.doctor.config import DoctorConfig
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.known_truth import scene_of
+from palpate.experiments.kit.truth_recorder import TruthRecorder
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
-from palpate.experiments.robot.config import RobotCheckConfig
-from palpate.experiments.robot.in_scene import check
-from palpate.experiments.robot.rig_built import assembled, parts_of
-from palpate.experiments.robot.tool import run_check
-from palpate.experiments.robot.values import values_of
-from palpate.experiments.truth_recorder import TruthRecorder
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
 from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere
 from palpate.hw.ur import UrToolSensor
+from palpate.robots.in_scene import check
+from palpate.robots.known_truth import scene_of
+from palpate.robots.rig_built import assembled, parts_of
+from palpate.robots.values import values_of
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_file import read_robot_file, robot_file_text
 from palpate.spatial import IDENTITY, ZERO
-from rig_cell import ROBOT, robot_file
+from support.rig_cell import ROBOT, robot_file
 
 STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 

@@ -11,9 +11,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from emulated_file import changed_file
 from palpate.cli import main
-from palpate.experiments.calibrate.live import robot_backend, take_readings
+from palpate.commands.calibrate.live import robot_backend, take_readings
+from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
+from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.file import How
 from palpate.experiments.friction.plan import plan as plan_friction
@@ -23,16 +25,14 @@ from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.report import grasp_report
 from palpate.experiments.grasp.robot import hand_backend
 from palpate.experiments.grasp.run import GraspAttempt, write_grasp
-from palpate.experiments.replay.run import replay_log
-from palpate.experiments.robot.devices import with_devices
-from palpate.experiments.run_told import log_writer
-from palpate.experiments.view.plan import recorded_plan, view_scene
+from palpate.robots.devices import with_devices
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_file import robot_file_text
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
+from support.emulated_file import changed_file
 from support.ur_library import needs_ur
 
 pytestmark = needs_ur

@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ft_host import ZERO_LOAD, good, served, state
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer, TerminalServer
@@ -21,7 +20,8 @@ from palpate.hw.ft_stream import StreamCounts, StreamSettings
 from palpate.hw.serial_ft import Bota, Resense, SerialSensor
 from palpate.hw.serial_ft.crc import crc16_x25
 from palpate.hw.serial_ft.line import Make
-from waiting import WITHIN, told, until
+from support.ft_host import ZERO_LOAD, good, served, state
+from support.waiting import WITHIN, told, until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 LOAD = (1.5, -2.0, 0.25, 0.01, -0.02, 0.03)

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import pytest
 
-from ft_host import state
 from palpate.hw.devices import DeviceError, SensorDevice
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
@@ -15,7 +14,8 @@ from palpate.hw.emulators.server import Server
 from palpate.hw.ft_stream import Record, StreamCounts, StreamedSensor, StreamSettings, streamed_sensor
 from palpate.hw.netft import NetFt, NetFtSettings, Scales
 from palpate.hw.serial_ft import Bota, Resense, SerialSensor
-from waiting import until
+from support.ft_host import state
+from support.waiting import until
 
 NOISE = (0.003, 0.003, 0.003, 1.6e-5, 1.6e-5, 1.6e-5)
 SETTINGS = StreamSettings(NOISE, silent_after=0.5, start_within=30.0)

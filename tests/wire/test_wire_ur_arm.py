@@ -41,7 +41,6 @@ import psutil
 import pytest
 
 import palpate.hw.ur.library
-import waiting
 from palpate.hw.devices import DeviceError, SensorDevice
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_tip import ElasticPlane
@@ -49,8 +48,9 @@ from palpate.hw.emulators.ur import ControllerVersion, SimpleUr
 from palpate.hw.ur import ForceTask, Payload, UrArm, UrRawToolSensor, UrSettings, UrToolSensor
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.spatial import add
+from support import waiting
 from support.ur_library import needs_ur
-from waiting import until
+from support.waiting import until
 
 pytestmark = needs_ur
 

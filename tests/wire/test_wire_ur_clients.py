@@ -15,7 +15,7 @@ from palpate.hw.emulators.simple_tip import ElasticPlane
 from palpate.hw.emulators.ur import ControllerVersion, Fault, SimpleUr
 from palpate.hw.emulators.ur.arm import pose_of
 from support.ur_library import needs_ur
-from ur_wire_sessions import (
+from support.ur_wire_sessions import (
     ClientProcess,
     connect,
     hold,
@@ -27,7 +27,7 @@ from ur_wire_sessions import (
     stream_speed,
     told_by,
 )
-from waiting import until
+from support.waiting import until
 
 pytestmark = needs_ur
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import fake_ur_library as fake
+import support.fake_ur_library as fake
 from palpate.errors import InvalidValueError
 from palpate.hw.ur import ForceTask, Payload, UrSettings
 from palpate.hw.ur.controller_clock import WINDOW, ControllerClock
@@ -21,7 +21,7 @@ from palpate.hw.ur.problems import WORDS, Problem, SafetyBit, safety_problem
 from palpate.hw.ur.reception import ControllerRestartedError, ImpossibleStateError, Reception
 from palpate.hw.ur.shared_row import SharedRow, size_of
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
-from waiting import until
+from support.waiting import until
 
 FINITE = st.floats(-1e6, 1e6)
 SIX = st.tuples(*[FINITE] * 6)

@@ -18,8 +18,8 @@ from palpate.hw.emulators.ur.framing import PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from palpate.hw.ur import UrArm, UrSettings
 from palpate.hw.ur.hello import controller_version
-from ur_wire_sessions import own_address
-from waiting import WITHIN, until
+from support.ur_wire_sessions import own_address
+from support.waiting import WITHIN, until
 
 ADDRESS, RUDE = own_address(7), own_address(8)
 QUICK, ALL = 3_000, 100_000

@@ -13,13 +13,13 @@ import psutil
 import pytest
 
 import palpate.hw.ur.arm
-import waiting
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import ArmDevice, DeviceError
 from palpate.hw.ur import Payload, UrArm, UrSettings
 from palpate.hw.ur.requests import Request, Task
 from palpate.kinematics.pose import Pose
-from waiting import WITHIN, until
+from support import waiting
+from support.waiting import WITHIN, until
 
 ZERO = (0.0, 0.0, 0.0)
 PATIENT = UrSettings(stale_after=1.0, watchdog=0.5)

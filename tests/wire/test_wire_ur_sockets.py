@@ -18,8 +18,8 @@ from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import ControllerVersion, Fault, UrServer
 from palpate.hw.emulators.ur.framing import PackageReader, PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
-from ur_wire_sessions import own_address
-from waiting import WITHIN, until
+from support.ur_wire_sessions import own_address
+from support.waiting import WITHIN, until
 
 ADDRESS = own_address(4)
 SCRIPT = b'def rtde_control():\n  textmsg("RTDE Control Script Loaded")\nend\n'

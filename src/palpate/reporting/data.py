@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.explore.growth_data import GrowthReport
+from palpate.experiments.explore.map_data import MapReport, ShapeReport
 from palpate.mapping import TouchCloud
-from palpate.reporting.growth_data import GrowthReport
-from palpate.reporting.map_data import MapReport, ShapeReport
 from palpate.runtime import RunTiming
 
 IndexArray = npt.NDArray[np.integer]

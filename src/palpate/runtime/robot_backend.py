@@ -1,7 +1,7 @@
 """Back ends in robot files: what `backend` may be.
 
 Plain data. What a kind of robot is made of, `palpate.sim` and `palpate.hw` know; experiments bring the two
-together (`palpate.experiments.robot.in_scene`). A new kind is one more entry here and one more builder there.
+together (`palpate.robots.in_scene`). A new kind is one more entry here and one more builder there.
 """
 
 import ipaddress

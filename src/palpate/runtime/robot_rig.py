@@ -1,6 +1,6 @@
 """Real devices in robot files: what `backend` of kind `rig` and `fingers[].sensor_device` may be.
 
-Plain data, as all of a robot file; `palpate.experiments.robot.rig_built` makes devices of it.
+Plain data, as all of a robot file; `palpate.robots.rig_built` makes devices of it.
 """
 
 from enum import StrEnum

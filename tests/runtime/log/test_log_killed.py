@@ -9,7 +9,7 @@ import pytest
 
 from palpate.runtime.log import read_log
 from runtime.log.log_examples import a_run, bits
-from waiting import until
+from support.waiting import until
 
 WRITER = """
 import os, sys, time

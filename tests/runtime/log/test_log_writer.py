@@ -19,7 +19,7 @@ from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.log_file import LogFile
 from palpate.runtime.log.period_codec import PeriodCodec
 from runtime.log.log_examples import PERIOD, a_run, bits, write
-from waiting import until
+from support.waiting import until
 
 NOW = datetime(2026, 11, 21, 2, 30, 5)
 

@@ -13,14 +13,14 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.atomic_file import replacing
-from palpate.experiments.answer import Answer, ExitCode
+from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.json_document import plain
+from palpate.commands.output_folder import make_folder
+from palpate.commands.progress import lively
+from palpate.commands.said import say
 from palpate.experiments.bench.config import BenchConfig, StudyName
 from palpate.experiments.bench.report import bench_html, quantity, study_facts
 from palpate.experiments.bench.study import Measure, Study
-from palpate.experiments.json_document import plain
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import lively
-from palpate.experiments.said import say
 
 STUDIES: Mapping[StudyName, str] = {
     name: f"palpate.experiments.bench.{name}" for name in cast(tuple[StudyName, ...], get_args(StudyName))

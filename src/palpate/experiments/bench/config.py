@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from palpate.experiments.config_checks import check_seed
+from palpate.experiments.kit.config_checks import check_seed
 
 StudyName = Literal["contact", "mapping", "friction", "control", "simulation", "grasp"]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from palpate.experiments.bench.picture import study_picture
 from palpate.experiments.bench.study import Row, Study
-from palpate.experiments.versions import versions_text
+from palpate.experiments.kit.versions import versions_text
 from palpate.reporting.page import picture_cards, report_page, section, table, text
 from palpate.reporting.story import Story
 from palpate.strict_yaml import read_yaml

@@ -1,6 +1,6 @@
 """What an exploration may not ask of fingertip, robot and simulation: refused before anything moves.
 
-Forces and speeds beyond the robot's limits: see `palpate.experiments.run_checks`.
+Forces and speeds beyond the robot's limits: see `palpate.experiments.kit.run_checks`.
 """
 
 from collections.abc import Sequence

@@ -4,8 +4,13 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from palpate.experiments.answer import Answer, ExitCode, report_answer
-from palpate.experiments.earlier_run import earlier_told
+from palpate.commands.answer import Answer, ExitCode, report_answer
+from palpate.commands.earlier_run import earlier_told
+from palpate.commands.output_folder import make_folder
+from palpate.commands.progress import doing, step_progress
+from palpate.commands.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.commands.said import say
+from palpate.commands.sweep.explored import figures_of
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.dry import FILES
 from palpate.experiments.explore.explored_map import STEPS
@@ -14,13 +19,8 @@ from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.pressing import prepared
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import Attempt, write_exploration
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import doing, step_progress
-from palpate.experiments.robot.drivers import check_drivers
-from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
-from palpate.experiments.said import say
-from palpate.experiments.sweep.explored import figures_of
-from palpate.reporting import summary_table
+from palpate.reporting.terminal import summary_table
+from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending
 
 

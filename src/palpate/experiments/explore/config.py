@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.experiments.change_names import EXPLORED, check_change_names
-from palpate.experiments.config_checks import check_length, check_period, check_seed, check_tip, spaced, speed_hint
 from palpate.experiments.explore.objects import (
     ObjectName,
     article_of,
@@ -24,8 +22,17 @@ from palpate.experiments.explore.strategies import (
     check_options,
 )
 from palpate.experiments.friction.bound import check_friction, check_spin_length
-from palpate.experiments.owned_options import given_owned
-from palpate.experiments.settled_values import settle
+from palpate.experiments.kit.change_names import EXPLORED, check_change_names
+from palpate.experiments.kit.config_checks import (
+    check_length,
+    check_period,
+    check_seed,
+    check_tip,
+    spaced,
+    speed_hint,
+)
+from palpate.experiments.kit.owned_options import given_owned
+from palpate.experiments.kit.settled_values import settle
 
 TOUCH_FORCE = 0.2
 """A force above this counts as a touch [N], unless noise asks for more."""

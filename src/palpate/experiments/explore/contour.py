@@ -9,7 +9,7 @@ from contourpy import LineType, contour_generator
 from palpate.controllers.paths import Point, Turn
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.tip_surface import TipSurface
+from palpate.experiments.explore.tip_surface import TipSurface
 from palpate.sim import HeightField, SceneObject
 
 LEAN = math.radians(45.0)

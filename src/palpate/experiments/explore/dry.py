@@ -2,13 +2,13 @@
 
 import math
 
-from palpate.experiments.answer import Answer
-from palpate.experiments.dry_run import MILLI, foretell, limit_figures, robot_words
+from palpate.commands.answer import Answer
+from palpate.commands.dry_run import MILLI, foretell, limit_figures, robot_words
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.pressing import PRESSING
-from palpate.experiments.scans import ContourScan, RasterScan, Scan, SpiralScan
-from palpate.reporting import KeyFigure
+from palpate.experiments.explore.scans import ContourScan, RasterScan, Scan, SpiralScan
+from palpate.reporting.data import KeyFigure
 
 FILES = (
     "report.html",

@@ -12,10 +12,10 @@ from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import ScanContacts
 from palpate.experiments.explore.explored_layers import friction_on, stiffness_on, unknown_layer
-from palpate.experiments.map_budget import MapBudget
-from palpate.experiments.named_shape import NamedShape, named_shape
-from palpate.experiments.reachable_surface import ReachableSurface
-from palpate.experiments.scans import ActiveScan, ContourScan, Scan, TapScan
+from palpate.experiments.explore.map_budget import MapBudget
+from palpate.experiments.explore.named_shape import NamedShape, named_shape
+from palpate.experiments.explore.reachable_surface import ReachableSurface
+from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan, TapScan
 from palpate.mapping import (
     Knowledge,
     MapSettings,

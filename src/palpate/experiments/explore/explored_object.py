@@ -6,8 +6,8 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
 from palpate.experiments.explore.objects import ObjectName
-from palpate.experiments.heights_file import heights_text, load_heights, read_heights_text
 from palpate.sim import (
     Box,
     ConvexMesh,

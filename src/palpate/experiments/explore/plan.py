@@ -21,8 +21,6 @@ from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.landing import moved_mass
 from palpate.controllers.paths import PathPlane, Strategy
 from palpate.errors import InvalidValueError
-from palpate.experiments.control_period import period_of
-from palpate.experiments.experiment_file import EXPERIMENT_TEXT, config_text, read_config
 from palpate.experiments.explore.checks import (
     check_changes,
     check_compression,
@@ -38,14 +36,16 @@ from palpate.experiments.explore.identified import (
     identified_text,
     read_identified,
 )
-from palpate.experiments.finger_sensor import sensor_for
-from palpate.experiments.known_truth import scene_of
-from palpate.experiments.robot.in_scene import build
-from palpate.experiments.robot.simulated_stage import Task, only_finger
-from palpate.experiments.robot.values import load_named_robot, on_robot
-from palpate.experiments.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
-from palpate.experiments.scans import ContourScan, Effort, Scan, scan_on
-from palpate.experiments.wall_bound import WallBound
+from palpate.experiments.explore.scans import ContourScan, Effort, Scan, scan_on
+from palpate.experiments.explore.wall_bound import WallBound
+from palpate.experiments.kit.experiment_file import EXPERIMENT_TEXT, config_text, read_config
+from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
+from palpate.robots.control_period import period_of
+from palpate.robots.finger_sensor import sensor_for
+from palpate.robots.in_scene import build
+from palpate.robots.known_truth import scene_of
+from palpate.robots.simulated_stage import Task, only_finger
+from palpate.robots.values import load_named_robot, on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, read_robot

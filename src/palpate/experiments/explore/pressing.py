@@ -4,7 +4,7 @@ from palpate.controllers import IdentifyController, IdentifyParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.pressing import pressing
+from palpate.experiments.kit.pressing import pressing
 from palpate.runtime import Supervisor, Touch, run
 
 PRESSING = 60.0

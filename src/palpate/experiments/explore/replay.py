@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from palpate.experiments.experiment_file import EXPERIMENT_TEXT, read_config
+from palpate.commands.replay.settings import Changeable, changed_config, robot_of
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan_with
-from palpate.experiments.replay.settings import Changeable, changed_config, robot_of
+from palpate.experiments.kit.experiment_file import EXPERIMENT_TEXT, read_config
 
 _FELT = "the samples are as recorded, on the object that was touched"
 _NOISY = "the samples are as recorded, with the noise that they have"

@@ -3,12 +3,13 @@
 import numpy as np
 
 from palpate.controllers.paths import Measure
-from palpate.experiments.change_account import change_rows, change_sentences
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
 from palpate.experiments.explore.run import Exploration
+from palpate.experiments.explore.run_account import account_sentences
+from palpate.experiments.explore.scans import ActiveScan, Scan
 from palpate.experiments.explore.tables import (
     TOO_LITTLE,
     as_known,
@@ -17,14 +18,13 @@ from palpate.experiments.explore.tables import (
     shape_name,
     shape_report,
 )
-from palpate.experiments.known_truth import NOT_KNOWN, cost_row, time_name
-from palpate.experiments.repeat_words import repeat_commands
-from palpate.experiments.report_advice import advice_on_exploration
-from palpate.experiments.run_account import account_sentences
-from palpate.experiments.scans import ActiveScan, Scan
+from palpate.experiments.kit.change_account import change_rows, change_sentences
+from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.report_advice import advice_on_exploration
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
+from palpate.reporting.data import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
+from palpate.robots.known_truth import NOT_KNOWN, cost_row, time_name
 from palpate.runtime import Ending
 
 CONTACT_NOTE = (

@@ -5,27 +5,27 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.commands.output_folder import make_folder
 from palpate.controllers import ForceGain
 from palpate.controllers.paths import Active, Enough, Mark
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.change_account import ChangeAccount
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import ScanContacts, felt_in_scan
 from palpate.experiments.explore.explored_map import GROWTH_STEP, ExploredMap, Tell, explored_map, points_per_row
 from palpate.experiments.explore.explored_marks import write_marks_csv
+from palpate.experiments.explore.growth_data import GrowthReport
 from palpate.experiments.explore.identified import IdentifiedForce
+from palpate.experiments.explore.map_budget import map_budget
+from palpate.experiments.explore.map_growth import map_growth
 from palpate.experiments.explore.plan import ExplorationPlan, plan
+from palpate.experiments.explore.plan_watch import PlanDiary
 from palpate.experiments.explore.pressing import prepared
-from palpate.experiments.known_truth import cost_of
-from palpate.experiments.map_budget import map_budget
-from palpate.experiments.map_growth import map_growth
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.plan_watch import PlanDiary
-from palpate.experiments.recorded_run import RecordedRun
-from palpate.experiments.run_account import RunAccount, run_account
-from palpate.experiments.scans import Scan
-from palpate.experiments.truth_recorder import TruthRecord
-from palpate.experiments.wall_bound import WallBound
+from palpate.experiments.explore.run_account import RunAccount, run_account
+from palpate.experiments.explore.scans import Scan
+from palpate.experiments.explore.wall_bound import WallBound
+from palpate.experiments.kit.change_account import ChangeAccount
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.truth_recorder import TruthRecord
 from palpate.mapping import (
     HeightMap,
     SphereFit,
@@ -37,7 +37,7 @@ from palpate.mapping import (
     write_mesh,
 )
 from palpate.mapping.layers import write_layered_mesh
-from palpate.reporting.growth_data import GrowthReport
+from palpate.robots.known_truth import cost_of
 from palpate.runtime import Observer, Phase, Record, RunResult
 from palpate.runtime.live import Change
 from palpate.runtime.log import Sink
@@ -129,8 +129,8 @@ class Exploration:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: how it went, the key figures, and what was felt."""
+        from palpate.experiments.explore.notebook import exploration_html
         from palpate.experiments.explore.report import exploration_report
-        from palpate.reporting.notebook import exploration_html
 
         return exploration_html(exploration_report(self))
 
@@ -290,7 +290,7 @@ def write_exploration(exploration: Exploration, folder: str | Path) -> tuple[Pat
         OSError: A file cannot be written.
     """
     from palpate.experiments.explore.report import exploration_report
-    from palpate.reporting import write_report
+    from palpate.experiments.explore.report_page import write_report
 
     folder = Path(folder)
     make_folder(folder)

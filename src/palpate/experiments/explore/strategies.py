@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Literal
 
-from palpate.experiments.owned_options import check_owned
+from palpate.experiments.kit.owned_options import check_owned
 
 StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
 CurveName = Literal["level", "edge"]

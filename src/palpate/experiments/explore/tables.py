@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from palpate.experiments.explore.explored_map import ExploredMap
-from palpate.experiments.known_truth import NOT_KNOWN
-from palpate.experiments.named_shape import NamedShape
+from palpate.experiments.explore.map_data import MapReport, ShapeReport
+from palpate.experiments.explore.named_shape import NamedShape
 from palpate.mapping import FitStatus, PrimitiveFit, PrimitiveKind
 from palpate.mapping.layers import VertexLayer
 from palpate.mapping.primitives.shape import TURNS, PrimitiveShape
-from palpate.reporting import MapReport, ShapeReport
+from palpate.robots.known_truth import NOT_KNOWN
 
 MILLI, CM2 = 1e3, 1e4
 """Per metre and per square metre."""

@@ -1,7 +1,7 @@
 """What friction any experiment may be asked for."""
 
 from palpate.errors import InvalidValueError, positive
-from palpate.experiments.config_checks import check_length
+from palpate.experiments.kit.config_checks import check_length
 
 LARGEST_FRICTION = 10.0
 """Of what is simulated: as far as friction files and libraries reach."""

@@ -5,15 +5,15 @@ from dataclasses import replace
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.control_period import period_of
 from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
-from palpate.experiments.finger_sensor import model_with_noise
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.known_sensor import described
-from palpate.experiments.known_truth import scene_of
-from palpate.experiments.robot.in_scene import build
-from palpate.experiments.robot.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
-from palpate.experiments.run_checks import CLEARANCE
+from palpate.experiments.kit.run_checks import CLEARANCE
+from palpate.robots.control_period import period_of
+from palpate.robots.finger_sensor import model_with_noise
+from palpate.robots.in_scene import build
+from palpate.robots.known_sensor import described
+from palpate.robots.known_truth import scene_of
+from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
 from palpate.runtime.robot import Robot
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sim import Box, ContactLaw, SceneObject, SeededSensor, SphereObject

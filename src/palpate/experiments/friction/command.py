@@ -4,22 +4,22 @@ from dataclasses import replace
 
 from rich.console import Console
 
+from palpate.commands.answer import Answer, ExitCode, report_answer
+from palpate.commands.earlier_run import earlier_told
+from palpate.commands.output_folder import make_folder
+from palpate.commands.progress import doing
+from palpate.commands.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.commands.said import say
+from palpate.commands.sweep.rubbed import figures_of
 from palpate.errors import InvalidValueError
-from palpate.experiments.answer import Answer, ExitCode, report_answer
-from palpate.experiments.earlier_run import earlier_told
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.dry import FILES
 from palpate.experiments.friction.library import library_of
 from palpate.experiments.friction.plan import plan
 from palpate.experiments.friction.report import friction_report
+from palpate.experiments.friction.report_page import friction_table
 from palpate.experiments.friction.run import Attempt, write_rubbing
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import doing
-from palpate.experiments.robot.drivers import check_drivers
-from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
-from palpate.experiments.said import say
-from palpate.experiments.sweep.rubbed import figures_of
-from palpate.reporting.friction_report import friction_table
+from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, RunResult
 
 

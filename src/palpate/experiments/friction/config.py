@@ -5,7 +5,12 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.experiments.config_checks import (
+from palpate.experiments.explore.config import (
+    MOST_FORCE,
+    check_force_noise,
+)
+from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.experiments.kit.config_checks import (
     check_not_negative,
     check_period,
     check_positive,
@@ -14,12 +19,7 @@ from palpate.experiments.config_checks import (
     check_tip,
     given,
 )
-from palpate.experiments.explore.config import (
-    MOST_FORCE,
-    check_force_noise,
-)
-from palpate.experiments.friction.bound import check_friction, check_spin_length
-from palpate.experiments.settled_values import settle
+from palpate.experiments.kit.settled_values import settle
 from palpate.friction.limit_surface import LimitSurface
 
 RubbedName = Literal["plate", "box", "sphere"]

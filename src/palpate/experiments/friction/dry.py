@@ -1,11 +1,11 @@
 """`palpate friction --dry-run`: what rubbing a surface would be like."""
 
-from palpate.experiments.answer import Answer
-from palpate.experiments.dry_run import MILLI, foretell, limit_figures, robot_words
+from palpate.commands.answer import Answer
+from palpate.commands.dry_run import MILLI, foretell, limit_figures, robot_words
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.library import library_of
 from palpate.experiments.friction.plan import FrictionPlan, plan
-from palpate.reporting import KeyFigure
+from palpate.reporting.data import KeyFigure
 
 FILES = ("report.html", "friction.yaml")
 

@@ -3,10 +3,10 @@
 from palpate.experiments.friction.file import Finding, FrictionFile, How
 from palpate.experiments.friction.run import RubbingRun
 from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
-from palpate.experiments.known_truth import time_name
 from palpate.friction.rubbing.sliding import FrictionMeasured
-from palpate.reporting import KeyFigure
+from palpate.reporting.data import KeyFigure
 from palpate.reporting.interval_words import interval_words, value_words
+from palpate.robots.known_truth import time_name
 
 
 def key_figures(rubbing: RubbingRun) -> tuple[KeyFigure, ...]:

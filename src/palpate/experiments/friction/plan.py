@@ -13,10 +13,10 @@ from palpate.experiments.explore.config import LEAST_FORCE
 from palpate.experiments.friction.built import built, friction_law, object_of
 from palpate.experiments.friction.config import EXPONENT_SLIPS, FrictionConfig
 from palpate.experiments.friction.text import FRICTION_TEXT, friction_text, read_friction_config
-from palpate.experiments.known_truth import scene_of
-from palpate.experiments.robot.simulated_stage import RobotInScene
-from palpate.experiments.robot.values import load_named_robot
-from palpate.experiments.run_checks import CLEARANCE, check_force, check_speed
+from palpate.experiments.kit.run_checks import CLEARANCE, check_force, check_speed
+from palpate.robots.known_truth import scene_of
+from palpate.robots.simulated_stage import RobotInScene
+from palpate.robots.values import load_named_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, read_robot

@@ -7,11 +7,11 @@ import numpy as np
 
 from palpate.experiments.friction.file import Finding, FrictionFile, How
 from palpate.experiments.friction.library import Recognised
+from palpate.experiments.friction.report_data import MaterialMatch, RecognitionReport
 from palpate.experiments.friction.run import RubbingRun, listed
 from palpate.experiments.friction.summary import SIGMAS
 from palpate.friction.materials.material import Material
 from palpate.friction.materials.recognition import Answer
-from palpate.reporting.friction_data import MaterialMatch, RecognitionReport
 
 APART = 2.58
 """Standard deviations from which on a number counts as one that does not fit: so far off is 1 of 100."""

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
+from palpate.commands.replay.settings import Changeable, changed_config, robot_of
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import FrictionPlan, plan
 from palpate.experiments.friction.text import FRICTION_TEXT, read_friction_config
-from palpate.experiments.replay.settings import Changeable, changed_config, robot_of
 
 _FELT = "the samples are as recorded, on the surface that was rubbed"
 _NOISY = "the samples are as recorded, with the noise that they have"

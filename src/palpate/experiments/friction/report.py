@@ -7,21 +7,21 @@ from palpate.experiments.friction.figures import key_figures
 from palpate.experiments.friction.file import Finding, FrictionFile, How
 from palpate.experiments.friction.found import FrictionFound
 from palpate.experiments.friction.recognised import recognition_report
-from palpate.experiments.friction.run import RubbingRun
-from palpate.experiments.friction.summary import measured_lengths
-from palpate.experiments.friction.words import bound_reason, outcome, settings
-from palpate.experiments.repeat_words import repeat_commands
-from palpate.experiments.report_advice import advice_on_friction
-from palpate.friction import LimitSurface
-from palpate.friction.rubbing.stroke import Stroke
-from palpate.friction.rubbing.twisting import SpinMeasured
-from palpate.reporting import TimeSeries
-from palpate.reporting.friction_data import (
+from palpate.experiments.friction.report_data import (
     FrictionReport,
     Measured,
     StrokeCurve,
     SurfacePoints,
 )
+from palpate.experiments.friction.run import RubbingRun
+from palpate.experiments.friction.summary import measured_lengths
+from palpate.experiments.friction.words import bound_reason, outcome, settings
+from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.report_advice import advice_on_friction
+from palpate.friction import LimitSurface
+from palpate.friction.rubbing.stroke import Stroke
+from palpate.friction.rubbing.twisting import SpinMeasured
+from palpate.reporting.data import TimeSeries
 
 CURVE_POINTS = 80
 """Of mu over speed, along the fitted curve."""

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from palpate.commands.output_folder import make_folder
 from palpate.controllers.rub_program import Survey
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.file import FrictionFile, friction_file_text
@@ -18,12 +19,11 @@ from palpate.experiments.friction.strokes import (
     rubbed_pairs,
 )
 from palpate.experiments.friction.summary import friction_file
-from palpate.experiments.known_truth import cost_of
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.recorded_run import RecordedRun
-from palpate.experiments.truth_recorder import TruthRecord
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.truth_recorder import TruthRecord
 from palpate.friction.rubbing.sliding import SETTLING
 from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
+from palpate.robots.known_truth import cost_of
 from palpate.runtime import Observer, Record, RunResult, Supervisor, Touch
 from palpate.runtime.log import Log, Sink
 from palpate.runtime.replay import replay
@@ -200,7 +200,7 @@ def write_rubbing(rubbing: RubbingRun, folder: str | Path) -> tuple[Path, ...]:
         OSError: A file cannot be written.
     """
     from palpate.experiments.friction.report import friction_report
-    from palpate.reporting.friction_report import write_friction_report
+    from palpate.experiments.friction.report_page import write_friction_report
 
     folder = Path(folder)
     make_folder(folder)

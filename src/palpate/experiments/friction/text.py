@@ -1,7 +1,7 @@
 """The configuration of a run that finds out about friction, as text for its log."""
 
-from palpate.experiments.experiment_file import plain_values
 from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.kit.experiment_file import plain_values
 from palpate.strict_decode import decode, read_mapping
 from palpate.yaml_text import yaml_text
 

@@ -5,9 +5,9 @@ from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.run import RubbingRun, listed
 from palpate.experiments.friction.strokes import FreeAir
-from palpate.experiments.known_truth import NOT_KNOWN, cost_row
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
+from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
 LEAST_MOVED = 0.01

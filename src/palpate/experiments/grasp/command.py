@@ -4,21 +4,21 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from palpate.experiments.answer import Answer, ExitCode, report_answer
-from palpate.experiments.earlier_run import earlier_told
+from palpate.commands.answer import Answer, ExitCode, report_answer
+from palpate.commands.earlier_run import earlier_told
+from palpate.commands.output_folder import make_folder
+from palpate.commands.progress import doing, run_progress
+from palpate.commands.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.commands.said import say
+from palpate.commands.sweep.grasped import figures_of
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.dry import FILES
 from palpate.experiments.grasp.foretold import foretold
 from palpate.experiments.grasp.plan import GraspPlan, plan
 from palpate.experiments.grasp.report import grasp_report
+from palpate.experiments.grasp.report_page import grasp_table
 from palpate.experiments.grasp.run import Grasp, GraspAttempt, without_spin, write_grasp
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import doing, run_progress
-from palpate.experiments.robot.drivers import check_drivers
-from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
-from palpate.experiments.said import say
-from palpate.experiments.sweep.grasped import figures_of
-from palpate.reporting.grasp_report import grasp_table
+from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
 
 STOPPED_BESIDE = (

@@ -5,15 +5,15 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative
-from palpate.experiments.config_checks import (
+from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.experiments.kit.config_checks import (
     check_not_negative,
     check_positive,
     check_seed,
     check_size,
     given,
 )
-from palpate.experiments.friction.bound import check_friction, check_spin_length
-from palpate.experiments.settled_values import settle
+from palpate.experiments.kit.settled_values import settle
 
 HeldName = Literal["box", "cylinder", "sphere"]
 LoadName = Literal["ramp", "step", "shake", "none"]

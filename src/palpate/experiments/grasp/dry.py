@@ -1,12 +1,12 @@
 """`palpate grasp --dry-run`: what a grasp would do."""
 
-from palpate.experiments.answer import Answer
-from palpate.experiments.dry_run import MILLI, foretell, robot_words
+from palpate.commands.answer import Answer
+from palpate.commands.dry_run import MILLI, foretell, robot_words
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.foretold import foretold
 from palpate.experiments.grasp.plan import GraspPlan, plan
 from palpate.experiments.grasp.strength import LARGEST_GRIP
-from palpate.reporting import KeyFigure
+from palpate.reporting.data import KeyFigure
 
 FILES = ("report.html", "grasp.csv")
 

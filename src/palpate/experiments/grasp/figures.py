@@ -11,8 +11,8 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.run import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp.strength import LARGEST_GRIP, OVERSHOOT
 from palpate.experiments.grasp.unit_text import MILLI, in_percent
-from palpate.experiments.known_truth import NOT_KNOWN
 from palpate.reporting.data import KeyFigure
+from palpate.robots.known_truth import NOT_KNOWN
 
 OF_FRICTION, OF_SPIN_LENGTH = 0.02, 2.5e-4
 """By which share mu, and by how much e [m], is off that a nudge finds: by more in none of 40, half of them with

@@ -9,9 +9,9 @@ from palpate.experiments.grasp.belief import tip_radius
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.scene import hand_of
 from palpate.experiments.grasp.strength import LARGEST_GRIP
-from palpate.experiments.robot.rig_built import described_finger
-from palpate.experiments.robot.rig_settings import hand_geometry, noise_of_finger
-from palpate.experiments.robot.with_hand import robots_with_hand
+from palpate.robots.rig_built import described_finger
+from palpate.robots.rig_settings import hand_geometry, noise_of_finger
+from palpate.robots.with_hand import robots_with_hand
 from palpate.runtime import FingerDescription, Limits
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from palpate.experiments.grasp.report_data import HeaviestLoad
 from palpate.experiments.grasp.run import Grasp
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus, worst_disturbance
-from palpate.reporting.grasp_data import HeaviestLoad
 from palpate.sim.fidelity import GRAVITY
 
 

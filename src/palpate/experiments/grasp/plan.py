@@ -37,8 +37,8 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP, check_weight, takin
 from palpate.experiments.grasp.surface import true_surface, with_surface
 from palpate.experiments.grasp.text import GRASP_TEXT, KNOWN_TEXT, grasp_text, read_grasp
 from palpate.experiments.grasp.unit_text import MILLI
-from palpate.experiments.robot.values import load_named_robot
 from palpate.friction.limit_surface import LimitSurface
+from palpate.robots.values import load_named_robot
 from palpate.runtime import FingerDescription, Limits, Touch
 from palpate.runtime.robot import Robot, read_robot
 from palpate.sim.hand.backend import HandBackend

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from palpate.commands.replay.settings import Changeable, changed_config
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import GraspPlan, plan, plan_from_texts, plan_with
 from palpate.experiments.grasp.text import GRASP_TEXT, read_grasp
-from palpate.experiments.replay.settings import Changeable, changed_config
 
 _FELT = "the samples are as recorded, of the object that was held"
 _PULLED = "the samples are as recorded, with what pulled then"

@@ -4,12 +4,12 @@ import numpy as np
 
 from palpate.experiments.grasp.figures import compared, key_figures
 from palpate.experiments.grasp.heaviest import heaviest_load
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries
 from palpate.experiments.grasp.run import Grasp
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.words import account, outcome, settings, title
-from palpate.experiments.repeat_words import repeat_commands
-from palpate.experiments.report_advice import advice_on_grasp
-from palpate.reporting.grasp_data import GraspReport, GraspSeries
+from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.report_advice import advice_on_grasp
 
 
 def grasp_report(grasp: Grasp) -> GraspReport:

@@ -5,9 +5,9 @@ import os
 import tempfile
 from pathlib import Path
 
-from palpate.experiments.emulated.hand import HandWires, grasp_on_the_wire
 from palpate.experiments.grasp.plan import GraspPlan
-from palpate.experiments.robot.rig_built import assembled, tared_if_told
+from palpate.robots.emulated.hand import HandWires, grasp_on_the_wire
+from palpate.robots.rig_built import assembled, tared_if_told
 from palpate.runtime import Backend
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry

@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.control_period import period_of
 from palpate.experiments.explore.checks import check_compression
 from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
+from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.parts import sensor_of, shape_of
-from palpate.experiments.robot.in_scene import build
-from palpate.experiments.robot.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
-from palpate.experiments.run_checks import CLEARANCE
+from palpate.robots.control_period import period_of
+from palpate.robots.in_scene import build
+from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import RigEntry
 from palpate.sim import Target

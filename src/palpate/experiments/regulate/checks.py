@@ -3,8 +3,8 @@
 from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import MOST_FORCE
+from palpate.experiments.kit.run_checks import LANDING_SHARE, check_force, check_speed
 from palpate.experiments.regulate.config import LARGEST_MOTION, RegulateConfig
-from palpate.experiments.run_checks import LANDING_SHARE, check_force, check_speed
 from palpate.runtime import Limits
 
 FARTHEST_MOTION = 1.8 * LARGEST_MOTION

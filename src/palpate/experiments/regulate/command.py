@@ -5,19 +5,19 @@ from dataclasses import replace
 
 from rich.console import Console
 
-from palpate.experiments.answer import Answer, ExitCode, report_answer
-from palpate.experiments.earlier_run import earlier_told
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.progress import doing
+from palpate.commands.answer import Answer, ExitCode, report_answer
+from palpate.commands.earlier_run import earlier_told
+from palpate.commands.output_folder import make_folder
+from palpate.commands.progress import doing
+from palpate.commands.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
+from palpate.commands.sweep.regulated import figures_of
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.dry import FILES
 from palpate.experiments.regulate.plan import plan
 from palpate.experiments.regulate.report import regulation_report
+from palpate.experiments.regulate.report_page import regulation_table
 from palpate.experiments.regulate.run import Attempt, prepared, write_regulation
-from palpate.experiments.robot.drivers import check_drivers
-from palpate.experiments.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
-from palpate.experiments.sweep.regulated import figures_of
-from palpate.reporting.regulation_report import regulation_table
+from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending
 
 

@@ -7,8 +7,13 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, positive
-from palpate.experiments.change_names import REGULATED, check_change_names
-from palpate.experiments.config_checks import (
+from palpate.experiments.explore.config import (
+    MOST_FORCE,
+    check_force_noise,
+)
+from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.experiments.kit.change_names import REGULATED, check_change_names
+from palpate.experiments.kit.config_checks import (
     check_length,
     check_not_negative,
     check_period,
@@ -18,14 +23,9 @@ from palpate.experiments.config_checks import (
     given,
     speed_hint,
 )
-from palpate.experiments.explore.config import (
-    MOST_FORCE,
-    check_force_noise,
-)
-from palpate.experiments.friction.bound import check_friction, check_spin_length
-from palpate.experiments.owned_options import Owners, check_owned, given_owned
+from palpate.experiments.kit.owned_options import Owners, check_owned, given_owned
+from palpate.experiments.kit.settled_values import settle
 from palpate.experiments.regulate.surfaces import FASTEST_LEAVING, LARGEST_AMPLITUDE, SURFACE_OPTIONS, SurfaceName
-from palpate.experiments.settled_values import settle
 
 PressedName = Literal["plate", "sphere"]
 ProfileName = Literal["constant", "step", "ramp", "sine"]

@@ -1,11 +1,11 @@
 """`palpate regulate --dry-run`: what a regulation of force would do."""
 
-from palpate.experiments.answer import Answer
-from palpate.experiments.dry_run import MILLI, foretell, limit_figures, robot_words
+from palpate.commands.answer import Answer
+from palpate.commands.dry_run import MILLI, foretell, limit_figures, robot_words
 from palpate.experiments.explore.pressing import PRESSING
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan, plan
-from palpate.reporting import KeyFigure
+from palpate.reporting.data import KeyFigure
 
 FILES = ("report.html", "forces.csv")
 

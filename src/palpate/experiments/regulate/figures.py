@@ -3,12 +3,12 @@
 import math
 
 from palpate.controllers.surface_motion import StiffnessRange, stiffness_range
-from palpate.experiments.known_truth import NOT_KNOWN, time_name
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.response import RISE_FROM, RISE_TO, SETTLED, FrequencyResponse, StepResponse
 from palpate.experiments.regulate.run import Regulation
 from palpate.experiments.regulate.words import landing_words
-from palpate.reporting import KeyFigure
+from palpate.reporting.data import KeyFigure
+from palpate.robots.known_truth import NOT_KNOWN, time_name
 
 LEAST_SAMPLED_DELAY = 1.5
 """Periods of control: a delay below that, as identified on a contact that is led, has no sampled model."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from palpate.controllers.gains import ForceGain
 from palpate.controllers.identification import Identification
 from palpate.errors import InvalidValueError, positive
-from palpate.experiments.owned_options import foreign_options
+from palpate.experiments.kit.owned_options import foreign_options
 from palpate.experiments.regulate.config import CHOICES, RegulateConfig
 from palpate.strict_decode import decode, read_mapping
 from palpate.yaml_text import yaml_text

@@ -4,9 +4,9 @@ from palpate.controllers import ForceGain
 from palpate.controllers.landing import LandingModel, meeting_speed, moved_mass
 from palpate.controllers.surface_motion import FASTEST_SURFACE
 from palpate.errors import InvalidValueError
-from palpate.experiments.config_checks import speed_hint
+from palpate.experiments.kit.config_checks import speed_hint
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.robot.simulated_stage import RobotInScene
+from palpate.robots.simulated_stage import RobotInScene
 from palpate.runtime import Limits
 
 FASTEST_LANDING = 0.005

@@ -10,8 +10,8 @@ from typing import Annotated
 
 import tyro
 
+from palpate.commands.typed_options import from_file, settled
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.typed_options import from_file, settled
 
 
 @dataclass(frozen=True, slots=True)

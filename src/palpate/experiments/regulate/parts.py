@@ -16,11 +16,11 @@ from palpate.controllers.tangent_motion import (
     VelocityTable,
 )
 from palpate.errors import InvalidValueError
-from palpate.experiments.finger_sensor import model_with_noise
-from palpate.experiments.known_truth import scene_of
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.motion import read_motion
-from palpate.experiments.robot.simulated_stage import RobotInScene
+from palpate.robots.finger_sensor import model_with_noise
+from palpate.robots.known_truth import scene_of
+from palpate.robots.simulated_stage import RobotInScene
 from palpate.runtime.robot import Robot
 from palpate.sim import (
     Box,

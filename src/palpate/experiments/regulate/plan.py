@@ -12,7 +12,8 @@ from palpate.controllers.regulate_parameters import RegulateParameters, live_reg
 from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import LEAST_FORCE
-from palpate.experiments.pressing import pressing
+from palpate.experiments.kit.pressing import pressing
+from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.built import built
 from palpate.experiments.regulate.checks import check_limits, most_force
 from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
@@ -37,9 +38,8 @@ from palpate.experiments.regulate.parts import (
     target_of,
     travel_of,
 )
-from palpate.experiments.robot.simulated_stage import RobotInScene
-from palpate.experiments.robot.values import load_named_robot
-from palpate.experiments.run_checks import CLEARANCE
+from palpate.robots.simulated_stage import RobotInScene
+from palpate.robots.values import load_named_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot, read_robot

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from palpate.commands.replay.settings import Changeable, changed_config, robot_of
 from palpate.experiments.regulate.config import CHOICES, RegulateConfig
 from palpate.experiments.regulate.file import REGULATION_TEXT, read_regulation
 from palpate.experiments.regulate.plan import RegulationPlan, plan_from_texts, plan_with
-from palpate.experiments.replay.settings import Changeable, changed_config, robot_of
 
 _FELT = "the samples are as recorded, on the surface that was pressed"
 _NOISY = "the samples are as recorded, with the noise that they have"

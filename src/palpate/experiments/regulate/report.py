@@ -3,14 +3,14 @@
 import numpy as np
 
 from palpate.errors import FloatArray
+from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.report_advice import advice_on_regulation
 from palpate.experiments.regulate.figures import key_figures, margins
+from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
 from palpate.experiments.regulate.response import SETTLED
 from palpate.experiments.regulate.run import Regulation
 from palpate.experiments.regulate.words import limits, outcome, settings, title
-from palpate.experiments.repeat_words import repeat_commands
-from palpate.experiments.report_advice import advice_on_regulation
-from palpate.reporting import TimeSeries
-from palpate.reporting.regulation_data import BodeCurve, RegulationReport, StepCurves
+from palpate.reporting.data import TimeSeries
 
 
 def regulation_report(regulation: Regulation) -> RegulationReport:

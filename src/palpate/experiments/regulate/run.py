@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.commands.output_folder import make_folder
 from palpate.controllers import Identification
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.regulate import Loss
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.change_account import ChangeAccount
-from palpate.experiments.known_truth import cost_of
-from palpate.experiments.output_folder import make_folder
-from palpate.experiments.recorded_run import RecordedRun
+from palpate.experiments.kit.change_account import ChangeAccount
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.truth_recorder import TruthRecord
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.file import identified
 from palpate.experiments.regulate.plan import RegulationPlan, plan
@@ -23,7 +23,7 @@ from palpate.experiments.regulate.response import (
     frequency_response,
     step_response,
 )
-from palpate.experiments.truth_recorder import TruthRecord
+from palpate.robots.known_truth import cost_of
 from palpate.runtime import Observer, Phase, Record, RunResult, Supervisor, Touch, run
 from palpate.runtime.log import Sink
 from palpate.sim.scene_cost import SceneCost
@@ -281,7 +281,7 @@ def write_regulation(regulation: Regulation, folder: str | Path) -> tuple[Path, 
         OSError: A file cannot be written.
     """
     from palpate.experiments.regulate.report import regulation_report
-    from palpate.reporting.regulation_report import write_regulation_report
+    from palpate.experiments.regulate.report_page import write_regulation_report
 
     folder = Path(folder)
     make_folder(folder)

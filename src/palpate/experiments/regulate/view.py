@@ -1,8 +1,8 @@
 """What there is to see of a regulation of force in simulation."""
 
-from palpate.experiments.known_truth import known_scene
+from palpate.commands.view.scenes import scene_view
 from palpate.experiments.regulate.plan import RegulationPlan
-from palpate.experiments.view.scenes import scene_view
+from palpate.robots.known_truth import known_scene
 from palpate.sim import MovingTarget
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.viewing import ViewScene

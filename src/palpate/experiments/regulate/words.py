@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 from palpate.controllers.regulate import Loss
-from palpate.experiments.change_account import change_rows, change_sentences
-from palpate.experiments.known_truth import NOT_KNOWN, cost_row
+from palpate.experiments.kit.change_account import change_rows, change_sentences
 from palpate.experiments.regulate.config import FROM_FILES
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.run import Regulation
+from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
 SERVO_HALF_POWER = math.sqrt(math.sqrt(2.0) - 1.0)

@@ -1,0 +1,1 @@
+"""What people start: each command is one function over the experiments that there are."""

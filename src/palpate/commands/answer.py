@@ -1,0 +1,153 @@
+"""What a command has to say when it is over, as values: for `--json`, and for the exit code."""
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from palpate.reporting.data import KeyFigure
+
+
+class ExitCode(IntEnum):
+    """How a command ended, for whoever started it."""
+
+    DONE = 0
+    UNFINISHED = 1
+    """It could not finish, or what it was to find out is that something is not as it should be."""
+    MISTAKE = 2
+    """What was typed, or a file that it names, is wrong; nothing moved, nothing was written."""
+    INTERRUPTED = 130
+    """By Ctrl-C: 128 + SIGINT, the shell's convention."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a command has to say when it is over.
+
+    Attributes:
+        exit_code: How it ended.
+        outcome: The same in a sentence, or "".
+        figures: Numbers by name, in SI units which the names end in; words, or None, where there is no number.
+        notes: What to compare a figure of the report with, by its name.
+        facts: Everything else that JSON can hold, by name.
+        files: That were written; with `--dry-run`, that would be.
+        warnings: What people should know besides, a sentence each.
+        error: Why there is no result; "" if there is one.
+    """
+
+    exit_code: int = ExitCode.DONE
+    outcome: str = ""
+    figures: Mapping[str, object] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
+    facts: Mapping[str, object] = field(default_factory=dict)
+    files: tuple[Path, ...] = ()
+    warnings: tuple[str, ...] = ()
+    error: str = ""
+
+
+UNITS: Mapping[str, tuple[str, float]] = {
+    "": ("", 1.0),
+    "times": ("", 1.0),
+    "%": ("share", 0.01),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "µm": ("m", 1e-6),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "µs": ("s", 1e-6),
+    "Hz": ("hz", 1.0),
+    "N": ("n", 1.0),
+    "mN": ("n", 1e-3),
+    "N m": ("n_m", 1.0),
+    "mN m": ("n_m", 1e-3),
+    "kg": ("kg", 1.0),
+    "rad": ("rad", 1.0),
+    "degrees": ("rad", math.pi / 180.0),
+    "1/m": ("per_m", 1.0),
+    "m/s": ("m_per_s", 1.0),
+    "mm/s": ("m_per_s", 1e-3),
+    "N/s": ("n_per_s", 1.0),
+    "N/m": ("n_per_m", 1.0),
+    "kN/m": ("n_per_m", 1e3),
+    "m/s/N": ("m_per_s_per_n", 1.0),
+    "mm/s/N": ("m_per_s_per_n", 1e-3),
+    "mN/min": ("n_per_s", 1e-3 / 60.0),
+}
+"""What a name ends in for each unit that reports show, and what makes SI units of it; a percentage is a share."""
+
+_PERCENTILE = re.compile(r"\b(\d+) %")
+
+
+def figure_name(words: str, unit: str = "") -> str:
+    """Return what a figure is called in JSON: its words with underscores, then its SI unit."""
+    plain = _PERCENTILE.sub(r"p\1", words.lower())
+    parts = [re.sub(r"[^a-z0-9]+", "_", plain).strip("_"), UNITS[unit][0] if unit in UNITS else ""]
+    return "_".join(part for part in parts if part)
+
+
+def shown_figures(figures: Iterable["KeyFigure"]) -> tuple[dict[str, object], dict[str, str]]:
+    """Return the figures of a report and their notes, by name and in SI units.
+
+    A number in words counts as a number; other words stay words, with their unit, and lend their name no unit.
+    What has a note and nothing else is among the notes alone.
+    """
+    values: dict[str, object] = {}
+    notes: dict[str, str] = {}
+    for figure in figures:
+        number = _number(figure.value)
+        scaled = number is not None and figure.unit in UNITS
+        name = _free(figure_name(figure.name, figure.unit if scaled else ""), values)
+        if number is None:
+            if figure.value:  # without one, the note is all there is
+                values[name] = f"{figure.value} {figure.unit}".strip()
+        elif scaled:
+            values[name] = number * UNITS[figure.unit][1]
+        else:  # a unit that nobody has made a name for: shown as in the report
+            values[name] = f"{figure.text} {figure.unit}"
+        if figure.note:
+            notes[name] = figure.note
+    return values, notes
+
+
+def report_answer(
+    exit_code: int,
+    outcome: str,
+    measured: Mapping[str, object],
+    shown: Iterable["KeyFigure"],
+    files: tuple[Path, ...],
+    **facts: object,
+) -> Answer:
+    """Return the answer of an experiment with a report.
+
+    Args:
+        exit_code: How it ended.
+        outcome: The same in a sentence.
+        measured: Its figures by name, as `palpate sweep` has them in its tables.
+        shown: The figures of its report, which come and go with it.
+        files: That were written.
+        facts: Everything else.
+    """
+    values, notes = shown_figures(shown)
+    return Answer(exit_code, outcome, measured, notes, {**facts, "report": values}, files)
+
+
+def _number(value: float | str) -> float | None:
+    if not isinstance(value, str):
+        return float(value)
+    try:
+        return float(value.replace(" ", ""))
+    except ValueError:
+        return None
+
+
+def _free(name: str, taken: Mapping[str, object]) -> str:
+    """The name, with a number if another figure has it already."""
+    number = 2
+    found = name
+    while found in taken:
+        found, number = f"{name}_{number}", number + 1
+    return found

@@ -1,0 +1,352 @@
+"""`palpate calibrate`: what a sensor file says, found out from data or live."""
+
+import contextlib
+import datetime
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.text import Text
+
+from palpate.atomic_file import replacing
+from palpate.commands.answer import Answer
+from palpate.commands.calibrate.answer import bias_figures, calibration_figures, payload_figures
+from palpate.commands.calibrate.config import (
+    CalibrateConfig,
+    MatrixConfig,
+    NewSensorConfig,
+    PayloadConfig,
+    RotationOrder,
+    TareConfig,
+)
+from palpate.commands.calibrate.data import (
+    CsvData,
+    has_raw,
+    has_wrenches,
+    raw_readings,
+    read_csv,
+    specific_forces,
+    wrenches,
+)
+from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
+from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.commands.calibrate.tables import UNITS, bias_table, calibration_table, payload_table
+from palpate.commands.output_folder import check_file
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sensing.ft import (
+    CalibrationStatus,
+    FTPipeline,
+    IdentifiedPayload,
+    PayloadStatus,
+    SensorFile,
+    average_bias,
+    estimate_drift,
+    fit_calibration,
+    identify_payload,
+    load_sensor_file,
+    save_sensor_file,
+    specific_force_from_gravity,
+    with_bias,
+    with_calibration,
+    with_payload,
+)
+from palpate.sensing.ft.arrays import AXES
+from palpate.spatial import ZERO, Vector, Wrench
+
+LONGEST_PROVENANCE = 1000
+"""Characters, of a sensor file."""
+
+
+def run_calibrate(config: CalibrateConfig) -> Answer:
+    """Find out what is asked, print it and update the sensor file; returns what was found.
+
+    Raises:
+        InvalidValueError: The input is wrong, or what it gives cannot be relied on; the sensor file is as it was.
+        OSError: The sensor file cannot be written; it is as it was.
+    """
+    console = Console(highlight=False, soft_wrap=True)
+    match config:
+        case NewSensorConfig():
+            return _new(config, console)
+        case MatrixConfig():
+            return _matrix(config, console)
+        case PayloadConfig():
+            return _payload(config, console)
+        case TareConfig():
+            return _tare(config, console)
+
+
+# --- a first file ------------------------------------------------------------------------------------------------
+
+
+def _new(config: NewSensorConfig, console: Console) -> Answer:
+    sensor = preset_sensor(config.preset, config.serial_number)
+    if config.file.exists():
+        raise InvalidValueError(f"{config.file} is there already: give another name, or remove it first")
+    check_file(config.file, option=None)
+    save_sensor_file(config.file, sensor)
+    console.print(Text(f"Written: {config.file}. Read its provenance, and edit what your sensor differs in."))
+    return Answer(facts={"model": sensor.model, "serial_number": sensor.serial_number}, files=(config.file,))
+
+
+# --- calibration matrix ------------------------------------------------------------------------------------------
+
+
+def _matrix(config: MatrixConfig, console: Console) -> Answer:
+    sensor = _loaded(config.sensor)
+    check_file(_target(config))
+    _refuse_overwriting(config.out, config.loads)
+    data = read_csv(config.loads)
+    known = sensor.calibration
+    raw_range = config.raw_range or (known.raw_range if known else None)
+    if raw_range is None:
+        raise InvalidValueError(
+            f"raw_range: neither given nor in {config.sensor}; give --raw-range LOW HIGH, for instance -10 10"
+        )
+    raw, header_unit = raw_readings(data, config.channels, raw_range)
+    if config.raw_unit and header_unit and config.raw_unit != header_unit:
+        raise InvalidValueError(f"raw_unit = {config.raw_unit}: the header of {config.loads} says {header_unit}")
+    raw_unit = config.raw_unit or header_unit or (known.raw_unit if known else "")
+    if not raw_unit:
+        raise InvalidValueError(
+            f"raw_unit: neither given, nor in the header of {config.loads}, nor in {config.sensor}; give it, for "
+            "instance --raw-unit V"
+        )
+    loads = wrenches(data, sensor.axis_limits)
+    for j, same in enumerate((raw == raw[0]).all(axis=0)):
+        if same:
+            raise InvalidValueError(
+                f"{config.loads}: raw channel {j + 1} of {raw.shape[1]} shows {raw[0, j]:g} in every row; is it "
+                "dead?"
+            )
+    with _named(config.loads):
+        fit = fit_calibration(raw, loads, ranges=sensor.axis_limits)
+    console.print(calibration_table(fit, sensor, raw_unit))
+    with _named(config.loads):
+        updated = with_calibration(
+            sensor,
+            fit,
+            raw_unit=raw_unit,
+            raw_range=raw_range,
+            date=_today(),
+            provenance=_provenance(sensor, f"matrix: {len(loads)} known loads, {config.loads.name}"),
+        )
+    files, warnings = _write(_target(config), updated, console)
+    if fit.status is CalibrationStatus.ILL_CONDITIONED:
+        warnings += _noted("the sensor hardly feels some direction; errors there are large.", console)
+    return Answer(outcome=fit.status.name, figures=calibration_figures(fit), files=files, warnings=warnings)
+
+
+# --- payload -----------------------------------------------------------------------------------------------------
+
+
+def _payload(config: PayloadConfig, console: Console) -> Answer:
+    sensor = _loaded(config.sensor)
+    check_file(_target(config))
+    _refuse_overwriting(config.out, config.poses)
+    data = read_csv(config.poses)
+    rows, source = _measured(data, sensor, config.channels)
+
+    def identify(order: RotationOrder) -> IdentifiedPayload:
+        return identify_payload(
+            specific_forces(data, order, config.up, config.gravity),
+            rows,
+            force_sd=max(sensor.noise_force) / math.sqrt(config.averaged),
+            moment_sd=max(sensor.noise_moment) / math.sqrt(config.averaged),
+        )
+
+    with _named(config.poses):
+        try:
+            found = identify(config.rotation)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"{error}{_other_order(identify, config)}") from None
+    console.print(payload_table(found, source))
+    try:
+        updated = with_payload(
+            sensor,
+            found,
+            date=_today(),
+            provenance=_provenance(sensor, f"payload: {found.pose_count} poses, {config.poses.name}"),
+        )
+    except InvalidValueError as error:
+        hint = _other_order(identify, config) if found.status is PayloadStatus.INCONSISTENT else ""
+        raise InvalidValueError(f"{config.poses}: {error}{hint}") from None
+    files, warnings = _write(_target(config), updated, console)
+    if found.status is PayloadStatus.UNRESOLVED:
+        lost = "the mass is lost in the noise; the file now says that the sensor carries nothing."
+        warnings += _noted(lost, console)
+    return Answer(outcome=found.status.name, figures=payload_figures(found), files=files, warnings=warnings)
+
+
+def _other_order(identify: Callable[[RotationOrder], IdentifiedPayload], config: PayloadConfig) -> str:
+    """Return a hint if the rotations make sense the other way round."""
+    other: RotationOrder = "sensor-from-base" if config.rotation == "base-from-sensor" else "base-from-sensor"
+    with contextlib.suppress(InvalidValueError):
+        if identify(other).status is PayloadStatus.OK:
+            return f"; with --rotation {other} it would fit: is that what the poses mean?"
+    return ""
+
+
+# --- tare --------------------------------------------------------------------------------------------------------
+
+
+def _tare(config: TareConfig, console: Console) -> Answer:
+    sensor = _loaded(config.sensor)
+    check_file(_target(config))
+    if config.readings is not None:
+        _refuse_overwriting(config.out, config.readings)
+        specific_force = _specific_force(config, sensor)
+        rows, source = _measured(read_csv(config.readings), sensor, config.channels)
+        place, period = str(config.readings), 1.0 / sensor.sample_rate
+    elif config.robot is not None:
+        with robot_backend(config.robot) as backend:
+            rows, specific_force = take_readings(backend, config.duration)
+        period, place, source = config.duration / len(rows), f"robot {config.robot}", "wrenches"
+        _refuse_overload(rows, sensor)
+    else:
+        backend = stage_backend(config, sensor)
+        period, place, source = backend.period, "simulated stage", "wrenches"
+        rows, specific_force = take_readings(backend, config.duration)
+        _refuse_overload(rows, sensor)
+    with _named(place):
+        noise = _learned_noise(rows) if config.learn_noise else sensor.noise
+        found = average_bias(rows, noise=noise)
+        drift = estimate_drift(rows, period=period, limit=noise)
+    if config.learn_noise:
+        sensor = msgspec.structs.replace(sensor, noise_force=noise[:3], noise_moment=noise[3:])
+    with _named(place):
+        updated = with_bias(
+            sensor,
+            found,
+            specific_force,
+            date=_today(),
+            provenance=_provenance(sensor, f"bias: {found.reading_count} readings, {Path(place).name}"),
+        )
+    console.print(bias_table(found, drift, sensor, updated, f"{place}, {source}"))
+    files, warnings = _write(_target(config), updated, console)
+    if not any(found.sd):
+        warnings += _noted("the readings do not change at all; is the sensor alive?", console)
+    return Answer(figures=bias_figures(found, drift, updated), files=files, warnings=warnings)
+
+
+def _specific_force(config: TareConfig, sensor: SensorFile) -> Vector:
+    if config.gravity_direction is not None:
+        x, y, z = specific_force_from_gravity([config.gravity_direction], gravity=config.gravity)[0].tolist()
+        return (x, y, z)
+    if sensor.payload.mass > 0.0:
+        raise InvalidValueError(
+            f"gravity_direction: not given, but the sensor carries {sensor.payload.mass:g} kg, whose weight must "
+            "come off; give which way gravity points in the sensor frame, for instance --gravity-direction 0 0 -1"
+        )
+    return ZERO
+
+
+def _learned_noise(rows: FloatArray) -> Wrench:
+    sd = rows.std(axis=0, ddof=1) if len(rows) > 1 else np.zeros(6)
+    if not (sd > 0.0).all():
+        dead = AXES[int(np.argmin(sd))]
+        raise InvalidValueError(
+            f"the readings of {dead} do not change at all: no noise to learn; is the sensor alive?"
+        )
+    a, b, c, d, e, f = sd.tolist()
+    return (a, b, c, d, e, f)
+
+
+def _refuse_overload(rows: FloatArray, sensor: SensorFile) -> None:
+    bad = np.argwhere(~(np.abs(rows) <= np.array(sensor.axis_limits)))
+    if len(bad):
+        i, j = bad[0].tolist()
+        raise InvalidValueError(
+            f"reading {i}: {AXES[j]} = {rows[i, j]:g} {UNITS[j]} is beyond the sensor's range of "
+            f"{sensor.axis_limits[j]:g}"
+        )
+
+
+# --- what the tasks share ----------------------------------------------------------------------------------------
+
+
+def _measured(data: CsvData, sensor: SensorFile, channels: tuple[str, ...]) -> tuple[FloatArray, str]:
+    """Return calibrated wrenches, shape (n, 6), and from what: raw channels go the way of `FTPipeline`."""
+    entry = sensor.calibration
+    if has_raw(data, channels) and entry is not None:
+        raw, unit = raw_readings(data, channels, entry.raw_range)
+        if raw.shape[1] != entry.map.channels:
+            raise data.wrong_header(f"{raw.shape[1]} raw channels, but the sensor file has {entry.map.channels}")
+        if unit and unit != entry.raw_unit:
+            raise data.wrong_header(f"raw channels in {unit}, but the sensor file has {entry.raw_unit}")
+        rows = entry.map.apply(raw)
+        _refuse_overload(rows, sensor)
+        return rows, "raw channels"
+    if has_raw(data, channels) and not has_wrenches(data):
+        raise data.wrong_header(
+            "raw channels only, and the sensor file has no calibration; find it first by palpate calibrate matrix"
+        )
+    return wrenches(data, sensor.axis_limits), "wrenches"
+
+
+def _loaded(path: Path) -> SensorFile:
+    try:
+        return load_sensor_file(path)
+    except OSError as error:
+        raise InvalidValueError(
+            f"cannot read sensor file {path}: {error.strerror}; `palpate calibrate new` makes a first one"
+        ) from None
+
+
+def _target(config: MatrixConfig | PayloadConfig | TareConfig) -> Path:
+    """Where the updated sensor file goes."""
+    return config.out or config.sensor
+
+
+def _refuse_overwriting(out: Path | None, source: Path) -> None:
+    if out is not None and out.exists() and source.exists() and out.samefile(source):
+        raise InvalidValueError(f"out = {out}: is the input; give another file")
+
+
+@contextlib.contextmanager
+def _named(place: Path | str) -> Iterator[None]:
+    """Put the place in front of what the library says about data."""
+    try:
+        yield
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{place}: {error}") from None
+
+
+def _write(target: Path, sensor: SensorFile, console: Console) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Write the sensor file whole or not at all; a file that is there is kept as .bak.
+
+    Returns:
+        The files, and what was noted.
+    """
+    kept = ""
+    files: tuple[Path, ...] = (target,)
+    if target.exists():
+        backup = target.with_name(target.name + ".bak")
+        with replacing(backup) as file:
+            file.write(target.read_bytes())
+        kept, files = f"; as it was: {backup}", (target, backup)
+    save_sensor_file(target, sensor)
+    console.print(Text(f"Written: {target}{kept}"))
+    try:
+        FTPipeline(sensor)
+    except InvalidValueError as error:
+        return files, _noted(f"before use, edit the file: {error}", console)
+    return files, ()
+
+
+def _noted(what: str, console: Console) -> tuple[str]:
+    console.print(Text(f"Note: {what}"))
+    return (what,)
+
+
+def _today() -> str:
+    return datetime.date.today().isoformat()
+
+
+def _provenance(sensor: SensorFile, what: str) -> str:
+    """Return the newest step before the older ones, cut to what a sensor file takes."""
+    printable = "".join(letter if letter.isprintable() else "?" for letter in what)
+    return f"{printable} ({_today()}); {sensor.provenance}"[:LONGEST_PROVENANCE]

@@ -1,0 +1,120 @@
+"""The report on a comparison, as one HTML file."""
+
+import math
+import shlex
+
+import numpy as np
+
+from palpate.commands.compare.config import CompareConfig
+from palpate.mapping.compare import Comparison
+from palpate.mapping.compare_surface import TriangleSurface
+from palpate.reporting.data import KeyFigure
+from palpate.reporting.story import Story
+
+_MILLI = 1e3
+
+WELL_COVERED = 0.95
+"""Share of the reference from which on a map counts as whole."""
+
+
+def key_figures(found: Comparison) -> tuple[KeyFigure, ...]:
+    """Return the figures that matter, most important first."""
+    out, back = found.map_to_reference, found.reference_to_map
+    spacing = f"samples {_MILLI * found.sample_spacing:.2g} mm apart"
+    figures = [
+        KeyFigure("map to reference, RMS", _MILLI * out.rms, "mm", f"{len(found.points)} points"),
+        KeyFigure("map to reference, mean", _MILLI * out.mean, "mm", "of absolute distances"),
+        KeyFigure("map to reference, 95 %", _MILLI * out.p95, "mm"),
+        KeyFigure("map to reference, largest", _MILLI * out.largest, "mm", "Hausdorff, one-sided"),
+    ]
+    if math.isfinite(found.bias):
+        figures.append(KeyFigure("map outside reference, mean", _MILLI * found.bias, "mm", "negative: inside"))
+    figures += [
+        KeyFigure("reference covered", 100.0 * found.coverage, "%", f"within {_MILLI * found.within:g} mm"),
+        KeyFigure("reference to map, largest", _MILLI * back.largest, "mm", f"Hausdorff, one-sided; {spacing}"),
+        KeyFigure("Hausdorff distance", _MILLI * found.hausdorff, "mm", "the larger of both"),
+    ]
+    if found.normal_error is not None:
+        degrees = np.degrees(found.normal_error)
+        figures.append(KeyFigure("normals, RMS error", float(np.sqrt((degrees**2).mean())), "degrees"))
+        figures.append(KeyFigure("normals, 95 %", float(np.percentile(degrees, 95.0)), "degrees"))
+    if found.alignment is not None:
+        moved = found.alignment
+        note = "" if moved.converged else "did not settle"
+        figures.append(KeyFigure("map was moved by", _MILLI * moved.distance, "mm", note))
+        figures.append(KeyFigure("and turned by", math.degrees(moved.angle), "degrees"))
+    return tuple(figures)
+
+
+def outcome(found: Comparison) -> str:
+    """Return in one sentence what came out."""
+    moved = (
+        "The map was first moved onto the reference, which hides errors of position."
+        if found.alignment is not None
+        else "The map was compared where it is."
+    )
+    return (
+        f"RMS error {_MILLI * found.map_to_reference.rms:.3g} mm; {100.0 * found.coverage:.1f} % of the reference "
+        f"is within {_MILLI * found.within:g} mm of the map. {moved}"
+    )
+
+
+def comparison_html(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> str:
+    """Return the report as the text of an HTML document."""
+    # matplotlib takes a third of a second to import: only those who write a report wait for it.
+    from palpate.commands.compare.pictures import error_histogram, error_on_map, gaps_on_reference
+    from palpate.reporting.page import picture_cards, report_page, section
+
+    title = f"{config.map.name} against {config.reference.name}"
+    closed = "watertight" if reference.is_watertight else "open: distances have no sign"
+    facets = f"{len(reference.triangles)} triangles, {closed}"
+    settings = (
+        ("map", f"{config.map}, in {config.map_unit}"),
+        (
+            "reference",
+            f"{config.reference}, in {config.reference_unit}; {facets}",
+        ),
+        ("reachable region", "all of it" if config.region is None else f"{config.region} m"),
+        ("covered means", f"within {_MILLI * config.within:g} mm of the map"),
+        ("aligned", "yes" if config.align else "no"),
+    )
+    pictures = [error_on_map(found, reference.is_watertight), error_histogram(found), gaps_on_reference(found)]
+    return report_page(
+        Story(
+            title,
+            f"how far {config.map.name} is from {config.reference.name}, which is taken for the truth",
+            outcome(found),
+            key_figures(found),
+            _advice(found, config),
+            (("The same again:", _command(config)),),
+            settings,
+            "Distances to the reference's surface.",
+        ),
+        [section("Errors", [picture_cards(pictures)])],
+    )
+
+
+def _advice(found: Comparison, config: CompareConfig) -> tuple[str, ...]:
+    if found.coverage == 0.0 and not config.align:
+        return (
+            "Nothing of the reference is near the map: check --map-unit and --reference-unit, or give --align.",
+        )
+    if found.coverage < WELL_COVERED:
+        return (
+            f"{100.0 * (1.0 - found.coverage):.0f} % of the reference was not felt: explore there too, or "
+            f"say with "
+            "--region what can be reached.",
+        )
+    return ()
+
+
+def _command(config: CompareConfig) -> str:
+    words = ["palpate", "compare", str(config.map), str(config.reference)]
+    for option, unit in (("--map-unit", config.map_unit), ("--reference-unit", config.reference_unit)):
+        words += [option, unit] if unit != "m" else []
+    words += ["--within", f"{config.within:g}"]
+    if config.region is not None:
+        words += ["--region", *(f"{each:g}" for each in config.region)]
+    words += ["--align"] if config.align else []
+    words += ["--samples", str(config.samples)]
+    return shlex.join([*words, *(["--out", str(config.out)] if config.out is not None else [])])

@@ -1,0 +1,89 @@
+"""Several runs in one picture: lines over one another, and how errors are spread."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from palpate.commands.compare.report_data import Overlay, Spreads
+from palpate.reporting.envelope import envelope
+from palpate.reporting.style import (
+    DASHED,
+    INK,
+    SIDE_BY_SIDE,
+    Picture,
+    Width,
+    dress,
+    label,
+    legend_above,
+    new_figure,
+)
+
+LONGEST_NAME = 32
+"""Letters of a run's name in a legend."""
+
+SHOWN_PERCENT = 99.5
+"""Of all errors within the axis: a few outliers do not hide the rest."""
+
+BINS = 60
+
+
+def overlay_picture(told: Overlay, names: Sequence[str]) -> Picture | None:
+    """Return the runs' lines over one another, each in its run's colour; None if there is none."""
+    if not any(np.isfinite(curve.y).any() for curve in told.curves):
+        return None
+    return Picture(
+        told.title, told.caption, _overlay(told, names, Width.FULL), narrow=_overlay(told, names, Width.HALF)
+    )
+
+
+def spreads_picture(told: Spreads, names: Sequence[str]) -> Picture | None:
+    """Return the shares of each run's errors; None if no run has any."""
+    known = [values for values in told.values if len(values)]
+    if not known:
+        return None
+    figure = new_figure(Width.HALF, 3.8)
+    axes = figure.subplots()
+    together = np.concatenate(known)
+    low, high = np.percentile(together, [100.0 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
+    room = max(0.05 * (high - low), 1e-9)
+    bins = np.linspace(low - room, high + room, BINS + 1)
+    for run, values in enumerate(told.values):
+        if not len(values):
+            continue
+        share, _ = np.histogram(np.clip(values, bins[0], bins[-1]), bins)
+        axes.stairs(
+            100.0 * share / len(values),
+            bins,
+            color=colour_of(run),
+            linewidth=1.5,
+            label=label(names[run], LONGEST_NAME),
+        )
+    axes.axvline(0.0, color=INK, linewidth=0.8)
+    dress(axes, x=told.x, y="share of the points [%]")
+    legend_above(figure, [axes], columns=2)
+    return Picture(told.title, told.caption, figure)
+
+
+def colour_of(run: int) -> str:
+    """Return the colour of a run, from 0."""
+    return SIDE_BY_SIDE[run % len(SIDE_BY_SIDE)]
+
+
+def _overlay(told: Overlay, names: Sequence[str], width: Width) -> Figure:
+    figure = new_figure(width, 3.6)
+    axes = figure.subplots()
+    for curve in told.curves:
+        name = label(names[curve.run], LONGEST_NAME)
+        axes.plot(
+            *envelope(curve.x, curve.y),
+            color=colour_of(curve.run),
+            linewidth=1.4 if curve.asked else 1.0,
+            linestyle=DASHED if curve.asked else ("-", ":")[curve.run // len(SIDE_BY_SIDE) % 2],
+            alpha=1.0 if curve.asked else 0.8,
+            label=f"{name}, set" if curve.asked else name,
+        )
+    axes.margins(x=0.0)
+    dress(axes, x=told.x, y=told.y)
+    legend_above(figure, [axes], columns=4 if width is Width.FULL else 2)
+    return figure

@@ -1,0 +1,78 @@
+"""`palpate compare RUN RUN ...`: runs of the same experiment side by side, as a table and a report."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from palpate.commands.answer import UNITS, Answer, figure_name
+from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport
+from palpate.commands.compare.report_page import compared_heads, write_comparison_report
+from palpate.commands.compare.runs_compared import read_runs
+from palpate.commands.compare.runs_compared_report import comparison_report
+from palpate.commands.output_folder import make_folder
+from palpate.commands.progress import doing
+from palpate.commands.said import say
+
+FILE_NAME = "comparison.html"
+"""Of the report, in the output folder."""
+
+
+def compare_runs(places: Sequence[Path], out: Path | None) -> Answer:
+    """Compare runs, say the figures, and write the report.
+
+    Args:
+        places: Folders or logs of two runs or more.
+        out: Folder for the report; that of the first run, if not given.
+
+    Returns:
+        The figures, in a list of one per run.
+
+    Raises:
+        InvalidValueError: One is no run, or they cannot be compared.
+        OSError: A log cannot be read, or the report not be written.
+    """
+    console = Console()
+    with doing(console, "reading the logs"):
+        runs = read_runs(places)
+    folder = runs[0].log.path.parent if out is None else out
+    make_folder(folder)
+    with doing(console, "comparing"):
+        report = comparison_report(runs, folder)
+    console.print(_table(report))
+    path = folder / FILE_NAME
+    with doing(console, "drawing the report"):
+        write_comparison_report(report, path)
+    say(console, f"Written: {path}")
+    return Answer(
+        outcome=report.outcome,
+        figures=dict(_in_si(figure) for figure in report.figures),
+        facts={
+            "runs": [str(run.log.path) for run in runs],
+            "asked_differently": {row[0]: list(row[2:]) for row in report.differences},
+        },
+        files=(path,),
+    )
+
+
+def _in_si(figure: ComparedFigure) -> tuple[str, list[float | str]]:
+    """A figure's name in JSON, and its values in SI units."""
+    scale = UNITS[figure.unit][1]
+    values = [value if isinstance(value, str) else scale * value for value in figure.values]
+    return figure_name(figure.name, figure.unit), values
+
+
+def _table(report: ComparisonReport) -> Table:
+    """The differences of what was asked, and the figures side by side; texts as they are."""
+    table = Table(title=Text(report.title), caption=Text(report.outcome))
+    heads = compared_heads(report.names)[:-1]
+    for i, head in enumerate(heads):
+        table.add_column(Text(head), justify="left" if i < 2 else "right")
+    blank = ("",) * (len(report.names) - 1)
+    for name, unit, *values in report.differences:
+        table.add_row(*(Text(each) for each in (f"asked: {name}", unit, *values, *blank)))
+    for figure in report.figures:
+        table.add_row(*(Text(each) for each in (figure.name, figure.unit, *figure.shown, *figure.differences)))
+    return table

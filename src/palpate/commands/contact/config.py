@@ -1,0 +1,123 @@
+"""What `palpate contact` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from palpate.errors import InvalidValueError, not_negative, positive, vector
+from palpate.experiments.kit.config_checks import check_length
+
+STANDARD_STREAM = Path("-")
+"""Standard input or standard output, as many tools write it."""
+
+
+FINGERTIPS = {
+    "sphere": "R",
+    "ellipsoid": "A B C",
+    "cylinder": "R",
+    "plane": "D",
+    "paraboloid": "R1 R2",
+    "capsule": "R L",
+    "box": "A B C R",
+    "superellipsoid": "A B C P",
+    "mesh": "MESH",
+}
+"""Options that describe a fingertip, and the sizes that they take."""
+
+
+@dataclass(frozen=True, slots=True)
+class ContactConfig:
+    """Turn wrenches of a force/torque sensor behind a fingertip into contacts.
+
+    Reads CSV, writes CSV or JSON lines, row by row as they come.
+
+    Input: a header line, then one wrench per line, comma-separated, UTF-8. Columns are found by name: fx, fy, fz
+    and mx, my, mz (or tx, ty, tz), in any order and any case, optionally with their unit as in fx_N, mx_mNm,
+    "fy [N]" or mz(Nmm); without a unit N and N m. A wrench is what the object exerts on the finger, about the
+    sensor's origin. Other columns that have a name (time, for example) are copied to the output as they are. Blank
+    lines and lines that start with # are skipped.
+
+    Output, in SI units and the sensor frame: the copied columns, centroid, outward normal, force, normal force,
+    tangential force, spin torque, condition number and status; with noise given, standard deviations too. Where
+    the status is not OK there is no contact and its numbers are left empty (null in JSON).
+
+    Wrong input ends with exit code 2 and one line that names the line at fault. A file given with --out then does
+    not appear. From a file to standard output nothing appears either; from standard input, which may be live, rows
+    before the fault may be out already. Ctrl-C ends a live source: what has come by then is kept.
+
+    Example: palpate contact wrenches.csv --sphere 0.01 --force-noise 0.01 --moment-noise 1e-4 --out contacts.csv
+    """
+
+    source: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")] = STANDARD_STREAM
+    """CSV file with wrenches; - or nothing is standard input."""
+    sphere: Annotated[float | None, tyro.conf.arg(metavar="R")] = None
+    """Fingertip: a sphere of this radius [m]."""
+    ellipsoid: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="A B C")] = None
+    """Fingertip: an ellipsoid with these semi-axes along x, y, z [m]."""
+    cylinder: Annotated[float | None, tyro.conf.arg(metavar="R")] = None
+    """Fingertip: an endless cylinder about z of this radius [m]."""
+    plane: Annotated[float | None, tyro.conf.arg(metavar="D")] = None
+    """Fingertip: a pair of planes, at plus and minus this z [m]; the force says which one is touched."""
+    paraboloid: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R1 R2")] = None
+    """Fingertip: a paraboloid that opens along -z, with these radii of curvature at its apex [m]."""
+    capsule: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="R L")] = None
+    """Fingertip: a thimble, a hemisphere of this radius on a cylinder down to z = -L [m]."""
+    box: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C R")] = None
+    """Fingertip: a box of these half lengths with edges rounded by R [m]."""
+    superellipsoid: Annotated[tuple[float, float, float, float] | None, tyro.conf.arg(metavar="A B C P")] = None
+    """Fingertip: |x/A|^P + |y/B|^P + |z/C|^P = 1 [m, m, m, -]."""
+    mesh: Annotated[Path | None, tyro.conf.arg(metavar="MESH")] = None
+    """Fingertip: a closed convex mesh file (STL, PLY, OBJ) in metres."""
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Centre of the fingertip's surface in the sensor frame [m]."""
+    rotvec: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """How the surface's axes are turned against the sensor's: axis times angle [rad]."""
+    model: Literal["soft", "hard"] = "soft"
+    """soft: with spin torque, exact. hard: without, the wrench-axis method."""
+    force_noise: float = 0.0
+    """Standard deviation of the sensor's force noise [N], each axis."""
+    moment_noise: float = 0.0
+    """Standard deviation of the sensor's moment noise [N m], each axis."""
+    not_finite: Literal["refuse", "mark"] = "refuse"
+    """A row with nan or inf in its wrench: refuse the input, naming the line; or mark the row INVALID, go on."""
+    format: Literal["csv", "jsonl"] = "csv"
+    """Output: CSV, or one JSON object per line."""
+    out: Path = STANDARD_STREAM
+    """Output file, which appears whole or not at all; - is standard output."""
+
+    def __post_init__(self) -> None:
+        given = [name for name in FINGERTIPS if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = " and ".join(f"--{name}" for name in given) or "none"
+            options = ", ".join(f"--{name} {sizes}" for name, sizes in FINGERTIPS.items())
+            raise InvalidValueError(f"fingertip: {found} given; give one of {options} [m]")
+        for name in given:
+            value = getattr(self, name)
+            if not isinstance(value, Path):
+                self._check_sizes(name, value if isinstance(value, tuple) else (value,))
+        vector("center", self.center, 3, "m")
+        vector("rotvec", self.rotvec, 3, "rad")
+        not_negative("force_noise", self.force_noise, "N")
+        not_negative("moment_noise", self.moment_noise, "N m")
+        if self.has_noise and self.model == "hard":
+            raise InvalidValueError(
+                "force_noise and moment_noise give standard deviations of the soft model only: leave them out, or "
+                "--model soft"
+            )
+
+    @staticmethod
+    def _check_sizes(name: str, sizes: tuple[float, ...]) -> None:
+        if name == "superellipsoid":
+            *sizes, exponent = sizes  # type: ignore[assignment]
+            positive(name, exponent, "as its exponent")
+        for length in sizes:
+            if not (name == "ellipsoid" and length == math.inf):  # endless along that axis
+                check_length(name, length)
+
+    @property
+    def has_noise(self) -> bool:
+        """Whether standard deviations are asked for."""
+        return self.force_noise > 0.0 or self.moment_noise > 0.0

@@ -1,0 +1,233 @@
+"""`palpate contact`: wrenches in, contacts out, in constant memory."""
+
+import contextlib
+import io
+import json
+import os
+import shutil
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import BinaryIO, Protocol, cast
+
+import numpy as np
+
+from palpate.atomic_file import replacing
+from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.contact.config import STANDARD_STREAM, ContactConfig
+from palpate.commands.contact.table import CsvTable, JsonLines, TableFormat
+from palpate.commands.output_folder import check_file
+from palpate.commands.wrench_csv import ByteSource, WrenchReader
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.sensing.contact import ContactStatus
+from palpate.sensing.solver import Surface, contacts_from_wrenches
+from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
+from palpate.surfaces import (
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Paraboloid,
+    Plane,
+    RoundedBox,
+    Sphere,
+    Superellipsoid,
+    load_mesh,
+)
+
+
+class _ByteSink(Protocol):
+    def write(self, data: bytes, /) -> object: ...
+    def flush(self) -> object: ...
+
+
+def run_contact(config: ContactConfig) -> int:
+    """Read wrenches, write contacts; returns the exit code.
+
+    Raises:
+        InvalidValueError: The input cannot be read or is wrong; the message names the line.
+        OSError: The output cannot be written.
+    """
+    counts: Counter[str] = Counter()
+    try:
+        with _destination(config) as sink:
+            _carry_out(config, CsvTable if config.format == "csv" else JsonLines, sink, counts)
+        for warning in unexplained(counts):
+            sys.stderr.write(f"Note: {warning}\n")
+    except BrokenPipeError:
+        # the reader of a pipe has seen enough; what Python would flush at exit has nowhere to go
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except KeyboardInterrupt:
+        return ExitCode.INTERRUPTED  # how a live source is ended
+    return ExitCode.DONE
+
+
+def answer_contact(config: ContactConfig) -> Answer:
+    """Read wrenches; return how many contacts of each status there are, and all of them unless a file gets them.
+
+    They wait in memory until the last one has been found right; a Ctrl-C ends a live source, with what there was.
+
+    Raises:
+        InvalidValueError: The input cannot be read or is wrong; the message names the line.
+        OSError: The output cannot be written.
+    """
+    counts: Counter[str] = Counter()
+    rows = io.BytesIO()
+    code = ExitCode.DONE
+    try:
+        if config.out == STANDARD_STREAM:
+            _carry_out(config, JsonLines, rows, counts)
+        else:
+            with _destination(config) as sink:
+                _carry_out(config, CsvTable if config.format == "csv" else JsonLines, sink, counts)
+    except KeyboardInterrupt:
+        code = ExitCode.INTERRUPTED
+    figures = {"wrenches": counts.total(), **{f"status_{name.lower()}": n for name, n in counts.items()}}
+    if config.out != STANDARD_STREAM:
+        files = (config.out,) if code is ExitCode.DONE or config.source == STANDARD_STREAM else ()
+        return Answer(code, figures=figures, files=files, warnings=unexplained(counts))
+    found = [json.loads(line) for line in rows.getvalue().splitlines()]
+    return Answer(code, figures=figures, facts={"contacts": found}, warnings=unexplained(counts))
+
+
+def unexplained(counts: Mapping[str, int]) -> tuple[str, ...]:
+    """Return what people may have mixed up if no contact explains most wrenches; nothing otherwise.
+
+    Args:
+        counts: Of each status, how many wrenches have it. Those without force or not finite tell nothing.
+    """
+    without = counts.get(ContactStatus.NO_CONTACT.name, 0)
+    silent = (ContactStatus.NO_FORCE.name, ContactStatus.INVALID.name)
+    telling = sum(n for name, n in counts.items() if name not in silent)
+    if 2 * without <= telling:
+        return ()
+    return (
+        f"{without} of {telling} rows with force: no contact explains the wrench; are moments in N m (header "
+        "mx_mNm for mNm), and is the wrench what the object exerts on the finger?",
+    )
+
+
+def _carry_out(
+    config: ContactConfig, form: type[CsvTable] | type[JsonLines], sink: _ByteSink, counts: "Counter[str]"
+) -> None:
+    surface = fingertip(config)
+    with _opened(config) as source:
+        name = "standard input" if config.source == STANDARD_STREAM else str(config.source)
+        reader = WrenchReader(source, name, config.not_finite, taken=form.own_names(config.has_noise))
+        _convert(config, surface, reader, form, sink, counts)
+
+
+def fingertip(config: ContactConfig) -> Surface:
+    """Return the fingertip that a configuration describes.
+
+    Raises:
+        InvalidValueError: The surface cannot be built.
+    """
+    center, rotation = np.array(config.center), rotation_matrix_from_rotvec(np.array(config.rotvec))
+    if config.mesh is not None:
+        return load_mesh(config.mesh, center=center, rotation=rotation)
+    if config.box is not None:
+        return RoundedBox(config.box[:3], config.box[3], center, rotation)
+    if config.capsule is not None:
+        return Capsule(*config.capsule, center, rotation)
+    if config.superellipsoid is not None:
+        axes, exponent = config.superellipsoid[:3], config.superellipsoid[3]
+        return Superellipsoid(axes, exponent, center=center, rotation=rotation)
+    if config.sphere is not None:
+        return Sphere(config.sphere, center=center, rotation=rotation)
+    if config.ellipsoid is not None:
+        return Ellipsoid(config.ellipsoid, center=center, rotation=rotation)
+    if config.cylinder is not None:
+        return Cylinder(config.cylinder, center=center, rotation=rotation)
+    if config.paraboloid is not None:
+        return Paraboloid(config.paraboloid, center=center, rotation=rotation)
+    assert config.plane is not None  # ContactConfig has made sure that one is given
+    return Plane(config.plane, center=center, rotation=rotation)
+
+
+def rotation_matrix_from_rotvec(rotvec: FloatArray) -> FloatArray:
+    """Return the rotation about `rotvec` by |rotvec| [rad] (Rodrigues), shape (3, 3)."""
+    angle = float(np.linalg.norm(rotvec))
+    if angle == 0.0:
+        return np.eye(3)
+    x, y, z = (rotvec / angle).tolist()
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
+
+
+def _convert(
+    config: ContactConfig,
+    surface: Surface,
+    reader: WrenchReader,
+    form: type[CsvTable] | type[JsonLines],
+    sink: _ByteSink,
+    counts: "Counter[str]",
+) -> None:
+    noise = white_noise(config.force_noise, config.moment_noise)
+    table: TableFormat | None = None
+    text = ""
+    for header, rows in reader.blocks():
+        if table is None:
+            table = form(header.names, config.has_noise)
+            text = table.header()
+        if rows:
+            contacts = contacts_from_wrenches(surface, np.array([row.wrench for row in rows]), config.model)
+            deviations = contacts_uncertainties(surface, contacts, noise) if config.has_noise else None
+            text += table.rows([row.copied for row in rows], contacts, deviations)
+            sink.write(text.encode())
+            sink.flush()
+            counts.update(ContactStatus(status).name for status in contacts.status.tolist())
+            text = ""
+    sink.write(text.encode())  # a header without rows
+
+
+@contextlib.contextmanager
+def _opened(config: ContactConfig) -> Iterator[ByteSource]:
+    if config.source == STANDARD_STREAM:
+        yield cast(ByteSource, sys.stdin.buffer)  # a BufferedReader, which typeshed calls BinaryIO
+        return
+    try:
+        file = config.source.open("rb")
+    except OSError as error:
+        raise InvalidValueError(f"cannot read {config.source}: {error.strerror}") from None
+    with file:
+        yield file
+
+
+@contextlib.contextmanager
+def _destination(config: ContactConfig) -> Iterator[_ByteSink]:
+    """Yield where the contacts go.
+
+    A file appears whole or not at all; where Ctrl-C ends a live source, that is all that has come. Standard output
+    gets all or nothing, too, when the input is a file: rows wait in a temporary file until the last line has been
+    found right. From standard input, which may be live, rows pass at once.
+    """
+    if config.out != STANDARD_STREAM:
+        check_file(config.out)
+        both = (config.source, config.out)
+        if config.source != STANDARD_STREAM and all(each.exists() for each in both) and os.path.samefile(*both):
+            raise InvalidValueError(f"out = {config.out}: is the input; give another file")
+        ended: KeyboardInterrupt | None = None
+        with replacing(config.out) as file:
+            try:
+                yield file
+            except KeyboardInterrupt as interruption:
+                if config.source != STANDARD_STREAM:
+                    raise
+                ended = interruption  # how a live source is ended: what has come is kept
+        if ended is not None:
+            raise ended
+        return
+    if config.source == STANDARD_STREAM:
+        yield sys.stdout.buffer
+        return
+    with tempfile.TemporaryFile() as waiting:
+        yield waiting
+        _copy(waiting, sys.stdout.buffer)
+
+
+def _copy(file: BinaryIO, sink: BinaryIO) -> None:
+    file.seek(0)
+    shutil.copyfileobj(file, sink)
+    sink.flush()

@@ -1,0 +1,127 @@
+"""`palpate doctor`: connects to the devices of a robot file, and says what to fix. Moves nothing."""
+
+from collections.abc import Callable, Iterator
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.doctor.arm import arm_findings
+from palpate.commands.doctor.computer import COMPUTER, computer_findings
+from palpate.commands.doctor.config import DoctorConfig
+from palpate.commands.doctor.finding import Finding, Verdict
+from palpate.commands.doctor.hand import hand_findings
+from palpate.commands.doctor.sensor import sensor_findings
+from palpate.commands.doctor.watched import failure
+from palpate.commands.progress import step_progress
+from palpate.commands.said import say
+from palpate.extras import MissingLibraryError
+from palpate.hw.devices import DeviceError
+from palpate.robots.devices import with_devices
+from palpate.robots.rig_built import RigParts, check_rig, parts_of
+from palpate.robots.values import load_named_robot
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_rig import RigEntry
+
+STYLES = {Verdict.GOOD: "green", Verdict.NOTE: "yellow", Verdict.BAD: "bold red"}
+
+FIT, UNFIT = "Fit to run.", "Not fit to run."
+
+Tell = Callable[[str], None]
+
+
+def run_doctor(config: DoctorConfig) -> Answer:
+    """Look at all devices and print what was found.
+
+    Returns:
+        What was found; it is done if nothing has to be fixed.
+
+    Raises:
+        InvalidValueError: There is no such robot, or it has no devices.
+        DeviceError: Emulators do not come up.
+    """
+    robot = load_named_robot(config.robot)
+    with with_devices(robot, config.robot) as rig:
+        check_rig(rig)
+        return _examine(config, rig)
+
+
+def _examine(config: DoctorConfig, robot: Robot) -> Answer:
+    console = Console()
+    parts = parts_of(robot)
+    with step_progress(console, _steps(robot, parts)) as tell:
+        found = tuple(examined(robot, parts, config.seconds, tell))
+    fit = all(finding.verdict is not Verdict.BAD for finding in found)
+    _print(console, robot, found, fit)
+    return Answer(
+        ExitCode.DONE if fit else ExitCode.UNFINISHED,
+        FIT if fit else UNFIT,
+        facts={"robot": robot.file.name, "fit": fit, "findings": found},
+    )
+
+
+def examined(robot: Robot, parts: RigParts, seconds: float, tell: Tell = lambda step: None) -> Iterator[Finding]:
+    """Look at this computer, then at one device after the other: each is closed before the next one.
+
+    Args:
+        robot: Of kind `rig`.
+        parts: Its devices.
+        seconds: How long to watch each.
+        tell: Told of each step.
+    """
+    tell(COMPUTER)
+    yield from computer_findings(robot.file, seconds)
+    for i, finger in enumerate(parts.sensors):
+        if not finger.in_arm:
+            tell(finger.device.name)
+            yield from sensor_findings(robot, i, finger, seconds)
+    backend = robot.file.backend
+    assert isinstance(backend, RigEntry)  # parts were made of it
+    if parts.hand is not None and backend.hand is not None:
+        tell(parts.hand.name)
+        try:
+            parts.hand.start()
+            yield from hand_findings(robot, backend.hand, parts.hand, seconds)
+        except DeviceError as error:
+            yield failure(parts.hand.name, error)
+        finally:
+            parts.hand.close()
+    if parts.arm is not None:
+        tell(parts.arm.name)
+        try:
+            parts.arm.start()
+            yield from arm_findings(robot, parts.arm, seconds)
+            for i, finger in enumerate(parts.sensors):
+                if finger.in_arm:
+                    yield from sensor_findings(robot, i, finger, seconds)
+        except DeviceError as error:
+            yield failure(parts.arm.name, error)
+        except MissingLibraryError as error:
+            yield Finding(parts.arm.name, "client library", "missing", "", "", Verdict.BAD, str(error))
+        finally:
+            parts.arm.close()
+
+
+def _steps(robot: Robot, parts: RigParts) -> list[str]:
+    names = [finger.device.name for finger in parts.sensors if not finger.in_arm]
+    return [COMPUTER, *names, *(device.name for device in (parts.hand, parts.arm) if device is not None)]
+
+
+def _print(console: Console, robot: Robot, found: tuple[Finding, ...], fit: bool) -> None:
+    table = Table(title=Text(robot.file.name), show_edge=False)
+    for column in ("device", "what", "value", "unit", "should be", ""):
+        table.add_column(column, justify="right" if column == "value" else "left")
+    last = ""
+    for one in found:
+        value = one.value if isinstance(one.value, str) else f"{one.value:.4g}"
+        device, last = "" if one.device == last else one.device, one.device
+        style = STYLES[one.verdict]
+        cells = (device, one.what, value, one.unit, one.wanted)
+        table.add_row(*(Text(cell) for cell in cells), Text(one.verdict, style=style))
+    console.print(table)
+    to_do = [one for one in found if one.fix]
+    for one in sorted(to_do, key=lambda each: each.verdict is not Verdict.BAD):
+        word = "Fix" if one.verdict is Verdict.BAD else "Note"
+        say(console, f"{word}: {one.device}, {one.what}: {one.fix}")
+    say(console, FIT if fit else UNFIT)

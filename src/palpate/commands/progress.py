@@ -1,0 +1,98 @@
+"""What is shown while something takes its time: bars on a terminal, lines where the output is captured."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from palpate.commands.said import say
+from palpate.runtime import Command, Observation, Observer, Sample
+
+REFRESH = 0.1
+"""Wall time between two updates of a bar [s]."""
+
+LINE_INTERVAL = 10.0
+"""Wall time between two lines of a run [s], where the output is captured: CI takes longer silence for a hang."""
+
+
+def lively(console: Console) -> bool:
+    """Return whether what is shown may come and go: on a terminal, not where FORCE_COLOR only colours a file."""
+    return console.is_terminal and console.file.isatty()
+
+
+@contextmanager
+def doing(console: Console, what: str) -> Iterator[None]:
+    """Show what is being done: it comes and goes on a terminal, and is a line elsewhere."""
+    if lively(console):
+        with console.status(what):
+            yield
+    else:
+        say(console, what)
+        yield
+
+
+def run_progress(console: Console, expected_duration: float) -> AbstractContextManager[Observer]:
+    """Show how far a run of about `expected_duration` [s] is; gives the observer that feeds what is shown."""
+    return (_run_bar if lively(console) else _run_lines)(console, expected_duration)
+
+
+@contextmanager
+def _run_lines(console: Console, expected_duration: float) -> Iterator[Observer]:
+    shown = time.perf_counter()
+    say(console, f"running, about {expected_duration:.0f} s on the robot's clock")
+
+    def observe(sample: Sample, now: Observation, command: Command) -> None:
+        nonlocal shown
+        wall = time.perf_counter()
+        if wall - shown > LINE_INTERVAL:
+            shown = wall
+            foretold = now.time <= expected_duration
+            goal = f" of about {expected_duration:.0f} s" if foretold else " s, longer than expected,"
+            say(console, f"{now.time:.0f}{goal} on the robot's clock, {command.phase.value}")
+
+    yield observe
+
+
+@contextmanager
+def _run_bar(console: Console, expected_duration: float) -> Iterator[Observer]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of about {task.total:.0f} s on the robot's clock"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("starting", total=expected_duration)
+        shown = 0.0
+
+        def observe(sample: Sample, now: Observation, command: Command) -> None:
+            nonlocal shown
+            wall = time.perf_counter()
+            if wall - shown > REFRESH:
+                shown = wall
+                done = min(now.time, expected_duration)
+                progress.update(task, completed=done, description=command.phase.value)
+
+        yield observe
+
+
+@contextmanager
+def step_progress(console: Console, steps: Sequence[str]) -> Iterator[Callable[[str], None]]:
+    """Show which of some steps is being worked on; yields what is told the name of each when it begins."""
+    if not lively(console):
+        yield lambda step: say(console, step)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("step {task.completed:.0f} of {task.total:.0f}"),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("", total=len(steps))
+
+        def tell(step: str) -> None:
+            progress.update(task, completed=steps.index(step) + 1, description=step)
+
+        yield tell

@@ -1,0 +1,172 @@
+"""`palpate replay`: a log through sensing, control and supervision again, with progress, verdict and report."""
+
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from palpate.commands.answer import Answer, ExitCode, shown_figures
+from palpate.commands.output_folder import make_folder
+from palpate.commands.progress import doing, lively
+from palpate.commands.replay.config import ReplayConfig
+from palpate.commands.replay.controller import load_controller_maker
+from palpate.commands.replay.report import (
+    ending_recorded,
+    ending_replayed,
+    first_differences,
+    key_figures,
+    remarks,
+    replay_report,
+    verdict,
+    version_differences,
+)
+from palpate.commands.replay.report_page import write_replay_report
+from palpate.commands.replay.run import ReplayedLog, replay_log
+from palpate.commands.replay.settings import settings_of
+from palpate.commands.said import say
+from palpate.runtime import Command, Observation, Sample
+from palpate.runtime.log import log_in, read_log
+
+SHOWN_EVERY = 500
+"""Periods between two updates of the progress bar: a few times a second."""
+
+
+def run_replay(config: ReplayConfig) -> Answer:
+    """Replay a log, say how its commands come out, and draw the difference.
+
+    Returns:
+        How the commands differ; unfinished if nothing was changed and something differs, or if another controller
+        raised an exception.
+
+    Raises:
+        InvalidValueError: There is no log of an experiment, or what is changed cannot be.
+        OSError: The log cannot be read, or the report not be written.
+    """
+    console = Console()
+    settings = settings_of(config.set)
+    path = log_in(config.log)
+    maker = None if config.controller is None else load_controller_maker(config.controller)
+    folder = path.resolve().parent if config.out is None else config.out
+    if settings or maker is not None:
+        make_folder(folder)  # before the work, so that nothing is lost after it
+    with _progress(console) as show:
+        log = read_log(path, lambda share: show("reading", share))
+        done, count = 0, max(len(log), 1)
+
+        def observe(sample: Sample, now: Observation, command: Command) -> None:
+            nonlocal done
+            done += 1
+            if done % SHOWN_EVERY == 0:
+                show("replaying", done / count)
+
+        found = replay_log(log, settings, maker, (observe,))
+    say(console, f"{path.resolve()}: {verdict(found)}")
+    for remark in remarks(found):
+        say(console, remark)
+    if found.should_be_identical:
+        if found.identical and found.sensing.first is None:
+            return _answer(found, ExitCode.DONE)
+        _explain(console, found)
+    else:
+        console.print(_table(found))
+    make_folder(folder)
+    report = _new_report_path(folder, path.resolve().stem)
+    with doing(console, "drawing the report"):
+        write_replay_report(replay_report(found, config.controller), report)
+    say(console, f"Written: {report}")
+    wrong = found.should_be_identical or _failed(console, found)
+    return _answer(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, (report,))
+
+
+def _answer(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> Answer:
+    """All that was found out, in figures and facts."""
+    figures, notes = shown_figures(key_figures(found))
+    differing = found.commands.first is not None or found.sensing.first is not None
+    return Answer(
+        code,
+        verdict(found),
+        {
+            **figures,
+            "commands": found.commands.count,
+            "commands_identical": found.commands.identical,
+            "periods_sensed": found.sensing.count,
+            "periods_sensed_alike": found.sensing.identical,
+        },
+        notes,
+        {
+            "log": found.log.path.resolve(),
+            "changed": dict(found.settings),
+            "other_controller": found.other_controller,
+            "identical": not differing,
+            "ending_recorded": ending_recorded(found),
+            "ending_replayed": ending_replayed(found),
+            "first_differences": first_differences(found),
+            "versions_differ": version_differences(found) if found.should_be_identical and differing else (),
+        },
+        files,
+        remarks(found),
+    )
+
+
+def _explain(console: Console, found: ReplayedLog) -> None:
+    """Say where what should be identical is not, and what may be the reason."""
+    for sentence in first_differences(found):
+        say(console, f"Differs: {sentence}")
+    others = version_differences(found)
+    say(console, f"Versions: {'; '.join(others) if others else 'the same as then'}")
+
+
+def _failed(console: Console, found: ReplayedLog) -> bool:
+    """Whether an exception ended the replay; shows where it came from."""
+    error = found.replay.result.error
+    if error is None or found.replay.reached_end:
+        return False
+    say(console, "".join(traceback.format_exception(error)))
+    return True
+
+
+def _table(found: ReplayedLog) -> Table:
+    table = Table(show_header=False)
+    table.add_column("name", no_wrap=True)
+    table.add_column("value", justify="right", style="bold", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    table.add_column("note", style="dim")
+    for figure in key_figures(found):
+        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
+    return table
+
+
+def _new_report_path(folder: Path, stem: str) -> Path:
+    """A name that no report in the folder has: that of the log, and a number if need be."""
+    path, number = folder / f"{stem}-replay.html", 1
+    while path.exists():
+        number += 1
+        path = folder / f"{stem}-replay-{number}.html"
+    return path
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[Callable[[str, float], None]]:
+    """Show how far it is; yields what is told what is being done, and which share of it is done."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:.0f} %"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not lively(console)) as progress:
+        task, doing = progress.add_task("reading", total=1.0), "reading"
+
+        def show(what: str, share: float) -> None:
+            nonlocal doing
+            if what != doing:
+                doing = what
+                progress.reset(task, description=what)
+            progress.update(task, completed=share)
+
+        yield show

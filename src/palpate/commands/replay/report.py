@@ -1,0 +1,230 @@
+"""What a replay says: a sentence for every finding, and the report with pictures."""
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from palpate.commands.replay.report_data import ReplayReport, ReplaySeries
+from palpate.commands.replay.run import ReplayedLog
+from palpate.experiments.kit.option_words import has_unit, option_unit, option_words
+from palpate.experiments.kit.report_advice import advice_on_replay
+from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
+from palpate.reporting.data import KeyFigure
+from palpate.runtime import Record
+from palpate.runtime.replay_difference import Difference
+from palpate.strict_yaml import read_yaml
+
+_MILLI = 1e3
+
+TOUCHED = ("object", "size", "surface")
+"""What says on what it was recorded."""
+
+
+def grouped(count: int) -> str:
+    """Return a count with a space after each thousand."""
+    return f"{count:,}".replace(",", " ")
+
+
+def verdict(done: ReplayedLog) -> str:
+    """Return in one sentence how many commands came out as recorded."""
+    commands, sensing = done.commands, done.sensing
+    found = f"{grouped(commands.identical)} of {grouped(commands.count)} commands identical, bit for bit"
+    if sensing.first is None:
+        return f"{found}; all that was felt is the same"
+    return (
+        f"{found}; what was felt is the same in {grouped(sensing.identical)} of {grouped(sensing.count)} periods"
+    )
+
+
+def remarks(done: ReplayedLog) -> tuple[str, ...]:
+    """Return what a reader has to know besides, one sentence each."""
+    said = [done.extent.missing] if done.extent.missing else []
+    if done.left_out:
+        names = ", ".join(dict.fromkeys(change.name for change in done.left_out))
+        said.append(
+            f"the controller has no live parameter {names}: {len(done.left_out)} recorded changes were left out"
+        )
+    return tuple(said)
+
+
+def first_differences(done: ReplayedLog) -> tuple[str, ...]:
+    """Return where sensing and commands part, if they do."""
+    parts = (("sensing", done.sensing), ("commands", done.commands))
+    return tuple(f"{name} first at {one.first}" for name, one in parts if one.first is not None)
+
+
+def version_differences(done: ReplayedLog) -> tuple[str, ...]:
+    """Return which versions are others than those that the run was made with."""
+    if VERSIONS_TEXT not in done.log.attachments:
+        return (f"unknown then: the log has no {VERSIONS_TEXT}",)
+    then, now = read_yaml(done.log.attachments[VERSIONS_TEXT]), read_yaml(versions_text())
+    if not isinstance(then, dict) or not isinstance(now, dict):
+        return (f"unknown then: {VERSIONS_TEXT} in the log makes no sense",)
+    names = [name for name in {**then, **now} if then.get(name) != now.get(name)]
+    return tuple(f"{name} {then.get(name, 'unknown')} then, {now.get(name, 'unknown')} now" for name in names)
+
+
+def ending_recorded(done: ReplayedLog) -> str:
+    """Return how the recorded run ended."""
+    told = [event.text for event in done.log.events if event.source == "supervisor"]
+    told += [event.text.removeprefix("ended: ") for event in done.log.events if event.source == "run"]
+    return told[0] if told else "nobody noted it: the log breaks off"
+
+
+def ending_replayed(done: ReplayedLog) -> str:
+    """Return how the replay ended."""
+    if done.replay.reached_end:
+        return "with the last sample"
+    trip = done.replay.trip
+    return done.replay.result.ending.value if trip is None else str(trip)
+
+
+def replay_report(done: ReplayedLog, controller: str | None = None) -> ReplayReport:
+    """Return the report on a replay; `controller` names the one that was in the place of the recorded one."""
+    recorded, replayed = done.records()
+    return ReplayReport(
+        title=f"Replay of {done.log.path.resolve().name}",
+        outcome=_outcome(done),
+        summary=key_figures(done),
+        settings=_settings(done, controller),
+        recorded=_series(recorded),
+        replayed=_series(replayed),
+        asked=_asked(done, controller),
+        advice=advice_on_replay(done),
+        repeat=_repeat(done, controller),
+    )
+
+
+def _asked(done: ReplayedLog, controller: str | None) -> str:
+    changed = [f"{name} {_value(done, name)}" for name in done.settings]
+    changed += [f"controller {controller}"] if controller else []
+    but = f" but for {', '.join(changed)}" if changed else ""
+    return f"to sense and command again what {done.log.path.name} recorded, all as it was{but}"
+
+
+def _repeat(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str], ...]:
+    words = ["palpate", "replay", str(done.log.path)]
+    if done.settings:
+        words += ["--set", *(f"{name}={_set_value(value)}" for name, value in done.settings.items())]
+    if controller:
+        words += ["--controller", controller]
+    return (("The same again:", shlex.join(words)),)
+
+
+def _set_value(value: object) -> str:
+    each = value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
+    return ",".join(str(one) for one in each)
+
+
+def key_figures(done: ReplayedLog) -> tuple[KeyFigure, ...]:
+    """Return the figures that matter, most important first."""
+    recorded, replayed = done.records()
+    apart = np.linalg.norm(replayed.command - recorded.command, axis=1)
+    count = grouped(done.commands.count)
+    figures = [KeyFigure("commands identical", grouped(done.commands.identical), "", f"of {count}, bit for bit")]
+    if len(apart):
+        largest = int(np.nanargmax(apart)) if np.isfinite(apart).any() else 0
+        where = f"at t = {recorded.time[largest]:.3f} s, {recorded.phase[largest]}" if apart[largest] else ""
+        figures += [
+            KeyFigure("commanded velocity apart, RMS", _MILLI * _rms(apart), "mm/s"),
+            KeyFigure("commanded velocity apart, largest", _MILLI * float(apart[largest]), "mm/s", where),
+        ]
+    figures += _grip_figures(done, recorded)
+    figures.append(_first("first difference of a command", done.commands))
+    others = np.flatnonzero(recorded.phase != replayed.phase)
+    note = "" if not len(others) else f"first {replayed.phase[others[0]]} for {recorded.phase[others[0]]}"
+    if len(others):
+        note += f" at t = {recorded.time[others[0]]:.3f} s"
+    figures.append(KeyFigure("periods in another phase", grouped(len(others)), "", note))
+    figures += _sensing_figures(done, recorded, replayed)
+    figures += [
+        KeyFigure("end of the recorded run", "", "", ending_recorded(done)),
+        KeyFigure("end of the replay", "", "", ending_replayed(done)),
+    ]
+    return tuple(figures)
+
+
+def _grip_figures(done: ReplayedLog, recorded: Record) -> list[KeyFigure]:
+    """How far the commanded grip is off, where a finger of a hand was told one in both."""
+    sides = ((done.log.codec, done.log.rows), (done.replay.codec, done.replay.rows))
+    before, after = (rows[: done.common, codec.columns["command.grip_force"]] for codec, rows in sides)
+    both = np.isfinite(before) & np.isfinite(after)
+    if not both.any():
+        return []
+    apart = np.where(both, np.abs(after - before), 0.0)
+    largest = int(apart.max(axis=1).argmax())
+    where = f"at t = {recorded.time[largest]:.3f} s, {recorded.phase[largest]}" if apart.any() else ""
+    return [
+        KeyFigure("commanded grip apart, RMS", _rms(apart[both]), "N", "of every finger"),
+        KeyFigure("commanded grip apart, largest", float(apart.max()), "N", where),
+    ]
+
+
+def _sensing_figures(done: ReplayedLog, recorded: Record, replayed: Record) -> list[KeyFigure]:
+    sensing, count = done.sensing, grouped(done.sensing.count)
+    figures = [KeyFigure("periods felt alike", grouped(sensing.identical), "", f"of {count}, bit for bit")]
+    if sensing.first is None:
+        return figures
+    both = recorded.touching & replayed.touching
+    apart = np.abs(replayed.normal_force - recorded.normal_force)[both]
+    if len(apart):
+        largest = f"largest {apart.max():.3g}"
+        figures.append(KeyFigure("felt normal force apart, RMS", _rms(apart), "N", largest))
+    return [*figures, _first("first difference of sensing", sensing)]
+
+
+def _first(name: str, difference: Difference) -> KeyFigure:
+    first = difference.first
+    if first is None:
+        return KeyFigure(name, "none")
+    return KeyFigure(name, f"{first.time:.3f}", "s", first.name.removeprefix("command.") or "the replay had ended")
+
+
+def _rms(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _outcome(done: ReplayedLog) -> str:
+    told = first_differences(done) if done.should_be_identical else ()  # else the table says enough
+    sentences = [verdict(done), *(f"differs: {sentence}" for sentence in told), *remarks(done)]
+    return " ".join(f"{sentence[0].upper()}{sentence[1:]}." for sentence in sentences)
+
+
+def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str], ...]:
+    """What was changed first, then the rest of what a replay can change."""
+    changed = [(name, _value(done, name) + " (changed)") for name in done.settings]
+    others = [(name, _value(done, name)) for name in done.kind.may.names if name not in done.settings]
+    return (
+        *changed,
+        ("controller", f"{controller} (changed)" if controller else "as recorded"),
+        *others,
+        ("recorded by", done.kind.command),
+        *((name, _value(done, name)) for name in TOUCHED if hasattr(done.planned.config, name)),
+        *(
+            ("changed while it ran", f"{change.name} to {change.value:g} at t = {change.time:.3f} s")
+            for change in done.log.changes
+            if change not in done.left_out
+        ),
+        ("log", str(_absolute(done.log.path))),
+    )
+
+
+def _value(done: ReplayedLog, name: str) -> str:
+    value = getattr(done.planned.config, name)
+    unit = option_unit(done.kind.experiment, name) if has_unit(value) else ""
+    return f"{option_words(value)} {unit}".rstrip()
+
+
+def _absolute(path: Path) -> Path:
+    return path.resolve()
+
+
+def _series(record: Record) -> ReplaySeries:
+    return ReplaySeries(
+        time=record.time,
+        phase=record.phase.tolist(),
+        velocity=record.command,
+        normal_force=np.where(record.touching, record.normal_force, np.nan),
+    )

@@ -1,0 +1,134 @@
+"""`palpate robot`: the robots that there are, and what palpate makes of a robot file."""
+
+import sys
+from collections.abc import Iterator
+
+import msgspec
+
+from palpate.commands.answer import Answer
+from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
+from palpate.errors import InvalidValueError
+from palpate.nearest_name import unit_of, without_unit
+from palpate.robots.finger_sensor import model_of_finger
+from palpate.robots.in_scene import check
+from palpate.robots.known_sensor import described
+from palpate.robots.values import load_named_robot
+from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, Robot, load_robot, robot_path, shipped_robots
+from palpate.sensing.ft.sensor_file import SensorFile
+from palpate.sensing.ft.sensor_writer import sensor_text
+from palpate.strict_refusal import shown_path
+from palpate.strict_yaml import Key, read_yaml
+
+
+def run_list(config: RobotListConfig) -> Answer:
+    """Print the name and the first line of every robot that comes with palpate."""
+    robots = {name: load_robot(name).file for name in shipped_robots()}
+    widest = max(map(len, robots))
+    for name, file in robots.items():
+        sys.stdout.write(f"{name:<{widest}}  {file.name}\n")
+    kinds = {name: file.backend.__struct_config__.tag for name, file in robots.items()}
+    return Answer(facts={"robots": [{"name": n, "about": robots[n].name, "kind": kinds[n]} for n in robots]})
+
+
+def run_show(config: RobotShowConfig) -> Answer:
+    """Print a robot file, or one of its sensor files, as it is; without one, what is known of a simulated sensor.
+
+    Raises:
+        InvalidValueError: There is no such robot, no such finger, or something in the files is wrong.
+    """
+    robot = load_named_robot(config.robot)
+    if config.sensor is None:
+        return _shown_file("robot", robot.texts[ROBOT_TEXT])
+    if config.sensor >= len(robot.file.fingers):
+        raise InvalidValueError(f"sensor = {config.sensor}: the last finger is {len(robot.file.fingers) - 1}")
+    if robot.sensors[config.sensor] is not None:
+        return _shown_file("sensor", robot.texts[SENSOR_TEXT.format(config.sensor)])
+    sensor = _described(robot, config.sensor)
+    if sensor is None:
+        raise InvalidValueError(
+            f"sensor = {config.sensor}: this finger has no sensor file; its sensor has no flaws"
+        )
+    return _shown_file("sensor", sensor_text(sensor))
+
+
+def _shown_file(what: str, text: str) -> Answer:
+    """Print a file as it is, and return what it says."""
+    sys.stdout.write(text)
+    return Answer(facts={what: read_yaml(text)})
+
+
+def run_check(config: RobotCheckConfig) -> Answer:
+    """Print what palpate understood.
+
+    Raises:
+        InvalidValueError: There is no such robot, or something in its files is wrong.
+    """
+    robot = load_named_robot(config.robot)
+    try:
+        check(robot)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{robot_path(config.robot)}: {error}") from None
+    written = {path for path, _ in _leaves(read_yaml(robot.texts[ROBOT_TEXT]))}
+    rows = [
+        (shown_path((*path[:-1], _bare(path[-1]))), _with_unit(value, path), path in written)
+        for path, value in _leaves(msgspec.to_builtins(robot.file))
+        if value is not None
+    ]
+    left, middle = max(len(row[0]) for row in rows), max(len(row[1]) for row in rows)
+    sys.stdout.write(f"{robot_path(config.robot)}\n")
+    for name, value, given in rows:
+        note = "" if given else "default"
+        sys.stdout.write(f"  {name:<{left}}  {value:<{middle}}  {note}".rstrip() + "\n")
+    for i, file in enumerate(robot.sensors):
+        sensor = file or _described(robot, i)
+        if sensor is not None:
+            sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
+    sys.stdout.write("All in order.\n")
+    sensors = [file or _described(robot, i) for i, file in enumerate(robot.sensors)]
+    return Answer(
+        outcome="All in order.",
+        facts={
+            "file": robot_path(config.robot),
+            "robot": msgspec.to_builtins(robot.file),
+            "defaults": [name for name, _, given in rows if not given],
+            "sensors": [None if sensor is None else msgspec.to_builtins(sensor) for sensor in sensors],
+        },
+    )
+
+
+def _described(robot: Robot, finger: int) -> SensorFile | None:
+    """What is known of the simulated sensor of a finger without a sensor file."""
+    entry = robot.file.fingers[finger]
+    return described(entry, model_of_finger(entry), robot.file.period)
+
+
+def _leaves(value: object, path: tuple[Key, ...] = ()) -> Iterator[tuple[tuple[Key, ...], object]]:
+    """Every value that is no mapping, with its path; a list of numbers is one value."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _leaves(item, (*path, key))
+    elif isinstance(value, list | tuple) and any(isinstance(item, dict) for item in value):
+        for i, item in enumerate(value):
+            yield from _leaves(item, (*path, i))
+    else:
+        yield path, tuple(value) if isinstance(value, list) else value
+
+
+def _bare(key: Key) -> Key:
+    return without_unit(key) if isinstance(key, str) else key
+
+
+def _with_unit(value: object, path: tuple[Key, ...]) -> str:
+    return "not limited" if value == () else f"{_shown(value)} {unit_of(str(path[-1]))}".rstrip()
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_shown, value))
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def _sensor_line(sensor: SensorFile) -> str:
+    forces = " ".join(f"{x:g}" for x in sensor.force_range)
+    moments = " ".join(f"{x:g}" for x in sensor.moment_range)
+    return f"{sensor.model}, number {sensor.serial_number}, up to {forces} N and {moments} N m"

@@ -1,0 +1,190 @@
+"""`palpate sweep`: the runs with their progress, what is kept of them, and the summary on the terminal."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import joblib
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.progress import LINE_INTERVAL, doing
+from palpate.commands.said import say
+from palpate.commands.sweep.config import SweepConfig
+from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
+from palpate.commands.sweep.result import SweepResult, spread_of
+from palpate.commands.sweep.run import SweepAtWork, check, finished
+from palpate.commands.sweep.store import SweepFolder
+from palpate.commands.sweep.typed_values import plain
+from palpate.commands.sweep.words import time_text
+from palpate.experiments.kit.figure import Figure, number
+from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, progress_bar
+
+START_UP = 3.0
+"""For a worker to import the simulator [s]."""
+
+MOST_LISTED = 40
+"""Combinations, and failures, that a terminal shows."""
+
+
+def run_sweep(config: SweepConfig) -> Answer:
+    """Do the runs that are not done yet, and write what came out of all of them.
+
+    Returns:
+        What came out; the exit code is 0 if every run got to its end, else 1.
+
+    Raises:
+        InvalidValueError: Something typed cannot be, or the folder is another sweep's; nothing has run.
+        KeyboardInterrupt: Ctrl-C. What is finished is kept.
+        OSError: A file cannot be written.
+    """
+    console = Console()
+    plan = sweep_plan(config)
+    with doing(console, "checking every combination"):
+        checked = check(plan)
+    say(console, f"{plan.title}: {plan.size}")
+    if config.dry_run:
+        _list(console, plan)
+        say(console, _foretold(config, checked.expected, len(plan.runs)))
+        figures = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
+        return Answer(outcome=plan.size, figures=figures, facts={"dry_run": True})
+    folder = SweepFolder(config.folder)
+    with folder.alone():
+        work = SweepAtWork(checked, folder, finished(checked, folder))
+        try:
+            _carry_out(console, work)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(_kept(work, "interrupted")) from None
+        except BatchError as error:
+            return Answer(ExitCode.UNFINISHED, error=_kept(work, str(error)))
+        with doing(console, "writing tables, picture and report"):
+            files = work.write()
+    _tell(console, work.result)
+    say(console, "Written: " + ", ".join(map(str, files)))
+    return _answer(work.result, files)
+
+
+def _carry_out(console: Console, work: SweepAtWork) -> None:
+    """Do what is left, and show how far it is."""
+    if work.records:
+        later = "; --keep-reports is for those still to be done" if work.checked.plan.asked.keep_reports else ""
+        say(console, f"{len(work.records)} of them are there already{later}")
+    left = len(work.left)
+    if left:
+        foretold = _foretold(work.checked.plan.asked, work.expected, left)
+        say(console, f"{foretold}, {work.runner.describe()}")
+        with _progress(console) as show:
+            work.carry_out(show)
+
+
+def _kept(work: SweepAtWork, why: str) -> str:
+    kept = f"{len(work.records)} of {len(work.checked.plan.runs)} runs are kept in {work.folder.path}"
+    return f"{why}; {kept}: the same command goes on from there"
+
+
+def _answer(result: SweepResult, files: tuple[Path, ...]) -> Answer:
+    """What a program is told: counts, and the figures that are shown for each combination."""
+    plan = result.plan
+    combinations = [
+        {
+            **{each.name: plain(value) for each, value in zip(plan.varied, combination.values, strict=True)},
+            "runs": result.done_of(combination),
+            **{figure.column: _spread_facts(result, figure, combination) for figure in result.figures},
+        }
+        for combination in plan.combinations
+    ]
+    failures = [
+        {"run": record.run, "status": record.status.value, "message": record.message} for record in result.failures
+    ]
+    return Answer(
+        ExitCode.UNFINISHED if result.failures else ExitCode.DONE,
+        result.outcome,
+        {
+            "runs": len(result.records),
+            "runs_done": len(result.records) - len(result.failures),
+            "computed_s": result.computed,
+        },
+        facts={"combinations": combinations, "failures": failures},
+        files=files,
+        warnings=result.notes,
+    )
+
+
+def _spread_facts(result: SweepResult, figure: Figure, combination: Combination) -> dict[str, float | None]:
+    spread = spread_of(result.values(figure, [combination]))
+    return {"median": number(spread.middle), "p10": number(spread.low), "p90": number(spread.high)}
+
+
+def _tell(console: Console, result: SweepResult) -> None:
+    """Say what came out: a table by combination, and one of failures."""
+    from palpate.commands.sweep.report import combination_rows, run_name
+
+    columns = [combination_rows(result, i) for i in range(len(result.figures))]
+    if columns:
+        table = Table(title=Text(result.plan.title), caption=Text(result.outcome))
+        table.add_column("combination" if result.plan.varied else "", overflow="fold")
+        for figure in result.figures:
+            table.add_column(Text(figure.words), justify="right")
+        for row in list(zip(*columns, strict=True))[:MOST_LISTED]:
+            cells = [f"{value} {unit}".rstrip() + (f" ({note})" if note else "") for _, value, unit, note in row]
+            table.add_row(Text(row[0][0]), *map(Text, cells))
+        console.print(table)
+        if len(columns[0]) > MOST_LISTED:
+            say(console, f"and {len(columns[0]) - MOST_LISTED} more combinations, in runs.csv")
+    else:
+        say(console, result.outcome)
+    if result.failures:
+        table = Table(title=Text("Runs that did not get to their end"))
+        for heading in ("run", "how", "why"):
+            table.add_column(heading, overflow="fold")
+        for record in result.failures[:MOST_LISTED]:
+            table.add_row(*map(Text, (run_name(result, record), record.status.value, record.message)))
+        console.print(table)
+        if len(result.failures) > MOST_LISTED:
+            say(console, f"and {len(result.failures) - MOST_LISTED} more, in runs.csv")
+        say(console, "To do these again: the same command with --repeat-failed")
+
+
+def _list(console: Console, plan: SweepPlan) -> None:
+    """List every run."""
+    for run in plan.runs:
+        name = plan.name_of(run.combination)
+        say(console, f"{run.number:6d}  {name}{', ' if name else ''}seed={run.case.config.seed}")
+
+
+def _foretold(config: SweepConfig, expected: float, runs: int) -> str:
+    """About how long so many runs take, in words.
+
+    Args:
+        config: What was typed.
+        expected: Wall time of all of them, one after the other [s].
+        runs: How many they are.
+    """
+    to_do = f"{runs} run{'s' if runs > 1 else ''} to do"
+    if config.ray is not None and config.jobs is None:
+        return f"{to_do}, about {time_text(expected)} of computing on one core"
+    jobs = min(config.jobs or joblib.cpu_count(), joblib.cpu_count() if config.ray is None else runs, runs)
+    return f"{to_do}, about {time_text(START_UP + expected / jobs)}"
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[ShowProgress]:
+    """A bar on a terminal, else a line every now and then."""
+    if console.is_terminal:
+        with progress_bar(console) as show:
+            yield show
+        return
+    shown = time.perf_counter()
+
+    def show_line(progress: BatchProgress) -> None:
+        nonlocal shown
+        wall = time.perf_counter()
+        if wall - shown > LINE_INTERVAL:
+            shown = wall
+            failed = f", {progress.failed} failed" if progress.failed else ""
+            say(console, f"{progress.done} of {progress.cases} runs done{failed}")
+
+    yield show_line

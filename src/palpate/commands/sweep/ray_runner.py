@@ -1,0 +1,197 @@
+"""Runs on a ray cluster: this process hands them out and takes them in, any node does them."""
+
+import os
+import socket
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+import joblib
+
+from palpate.commands.sweep.attempt import RunCase, attempt
+from palpate.errors import InvalidValueError
+from palpate.extras import require
+from palpate.one_thread import ONE_THREAD
+from palpate.runtime.batch import BatchError, BatchProgress, Failure, FailureKind, Outcome, ShowProgress, Success
+
+AUTO, LOCAL = "auto", "local"
+"""Instead of an address: the cluster that this computer belongs to; one of its own on this computer."""
+
+TICK = 0.25
+"""Longest time between two calls of `progress` [s]."""
+
+MOST_DEATHS = 3
+"""A case whose process dies is done again, but not a third time: one more than on one computer, for on a cluster
+processes also die with the node that they are on."""
+
+AHEAD = 2
+"""Cases per core that are handed out at a time: the next one waits where the last one ends."""
+
+STORE = 100 * 2**20
+"""Memory for objects that nodes share, of a cluster of our own [bytes]: ray's least is 75 MB, a run gives 1 kB."""
+
+PATIENCE = 5.0
+"""For a cluster to answer [s]."""
+
+LARGEST_PORT = 65535
+
+
+@dataclass(frozen=True, slots=True)
+class RayRunner:
+    """A ray cluster.
+
+    Attributes:
+        address: Of the cluster, or `AUTO` or `LOCAL`.
+        jobs: How many runs at a time; as many as it has cores, if not given.
+    """
+
+    address: str
+    jobs: int | None = None
+
+    def describe(self) -> str:
+        """Return where it does, for people."""
+        where = {AUTO: "on this computer's ray cluster", LOCAL: "on a ray cluster of its own"}
+        return where.get(self.address, f"on the ray cluster at {self.address}")
+
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress) -> None:
+        """See `palpate.commands.sweep.runner.Runner.run`.
+
+        Raises:
+            MissingLibraryError: ray is not installed.
+            InvalidValueError: There is no such cluster.
+        """
+        if not cases:
+            return
+        check_ray(self.address)
+        if self.address == LOCAL:
+            # nobody was asked whether ray may phone home, or listen to the net: then it takes the loopback device
+            os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+            os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
+        ray = import_module("ray")
+        with self._connected(ray):
+            _Round(ray, cases, self.jobs).run(progress)
+
+    @contextmanager
+    def _connected(self, ray: Any) -> Iterator[None]:
+        options: dict[str, Any] = {
+            "log_to_driver": False,
+            "logging_level": "ERROR",
+            # one thread per worker, and sets of strings iterated alike, as on one computer
+            "runtime_env": {"env_vars": ONE_THREAD | {"PYTHONHASHSEED": "0"}},
+        }
+        if self.address == LOCAL:
+            cores = joblib.cpu_count() if self.jobs is None else self.jobs
+            options |= {
+                "address": LOCAL,
+                "num_cpus": cores,
+                "include_dashboard": False,
+                "object_store_memory": STORE,
+            }
+        else:
+            options["address"] = self.address
+        try:
+            ray.init(**options)
+        except Exception as error:  # ray has a kind for each of its layers: no cluster, no name, other versions
+            raise InvalidValueError(_unreachable(self.address, f"{type(error).__name__}: {error}")) from None
+        try:
+            yield
+        finally:
+            ray.shutdown()
+
+
+def check_ray(address: str) -> None:
+    """Refuse at once what would fail after all that comes before, or after a minute of ray's own patience.
+
+    Raises:
+        MissingLibraryError: ray is not installed.
+        InvalidValueError: Nothing listens at an address.
+    """
+    require("ray", "cluster", "--ray")
+    if address in (AUTO, LOCAL):
+        return
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if not (colon and host and port.isdecimal() and int(port) <= LARGEST_PORT):
+        raise InvalidValueError(f"ray = {address}: write {AUTO}, {LOCAL}, HOST:PORT, or ray://HOST:PORT")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
+    except OSError as error:
+        raise InvalidValueError(_unreachable(address, str(error))) from None
+
+
+def _unreachable(address: str, reason: str) -> str:
+    told = " ".join(reason.split())
+    return (
+        f"ray = {address}: cannot be reached ({told}); `ray start --head` starts a cluster, and says its address"
+    )
+
+
+@dataclass(slots=True)
+class _Round:
+    """The cases while they are being done."""
+
+    ray: Any
+    cases: Sequence[RunCase]
+    jobs: int | None
+    waiting: deque[int] = field(init=False)
+    handed_out: dict[Any, int] = field(default_factory=dict)
+    deaths: dict[int, int] = field(default_factory=dict)
+    done: int = 0
+    failed: int = 0
+    began: float = field(default_factory=time.perf_counter)
+
+    def __post_init__(self) -> None:
+        self.waiting = deque(range(len(self.cases)))
+
+    def run(self, progress: ShowProgress) -> None:
+        """Do them."""
+        # what dies is handed out again here, not by ray, which would not tell
+        work = self.ray.remote(num_cpus=1, max_retries=0)(attempt)
+        try:
+            while self.done < len(self.cases):
+                most = self._most()
+                while self.waiting and len(self.handed_out) < most:
+                    index = self.waiting.popleft()
+                    self.handed_out[work.remote(self.cases[index])] = index
+                ready, _ = self.ray.wait(list(self.handed_out), num_returns=1, timeout=TICK)
+                for reference in ready:
+                    self._take(self.handed_out.pop(reference), reference, progress)
+                progress(self._progress())
+        finally:
+            for reference in self.handed_out:
+                self.ray.cancel(reference, force=True)
+
+    def _most(self) -> int:
+        """How many are handed out: the cluster may grow."""
+        if self.jobs is not None:
+            return self.jobs
+        return AHEAD * max(1, int(self.ray.cluster_resources().get("CPU", 1)))
+
+    def _take(self, index: int, reference: Any, progress: ShowProgress) -> None:
+        case, kinds = self.cases[index], self.ray.exceptions
+        outcome: Outcome[RunCase, Any]
+        try:
+            record = self.ray.get(reference)
+            outcome = Success(case, record, record.duration)
+        except kinds.RuntimeEnvSetupError as error:
+            raise BatchError(f"workers of the ray cluster do not start: {error}") from None
+        except kinds.RayTaskError as error:
+            # what a run raises is in its record: this is what it takes to call it, as palpate on that node
+            outcome = Failure(case, FailureKind.RAISED, f"the node could not call it: {error.cause}", str(error))
+        except kinds.RayError as error:
+            self.deaths[index] = self.deaths.get(index, 0) + 1
+            if self.deaths[index] < MOST_DEATHS:
+                self.waiting.append(index)
+                return
+            told = f"its process died, as {MOST_DEATHS - 1} before it: {type(error).__name__}"
+            outcome = Failure(case, FailureKind.DIED, told, "")
+        self.done += 1
+        self.failed += isinstance(outcome, Failure)
+        progress(self._progress(index, outcome))
+
+    def _progress(self, index: int | None = None, outcome: Outcome[Any, Any] | None = None) -> BatchProgress:
+        elapsed = time.perf_counter() - self.began
+        return BatchProgress(len(self.cases), self.done, self.failed, elapsed, index, outcome)

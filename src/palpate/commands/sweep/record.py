@@ -1,0 +1,66 @@
+"""What is kept of one run, in one small file."""
+
+from enum import StrEnum
+
+import msgspec
+
+from palpate.experiments.kit.figure import FigureValue
+
+
+class RunStatus(StrEnum):
+    """How a run went."""
+
+    DONE = "done"
+    """To its end: its figures count."""
+    UNFINISHED = "unfinished"
+    """The supervisor stopped it, contact was lost, or its time was up: it has figures, which do not count."""
+    FAILED = "failed"
+    """It raised an exception."""
+    DIED = "died"
+    """Its process ended, more than once: a crash in C, out of memory, SIGKILL."""
+
+
+class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What came of a run.
+
+    Attributes:
+        run: Its number, from 0: its place in the sweep.
+        digest: Of what was asked of it: a file of another sweep is not taken for one of this.
+        seed: Of its random numbers.
+        status: How it went.
+        message: How it ended, or what failed, in one line.
+        traceback: Where that was raised; else empty.
+        duration: Wall time in its process [s].
+        host: Computer that did it.
+        figures: What came out, by column; the only part that is the same whoever does it.
+        versions: Of Python and of the packages whose arithmetic the figures depend on.
+    """
+
+    run: int
+    digest: str
+    seed: int
+    status: RunStatus
+    message: str = ""
+    traceback: str = ""
+    duration: float | None = msgspec.field(name="duration_s", default=None)
+    host: str = ""
+    figures: dict[str, FigureValue] = {}
+    versions: dict[str, str] = {}
+
+    @property
+    def done(self) -> bool:
+        """Whether its figures count."""
+        return self.status is RunStatus.DONE
+
+
+def record_text(record: RunRecord) -> bytes:
+    """Return it as JSON; `read_record` gives back the very same, every float to the last bit."""
+    return msgspec.json.encode(record) + b"\n"
+
+
+def read_record(text: bytes) -> RunRecord | None:
+    """Return what `record_text` wrote; None if it is something else, as after a loss of power."""
+    try:
+        return msgspec.json.decode(text, type=RunRecord)
+    except msgspec.DecodeError:
+        return None

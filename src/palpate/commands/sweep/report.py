@@ -1,0 +1,226 @@
+"""The report on a sweep: one HTML file."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from palpate.commands.sweep.config import SweepConfig
+from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
+from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.result import HIGH, LOW, SweepResult, numbers_of, spread_of
+from palpate.commands.sweep.scale import scale_of
+from palpate.commands.sweep.typed_values import shown_value
+from palpate.commands.sweep.words import time_text
+from palpate.experiments.kit.figure import is_share
+from palpate.experiments.kit.repeat_words import command_line
+from palpate.reporting.data import KeyFigure
+from palpate.reporting.story import Story
+
+MOST_ROWS = 60
+"""Of a table in the report: the rest is in runs.csv."""
+
+
+def write_report(result: SweepResult, path: Path) -> None:
+    """Write the report; a former one is replaced once the new one is whole.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+
+    write_page(report_html(result), path)
+
+
+def report_html(result: SweepResult) -> str:
+    """Return the report as the text of an HTML document."""
+    # matplotlib takes a third of a second to import: only those who write a report wait for it.
+    from palpate.commands.sweep.picture import pictures
+    from palpate.reporting.page import COLUMNS, picture_cards, report_page, section, table, text
+
+    plan = result.plan
+    tables = []
+    for i, figure in enumerate(result.figures):
+        share = is_share(result.values(figure, plan.combinations))
+        heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
+        rows = _shortened(combination_rows(result, i), ("", "", "in runs.csv"))
+        tables.append(
+            f"<h3>{text(figure.words[:1].upper() + figure.words[1:])}</h3>\n{table(rows, COLUMNS, heads)}"
+        )
+    failures = table(failure_rows(result), ("name", "value", "note"), ("run", "how it went", "why"))
+    return report_page(
+        Story(
+            plan.title,
+            f"palpate {plan.swept.name}, {plan.size}",
+            result.outcome,
+            key_figures(result),
+            advice(result),
+            repeat_commands(plan),
+            setting_rows(result),
+            "Every run is a row of runs.csv, in SI units.",
+        ),
+        [
+            section("What came out", [picture_cards(pictures(result))]),
+            section("By combination" if plan.varied else "In figures", tables),
+            section("Runs that did not get to their end", [failures]),
+        ],
+    )
+
+
+SPREAD = f"{LOW:g} to {HIGH:g} % of the runs"
+"""What the interval beside a median is."""
+
+
+def key_figures(result: SweepResult) -> tuple[KeyFigure, ...]:
+    """Return how many runs there are, how they went and what they cost."""
+    figures = [_runs("asked for", len(result.records), result.plan.size.partition(": ")[2])]
+    figures += [
+        _runs(_STATUS_WORDS[status], result.counted(status))
+        for status in RunStatus
+        if status is RunStatus.DONE or result.counted(status)
+    ]
+    durations = numbers_of([record.duration for record in result.records])
+    if durations.size:
+        figures.append(_time("computing time of a run", float(np.median(durations)), "median"))
+        figures.append(_time("of all runs together", float(durations.sum()), _hosts(result)))
+    return tuple(figures)
+
+
+def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, str, str]]:
+    """Return what a figure is for each combination: name, value, unit, note."""
+    figure, plan = result.figures[index], result.plan
+    values = numbers_of(result.values(figure, plan.combinations))
+    scale = scale_of(figure.unit, float(np.abs(values).max()) if values.size else 0.0)
+    rows = []
+    for combination in plan.combinations:
+        spread = spread_of(result.values(figure, [combination]))
+        name = plan.name_of(combination) or "all runs"
+        value = f"{scale.factor * spread.middle:.4g}" if spread.count else "-"
+        note = (
+            f"{scale.factor * spread.low:.4g} to {scale.factor * spread.high:.4g}"
+            if spread.low < spread.high
+            else ""
+        )
+        rows.append((name, value, scale.unit if spread.count else "", _with_count(result, combination, note)))
+    return rows
+
+
+def failure_rows(result: SweepResult) -> Sequence[tuple[str, ...]]:
+    """Return the runs that did not get to their end: which, how it went, why."""
+    rows = [(run_name(result, record), record.status.value, record.message) for record in result.failures]
+    return _shortened(rows, ("", "in runs.csv"))
+
+
+def run_name(result: SweepResult, record: RunRecord) -> str:
+    """Return which run it is, in words."""
+    name = result.plan.name_of(result.plan.runs[record.run].combination)
+    return f"run {record.run}: " + (f"{name}, " if name else "") + f"seed={record.seed}"
+
+
+def advice(result: SweepResult) -> tuple[str, ...]:
+    """Return what to do after a sweep."""
+    said = []
+    if result.failures:
+        said.append(
+            "Some runs did not get to their end: take away what the reasons above name, and do them again by the "
+            "same command with --repeat-failed."
+        )
+    if result.seeds_alike:
+        said.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
+    elif len(result.plan.seeds) == 1 and len(result.records) > 1:
+        said.append(
+            "With one run of each combination, chance cannot be told from what was varied: --seeds 5 into "
+            "another folder (--out) shows both."
+        )
+    return tuple(said)
+
+
+def repeat_commands(plan: SweepPlan) -> tuple[tuple[str, str], ...]:
+    """Return what can be repeated, and the command that does so."""
+    first = plan.runs[0].case.config
+    alone = replace(first, out=plan.swept.kind().out)
+    return (
+        ("The same again; in the same folder it goes on with what is left:", typed_command(plan.asked)),
+        ("Its first run alone, with a report and a log of its own:", command_line(plan.swept.name, alone)),
+    )
+
+
+def typed_command(asked: SweepConfig) -> str:
+    """Return what to type for the same sweep; how many runs at a time changes no number, and is left out."""
+    words = ["palpate", "sweep", asked.experiment]
+    for option, several in (("--vary", asked.vary), ("--set", asked.set)):
+        for each in several:
+            words += [option, *each]
+    words += ["--seeds", str(asked.seeds)] if asked.seeds > 1 else []
+    for option, value in (("--config", asked.config), ("--ray", asked.ray), ("--out", asked.out)):
+        words += [option, str(value)] if value is not None else []
+    words += ["--keep-reports"] if asked.keep_reports else []
+    words += ["--show", *asked.show] if asked.show else []
+    return shlex.join(words)
+
+
+def setting_rows(result: SweepResult) -> tuple[tuple[str, str], ...]:
+    """Return what was asked: name, value."""
+    plan = result.plan
+    seeds = f"{plan.seeds.start}" + (f" to {plan.seeds[-1]}" if len(plan.seeds) > 1 else "")
+    rows = [("experiment", plan.swept.name)]
+    for each in plan.varied:
+        values = ", ".join(shown_value(value, DIGITS) for value in each.values)
+        rows.append((f"{each.name}, varied", f"{values} {plan.swept.unit(each.name)}".rstrip()))
+    for name, value in shared_options(plan).items():
+        rows.append((name, f"{shown_value(value)} {plan.swept.unit(name)}".rstrip()))
+    rows.append(("seeds of each combination", seeds))
+    versions = next((record.versions for record in result.records if record.versions), {})
+    if versions:
+        rows.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
+    return tuple(rows)
+
+
+def shared_options(plan: SweepPlan) -> dict[str, object]:
+    """Return the options that all runs share, typed or not as they are by default: by a file, or by the robot."""
+    usual, (first, *others) = plan.swept.kind(), [each.config for each in plan.combinations]
+    varied = {each.name for each in plan.varied}
+    shared = {}
+    for name in (field.name for field in fields(plan.swept.kind)):
+        value = getattr(first, name)
+        if name in varied or name in NO_PART or any(getattr(other, name) != value for other in others):
+            continue
+        if name in plan.fixed or value != getattr(usual, name):
+            shared[name] = value
+    return shared
+
+
+_STATUS_WORDS = {
+    RunStatus.DONE: "got to their end",
+    RunStatus.UNFINISHED: "stopped before",
+    RunStatus.FAILED: "failed",
+    RunStatus.DIED: "processes died",
+}
+
+
+def _shortened(rows: Sequence[tuple[str, ...]], rest: tuple[str, ...]) -> Sequence[tuple[str, ...]]:
+    more = len(rows) - MOST_ROWS
+    return rows if more <= 0 else [*rows[:MOST_ROWS], (f"and {more} more", *rest)]
+
+
+def _runs(name: str, count: int, note: str = "") -> KeyFigure:
+    return KeyFigure(name, count, "run" if count == 1 else "runs", note)
+
+
+def _time(name: str, seconds: float, note: str) -> KeyFigure:
+    value, unit = time_text(seconds).rsplit(" ", 1)
+    return KeyFigure(name, value, unit, note)
+
+
+def _with_count(result: SweepResult, combination: Combination, note: str) -> str:
+    done, count = result.done_of(combination), len(result.plan.seeds)
+    if done == count:
+        return note
+    return f"{note}; {done} of {count} runs" if note else f"{done} of {count} runs"
+
+
+def _hosts(result: SweepResult) -> str:
+    hosts = dict.fromkeys(record.host for record in result.records if record.host)
+    return f"on {len(hosts)} computers" if len(hosts) > 1 else ""

@@ -1,0 +1,60 @@
+"""Who does the runs: the processes of this computer, or those of a ray cluster (`ray_runner`)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.commands.sweep.attempt import RunCase, attempt, without_result
+from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.runtime.batch import Failure, FailureKind, Outcome, ShowProgress, run_batch
+
+
+class Runner(Protocol):
+    """What carries out runs."""
+
+    def describe(self) -> str:
+        """Return where it does, for people."""
+        ...
+
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress) -> None:
+        """Do every case once, by `palpate.commands.sweep.attempt.attempt`.
+
+        A case whose process dies is done again in another; if it dies there, too, it is a `Failure`.
+
+        Args:
+            cases: What to do.
+            progress: Told each outcome once, as soon as it is there, in whatever order.
+
+        Raises:
+            BatchError: Nothing can be done at all.
+            KeyboardInterrupt: Ctrl-C; nothing runs any more.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class LocalRunner:
+    """Processes of this computer, by joblib's loky.
+
+    Attributes:
+        jobs: How many at a time; as many as there are cores, if not given.
+    """
+
+    jobs: int | None = None
+
+    def describe(self) -> str:
+        """Return where it does, for people."""
+        return "on all cores" if self.jobs is None else f"{self.jobs} at a time"
+
+    def run(self, cases: Sequence[RunCase], progress: ShowProgress) -> None:
+        """See `Runner.run`."""
+        if cases:
+            run_batch(attempt, cases, self.jobs, progress)
+
+
+def record_of(outcome: Outcome[RunCase, RunRecord]) -> RunRecord:
+    """Return what is kept of an outcome."""
+    if isinstance(outcome, Failure):
+        status = RunStatus.DIED if outcome.kind is FailureKind.DIED else RunStatus.FAILED
+        return without_result(outcome.case, status, outcome.error, outcome.traceback)
+    return outcome.result

@@ -1,0 +1,164 @@
+"""What people typed, before anybody has judged it as a whole; imports nothing heavy."""
+
+import dataclasses
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, fields, make_dataclass
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_type_hints
+
+import tyro
+from tyro._docstrings import get_field_docstring
+
+from palpate.commands.colours import parser_colours
+
+Options = TypeVar("Options", bound=Any)
+"""A frozen dataclass."""
+
+
+class Flag(Enum):
+    """An option that many commands have and none keeps among its values; what --help says of it."""
+
+    JSON = "Print one JSON document, numbers in SI units, and say everything else on standard error."
+    DRY_RUN = (
+        "Plan and check everything and say what would be done: move nothing, connect to nothing, write nothing."
+    )
+
+    @property
+    def field(self) -> str:
+        """Its name as that of a field."""
+        return self.name.lower()
+
+
+def read_typed(kind: type[Options], command: str, arguments: Sequence[str], **told: Any) -> Options:
+    """Return what is typed for a command; a mistake, or --help, is answered and ends the program.
+
+    Args:
+        kind: Of the options; its fields need not have defaults.
+        command: As it is typed, with the program's name: what a mistake is said to be in.
+        arguments: What follows it.
+        told: More for `tyro.cli`, as description and default.
+    """
+    return read_flagged(kind, command, arguments, (), **told)[0]
+
+
+def read_flagged(
+    kind: type[Options], command: str, arguments: Sequence[str], flags: Sequence[Flag], **told: Any
+) -> tuple[Options, frozenset[Flag]]:
+    """Return what is typed for a command as `read_typed`, and which of these flags were.
+
+    A command that has an option of a flag's name keeps its own.
+    """
+    own = {each.name for each in fields(kind)}
+    flags = [flag for flag in flags if flag.field not in own]
+    typed = [
+        (
+            flag.field,
+            # no --no-json: nobody has said --json before
+            Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help=flag.value)],
+            dataclasses.field(default=False),
+        )
+        for flag in flags
+    ]
+    # where values cannot be together, tyro names the class that refuses them: people know the command, not ours
+    named: Any = make_dataclass(command, typed, bases=(kind,), frozen=True)
+    named.__annotations__ |= _explained(kind)
+    if "default" in told:
+        told["default"] = _copied(told["default"], named)
+    with parser_colours(arguments):
+        try:
+            found = tyro.cli(named, prog=command, args=arguments, **told)
+        except SystemExit as left:
+            if left.code:
+                _advise(kind, arguments)
+            raise
+    made: Options = settled(kind, found)
+    return made, frozenset(flag for flag in flags if getattr(found, flag.field))
+
+
+def _explained(kind: type) -> dict[str, Any]:
+    """The types of the fields of a class, each with what stands below it as its help.
+
+    tyro would keep the line breaks of the source, and wrap each of its lines alone.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    explained: dict[str, Any] = {}
+    for each in fields(kind):
+        # asked only where a help is shown: reading source is slow
+        told: Any = partial(_paragraphs, kind, each.name)
+        explained[each.name] = Annotated[hints[each.name], tyro.conf.arg(help=told)]
+    return explained
+
+
+def _paragraphs(kind: type, name: str) -> str:
+    """What stands below a field, each paragraph in one line."""
+    text = get_field_docstring(kind, name, ()) or ""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+
+
+def _advise(kind: type, arguments: Sequence[str]) -> None:
+    """Say below the parser's refusal what may have been meant."""
+    from palpate.commands.typed_mistake import advice_on_mistake  # reads source: only after a mistake
+
+    if advice := advice_on_mistake(kind, arguments):
+        sys.stderr.write(f"{advice}\n")
+
+
+def _copied(values: Any, named: type) -> Any:
+    """The same values in another class, with its defaults for what they lack; not checked."""
+    copy: Any = object.__new__(named)
+    for each in fields(named):
+        object.__setattr__(copy, each.name, getattr(values, each.name, each.default))
+    return copy
+
+
+def option(name: str, arguments: Sequence[str]) -> str | None:
+    """Return what is typed for an option, without judging the rest."""
+    found = None
+    for i, word in enumerate(arguments):
+        if word == f"--{name}" and i + 1 < len(arguments):
+            found = arguments[i + 1]
+        elif word.startswith(f"--{name}="):
+            found = word.removeprefix(f"--{name}=")
+    return found
+
+
+def unchecked(kind: type[Options], values: Mapping[str, object]) -> Options:
+    """Return options with these values and defaults for the rest, before anybody has judged them together.
+
+    Every field must have a default.
+    """
+    options = object.__new__(kind)
+    for field in fields(kind):
+        assert field.default is not MISSING
+        object.__setattr__(options, field.name, values.get(field.name, field.default))
+    return options
+
+
+def from_file(kind: type[Options], settled_kind: type, arguments: Sequence[str]) -> Options:
+    """Return what holds if nothing more is typed than the experiment file that --config names.
+
+    It is not checked as a whole, for what is typed comes on top.
+
+    Args:
+        kind: Of the options, which have a field config.
+        settled_kind: The configuration that the file is for.
+        arguments: As typed.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or something in it is wrong.
+    """
+    config = option("config", arguments)
+    if config is None:
+        return unchecked(kind, {})
+    from palpate.experiments.kit.experiment_file import load_overlay
+
+    return unchecked(kind, {"config": Path(config), **load_overlay(Path(config), settled_kind)})
+
+
+def settled(kind: type[Options], options: Options) -> Options:
+    """Return the values of a configuration alone, checked, from an object that has them among others."""
+    made: Options = kind(**{field.name: getattr(options, field.name) for field in fields(kind)})
+    return made

@@ -1,0 +1,134 @@
+"""`palpate warm-up`: everything is compiled in a process of its own, so that Ctrl-C ends it at once."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.progress import lively
+from palpate.commands.said import say
+from palpate.commands.warm_up.config import WarmUpConfig
+from palpate.commands.warm_up.record import Record
+
+STEPS = "palpate.commands.warm_up.steps"
+
+REMEDY = "no folder to keep kernels in can be written: set NUMBA_CACHE_DIR to one that can"
+
+NO_SOLVERS = (
+    "no solver of grasp forces could be compiled and kept, without which they take 20 times as long: it needs a C "
+    "compiler (gcc or clang, or what CC names), and XDG_CACHE_HOME a folder that can be written"
+)
+
+INTERRUPTED = "interrupted; what was compiled is kept, and `palpate warm-up` goes on from there"
+
+Tell = Callable[[str, int, int], None]
+"""Is told what is being compiled, its number, and of how many."""
+
+
+def run_warm_up(config: WarmUpConfig) -> Answer:
+    """Compile what is not compiled yet.
+
+    Returns:
+        What was compiled and where it is kept; unfinished if it could not be kept.
+
+    Raises:
+        KeyboardInterrupt: By then something may be compiled.
+    """
+    console = Console()
+    record = Record.here()
+    found = record.read()
+    if found is not None:
+        return _told(console, found | {"compiled": []}, 0.0)
+    began = time.monotonic()
+    with TemporaryDirectory() as room:
+        heard = Path(room) / "said"
+        with _progress(console) as tell:
+            said = _compile_all(Path(room), heard, tell)
+        if said is None:
+            last = heard.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
+            return Answer(
+                ExitCode.UNFINISHED, error=f"could not compile everything: {''.join(last) or 'it was killed'}"
+            )
+    said["warnings"] = _warnings(said)
+    if not said["warnings"]:
+        record.write(said)
+    return _told(console, said, time.monotonic() - began)
+
+
+def _compile_all(room: Path, heard: Path, tell: Tell) -> dict[str, Any] | None:
+    """Use everything in another process; returns what it said at its end, None if it did not get there."""
+    said: dict[str, Any] = {}
+    environment = os.environ | {"TMPDIR": str(room)}  # of compilers that are killed
+    with (
+        heard.open("wb") as words,
+        subprocess.Popen(
+            [sys.executable, "-m", STEPS], stdout=subprocess.PIPE, stderr=words, env=environment, text=True
+        ) as process,
+    ):
+        assert process.stdout is not None
+        try:
+            for line in process.stdout:
+                said = json.loads(line)
+                if "step" in said:
+                    tell(said["step"], said["number"], said["of"])
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(INTERRUPTED) from None
+        finally:
+            process.kill()
+    return None if "compiled" not in said else said
+
+
+def _warnings(said: dict[str, Any]) -> list[str]:
+    warnings = [] if said["folders"] else [REMEDY]
+    wanted = os.environ.get("NUMBA_CACHE_DIR", "")
+    if wanted and not any(Path(each).is_relative_to(Path(wanted).absolute()) for each in said["folders"]):
+        warnings.append(f"NUMBA_CACHE_DIR = {wanted} cannot be written: choose another")
+    if not any(Path(said["solvers"]).glob("*.so")):
+        warnings.append(NO_SOLVERS)
+    return warnings
+
+
+def _told(console: Console, said: dict[str, Any], duration: float) -> Answer:
+    """Say what there is to say, once in words."""
+    count = len(said["compiled"])
+    folders = _shown_folders(said)
+    what = f"Compiled {count} functions in {duration:.0f} s" if count else "Nothing to compile"
+    outcome = f"{what}; kept in {' and '.join(map(str, folders))}" if folders else what
+    say(console, outcome)
+    for warning in said.get("warnings", ()):
+        say(console, f"Note: {warning}")
+    return Answer(
+        ExitCode.UNFINISHED if said.get("warnings") else ExitCode.DONE,
+        outcome,
+        {"compiled": count, "duration_s": duration},
+        facts={"functions": said["compiled"], "folders": folders},
+        warnings=tuple(said.get("warnings", ())),
+    )
+
+
+def _shown_folders(said: dict[str, Any]) -> list[Path]:
+    """The folders that hold everything, as few as there are."""
+    kernels = [Path(os.path.commonpath(said["folders"]))] if said["folders"] else []
+    solvers = Path(said["solvers"])
+    return kernels + ([solvers] if any(solvers.glob("*.so")) else [])
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[Tell]:
+    if not lively(console):
+        yield lambda step, number, total: say(console, f"{number} of {total}: {step}")
+        return
+    columns = (TextColumn("compiling for {task.description}"), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("the first time", total=None)
+        yield lambda step, number, total: progress.update(task, description=step, completed=number, total=total)

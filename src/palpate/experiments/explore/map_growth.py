@@ -1,0 +1,115 @@
+"""How the map of an exploration grew: worked out after the run, from its contacts."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.errors import FloatArray
+from palpate.experiments.explore.explored_map import ribbon_mesh
+from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
+from palpate.mapping import Knowledge, SurfaceMap, SurfaceMesh, TouchCloud, surface_mesh
+from palpate.mapping.mesh_figures import MeshFigures, voxel_for
+from palpate.runtime.log import Record
+from palpate.runtime.plan_track import PlanTrack
+from palpate.runtime.shown_plan import PlanChange, ShownMark
+
+SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
+"""Of the way: the moments of the curve."""
+
+SHOWN = (0.1, 0.3, 0.6, 1.0)
+"""Those of them that are shown as maps."""
+
+MOST_VERTICES = 3_000
+"""Of a mesh: each panel of the picture is a few hundred pixels wide."""
+
+MOST_CONTACTS = 20_000
+"""Of those that are taken: every so manieth. They are averaged over a millimetre, fifty times as much."""
+
+
+def map_growth(
+    cloud: TouchCloud,
+    record: Record,
+    learned: SurfaceMap,
+    plans: Sequence[PlanChange],
+    *,
+    worst: Knowledge = Knowledge.OBSERVED,
+    finest: float = 5e-4,
+) -> GrowthReport | None:
+    """Return how the map grew, or None if nothing was touched.
+
+    All moments are judged by the same belief about surface and noise, that of the whole run: what a map knew then
+    would depend on how often it had learned.
+
+    Args:
+        cloud: What was felt.
+        record: Of every period.
+        learned: The map of it all.
+        plans: Of the run.
+        worst: What of the map is shown; `EXTRAPOLATED` is the ribbon along a line, of which nothing is claimed.
+        finest: Edge of the grid of the meshes, if the surface is small [m].
+    """
+    if not len(cloud):
+        return None
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(record.position, axis=0), axis=1))])
+    until = record.time[np.minimum(np.searchsorted(way, np.array(SHARES) * way[-1]), len(way) - 1)]
+    thin = _thinned(cloud)
+    voxel = voxel_for(thin.position, finest, MOST_VERTICES)
+    surface = SurfaceMap(replace(learned.settings, model=learned.model))
+    meshes: list[SurfaceMesh] = []
+    taken = 0
+    for moment in until.tolist():
+        end = int(np.searchsorted(thin.time, moment, side="right"))
+        if end > taken:
+            surface.add(_part(thin, taken, end))
+            taken = end
+            meshes.append(_mesh(surface, voxel, worst))
+        else:
+            meshes.append(meshes[-1] if meshes else _mesh(surface, voxel, worst))
+    figures = [MeshFigures.of(mesh) for mesh in meshes]
+    curve = GrowthCurve(
+        time=until - record.time[0],
+        contacts=np.searchsorted(cloud.time, until, side="right").astype(np.float64),
+        way=np.interp(until, record.time, way),
+        area=np.array([each.area for each in figures]),
+        middle=np.array([each.middle for each in figures]),
+        tail=np.array([each.tail for each in figures]),
+    )
+    return GrowthReport(curve, _snapshots(record, until, meshes, plans))
+
+
+def _mesh(surface: SurfaceMap, voxel: float, worst: Knowledge) -> SurfaceMesh:
+    return ribbon_mesh(surface, voxel) if worst is Knowledge.EXTRAPOLATED else surface_mesh(surface, voxel, worst)
+
+
+def _snapshots(
+    record: Record, until: FloatArray, meshes: Sequence[SurfaceMesh], plans: Sequence[PlanChange]
+) -> tuple[GrowthSnapshot, ...]:
+    """The maps that are shown, each with where the tip was, where it was going, and what was marked by then."""
+    track, followed, moved = PlanTrack(), 0, 0
+    marks: Sequence[ShownMark] = ()
+    found = []
+    for moment in (SHARES.index(share) for share in SHOWN):
+        end = int(np.searchsorted(record.time, until[moment], side="right"))
+        while followed < len(plans) and plans[followed].time <= until[moment]:
+            change = plans[followed]
+            begins = int(np.searchsorted(record.time, change.time))
+            track.move(record.position[moved:begins])
+            track.follow(change.plan)
+            moved, followed, marks = max(begins, moved), followed + 1, change.plan.marks
+        track.move(record.position[moved:end])
+        moved = max(end, moved)
+        found.append(GrowthSnapshot(moment, meshes[moment], track.done, track.rest, marks))
+    return tuple(found)
+
+
+def _thinned(cloud: TouchCloud) -> TouchCloud:
+    step = -(-len(cloud) // MOST_CONTACTS)
+    kept: npt.NDArray[np.bool_] = np.arange(len(cloud)) % step == 0
+    return cloud if step == 1 else cloud.select(kept)
+
+
+def _part(cloud: TouchCloud, begin: int, end: int) -> TouchCloud:
+    index = np.arange(len(cloud))
+    return cloud.select((index >= begin) & (index < end))

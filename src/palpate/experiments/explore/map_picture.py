@@ -1,0 +1,116 @@
+"""The map seen from above: its errors, and how sure it is."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from palpate.errors import FloatArray
+from palpate.experiments.explore.map_data import MapReport
+from palpate.mapping import Knowledge, SurfaceMesh
+from palpate.reporting.style import (
+    ERROR_COLOURS,
+    FONT_SIZE,
+    HEIGHT_COLOURS,
+    INK,
+    MAP_GROUND,
+    MICRO,
+    MILLI,
+    SMALL_SIZE,
+    TRUE,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+)
+
+SHOWN_PERCENT = 99.0
+"""Colours span this share of the values, so that a few outliers do not hide the rest."""
+
+MISSED_DRAWN = 4000
+"""Marks drawn of what was not observed: more cover each other."""
+
+
+def map_picture(told: MapReport) -> Picture | None:
+    """Return errors, if they are known, and standard deviations of a map; None if nothing of it is claimed."""
+    claimed = told.mesh.knowledge == Knowledge.OBSERVED
+    if not claimed.any():
+        return None
+    panels = 1 if told.error is None else 2
+    full = new_figure(Width.HALF if panels == 1 else Width.FULL, 4.7)
+    narrow = new_figure(Width.HALF, 4.6 * panels) if panels == 2 else None
+    _draw(told, full, full.subplots(1, panels, squeeze=False).ravel().tolist())
+    if narrow is not None:
+        _draw(told, narrow, narrow.subplots(panels, 1, squeeze=False).ravel().tolist())
+    band = MICRO * told.mesh.band()[claimed]
+    inside = ""
+    if told.error is not None:
+        share = 100.0 * float(np.mean(np.abs(MICRO * told.error[claimed]) <= band))
+        inside = f" {share:.1f} % of the true errors are inside it."
+    return Picture(
+        title="The map and its uncertainty",
+        caption=(
+            f"Seen from above. Standard deviations are of random errors; together with what may be off "
+            f"everywhere, {MICRO * told.mesh.bias:.3g} µm, they make a 95 % band of "
+            f"±{float(np.median(band)):.3g} µm (median).{inside} Nothing is claimed on grey ground. Good "
+            f"is a map that "
+            "is even, without holes, and off by no more than its band."
+        ),
+        full=full,
+        narrow=narrow,
+        dense=True,
+    )
+
+
+def _draw(told: MapReport, figure: Figure, axes: list[Axes]) -> None:
+    if told.error is not None:
+        error = MICRO * told.error
+        limit = max(float(np.percentile(np.abs(error), SHOWN_PERCENT)), 1e-3)
+        label = "error of the map [µm], + is outside the surface"
+        from_above(figure, axes[0], told.mesh, error, ERROR_COLOURS, (-limit, limit), label)
+    sd = MICRO * told.mesh.sd
+    largest = max(float(np.percentile(sd, SHOWN_PERCENT)), 1e-3)
+    from_above(figure, axes[-1], told.mesh, sd, HEIGHT_COLOURS, (0.0, largest), "standard deviation [µm]")
+    if len(told.missed):
+        missed = MILLI * told.missed[:: -(-len(told.missed) // MISSED_DRAWN)]
+        for each in axes:
+            label = "could be felt, is not observed"
+            each.plot(missed[:, 0], missed[:, 1], "x", color=TRUE, markersize=2.5, linewidth=0.0, label=label)
+        legend_above(figure, axes, 1)
+
+
+def from_above(
+    figure: Figure,
+    axes: Axes,
+    mesh: SurfaceMesh,
+    value: FloatArray,
+    colours: Colormap,
+    limits: tuple[float, float],
+    label: str,
+) -> None:
+    """Draw a value at vertices where it is finite; upper triangles last, so that they hide those below."""
+    corners = mesh.triangles[np.isfinite(value[mesh.triangles]).all(axis=1)]
+    order = np.argsort(mesh.vertices[corners, 2].mean(axis=1), kind="stable")
+    drawn = axes.tripcolor(
+        MILLI * mesh.vertices[:, 0],
+        MILLI * mesh.vertices[:, 1],
+        corners[order],
+        facecolors=value[corners[order]].mean(axis=1),
+        cmap=colours,
+        vmin=limits[0],
+        vmax=limits[1],
+        edgecolors="face",
+        linewidth=0.2,
+        antialiaseds=False,  # or the ground is seen between triangles
+        rasterized=True,
+    )
+    bar = figure.colorbar(drawn, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
+    bar.set_label(label, fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    bar.locator = MaxNLocator(6)
+    bar.update_ticks()
+    axes.set_facecolor(MAP_GROUND)
+    axes.set_aspect("equal", adjustable="datalim")
+    dress(axes, x="x [mm]", y="y [mm]", grid=False)

@@ -1,0 +1,100 @@
+"""Which shape an object is, judged by what the finger may be off."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.explore.map_budget import MapBudget
+from palpate.mapping import (
+    FitStatus,
+    PrimitiveChoice,
+    PrimitiveFit,
+    PrimitiveKind,
+    SurfaceModel,
+    TouchCloud,
+    choose_primitive,
+)
+from palpate.mapping.primitives.shape import PrimitiveShape
+
+DEVIATIONS = 1.96
+"""Standard deviations that hold 95 %."""
+
+NOISY = 2.0
+"""A shape may miss the contacts by so many standard deviations of their noise, root mean square: it is known to no
+better than a factor of two (see `palpate.mapping.surface_map.learn`)."""
+
+_NO_SHAPE = (FitStatus.NO_SUCH_SHAPE, FitStatus.AT_LIMIT)
+"""A fit that has not converged counts: along a valley that is flat within a micrometre nothing converges."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedShape:
+    """Which shape the contacts have.
+
+    Statistics alone (`choice`) take every error that neighbours share for a shape that was missed, also if
+    the sensor's calibration explains it, and an artefact of a tenth of a micrometre for an ellipsoid's third axis.
+    So a finger's budget decides: what is within it cannot be told apart, and the simplest of that is the answer.
+
+    Attributes:
+        kind: The simplest shape that misses the contacts by no more than the limits; None: none of these.
+        choice: Every fit, and what statistics alone say.
+        limit: Largest root mean square distance of the contacts [m].
+        limit_tilt: Likewise of their normals [rad].
+        common: What may be off in every length besides [m]: the budget of the map.
+    """
+
+    kind: PrimitiveKind | None
+    choice: PrimitiveChoice = field(repr=False)  # every contact of every fit: a screen full
+    limit: float
+    limit_tilt: float
+    common: float
+
+    @property
+    def fit(self) -> PrimitiveFit[PrimitiveShape] | None:
+        """The fit of that shape."""
+        return None if self.kind is None else self.choice.fits[self.kind]
+
+    @property
+    def sizes_band(self) -> FloatArray:
+        """Half-widths that hold each size with 95 % [m]; empty without a shape, or for a plane."""
+        return np.zeros(0) if self.fit is None else self._band(self.fit.sizes_sd)
+
+    @property
+    def center_band(self) -> FloatArray:
+        """Likewise of the center along each axis of the base frame, shape (3,) [m]; NaN without a shape."""
+        return np.full(3, np.nan) if self.fit is None else self._band(self.fit.center_sd)
+
+    def _band(self, sd: FloatArray) -> FloatArray:
+        """Infinite where the fit has not converged: its deviations are those of some place in a valley."""
+        if self.fit is not None and self.fit.status is FitStatus.NOT_CONVERGED:
+            return np.full(len(sd), np.inf)
+        return DEVIATIONS * sd + self.common
+
+    def is_within(self, kind: PrimitiveKind) -> bool:
+        """Whether the contacts may be of such a shape."""
+        fit = self.choice.fits[kind]
+        return fit.status not in _NO_SHAPE and fit.position_sd <= self.limit and fit.normal_sd <= self.limit_tilt
+
+
+def named_shape(
+    thin: TouchCloud, contacts_per_row: float, budget: MapBudget, model: SurfaceModel
+) -> NamedShape | None:
+    """Return which shape contacts have, or None where they are too few, or all in one place.
+
+    Args:
+        thin: A few hundred of them, in the order they were felt.
+        contacts_per_row: They share one error: each row counts as one observation.
+        budget: What all may be off.
+        model: Noise of contacts, as learned by a map.
+    """
+    try:
+        choice = choose_primitive(thin, correlation_points=max(1.0, contacts_per_row))
+    except InvalidValueError:
+        return None
+    limit = math.hypot(budget.total, NOISY * model.noise)
+    found = NamedShape(None, choice, limit, math.hypot(budget.tilt, NOISY * model.tilt), budget.total)
+    simplest = sorted(choice.fits, key=lambda kind: choice.fits[kind].unknowns)
+    kind = next((each for each in simplest if found.is_within(each)), None)
+    return NamedShape(kind, choice, limit, found.limit_tilt, found.common)

@@ -1,0 +1,202 @@
+"""The map at a few moments, from above: how well it was known, where the tip had been, and what it was up to."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from palpate.errors import FloatArray
+from palpate.experiments.explore.growth_data import GrowthReport, GrowthSnapshot
+from palpate.experiments.explore.growth_picture import AREA, share_text
+from palpate.reporting.style import (
+    COMMANDED,
+    DASHED,
+    FONT_SIZE,
+    HEIGHT_COLOURS,
+    INK,
+    MAP_GROUND,
+    MARK_COLOURS,
+    MICRO,
+    MILLI,
+    OTHER_PHASE,
+    PATH,
+    RIM,
+    SMALL_SIZE,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+    rim,
+)
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<")
+"""One per event, in the order in which they came: as many as there are events."""
+
+LARGEST_MARK, SMALLEST_MARK = 8.5, 5.0
+"""Of the first event and of the last [points]: later ones do not cover it where they share a place."""
+
+PALE = ListedColormap([OTHER_PHASE])
+"""Of what is drawn on and not claimed."""
+
+DONE_POINTS = 3000
+"""The way is drawn with about so many points: more than pixels can tell apart."""
+
+ROOM = 0.06
+"""Around all that is drawn, of its extent."""
+
+FLATTEST, TALLEST = 0.35, 1.3
+"""Height over width of a panel, whatever the shape of what was explored."""
+
+HEADER = 0.95
+"""Of a picture, for legend and colour bar [inch]."""
+
+
+def snapshots_picture(told: GrowthReport) -> Picture:
+    """Return the map at each snapshot, all in one scale of colours and lengths."""
+    count = len(told.snapshots)
+    limits = _limits(told.snapshots)
+    across = 2 if count > 1 else 1
+    full = _figure(told, Width.FULL if across == 2 else Width.HALF, across, limits)
+    narrow = _figure(told, Width.HALF, 1, limits) if across == 2 else None
+    events = _events(told.snapshots[-1])
+    counts = "; ".join(f"{len(places)} x {event}" for event, places in events.items())
+    marks = f" Marks: {counts}." if counts else ""
+    return Picture(
+        title="The map while it grew",
+        caption=f"{_known(told)} Dashed: what the leg of that moment had still before it. Dark, without "
+        f"holes, is good.{marks}",
+        full=full,
+        narrow=narrow,
+        dense=True,
+    )
+
+
+def _known(told: GrowthReport) -> str:
+    """What is seen of the map, in words."""
+    if not told.curve.area.any():
+        return (
+            "Seen from above. Contacts are too far apart, or on one line: nothing of the surface counts as "
+            "observed, and what is drawn on beside a line is pale."
+        )
+    return (
+        "Seen from above; over each, the area observed and its median standard deviation. The colour tells the "
+        "standard deviation of the surface's place; where the ground is grey, nothing was known."
+    )
+
+
+def _figure(told: GrowthReport, width: Width, across: int, limits: FloatArray) -> Figure:
+    rows = -(-len(told.snapshots) // across)
+    shape = float(np.clip((limits[1, 1] - limits[1, 0]) / (limits[0, 1] - limits[0, 0]), FLATTEST, TALLEST))
+    panel = width.value / across
+    figure = new_figure(width, HEADER + rows * (shape * (panel - 0.7) + 0.6))
+    axes = figure.subplots(rows, across, squeeze=False).ravel().tolist()
+    most = MICRO * max(told.largest_sd, 1e-9)
+    norm = Normalize(0.0, most) if told.curve.area.any() else None
+    names = list(_events(told.snapshots[-1]))
+    for each, place in zip(told.snapshots, axes, strict=False):
+        _draw(each, place, norm, names)
+        place.set_title(
+            _heading(told, each.moment),
+            fontsize=FONT_SIZE,
+            color=INK,
+            loc="left",
+        )
+        place.set_xlim(*limits[0].tolist())
+        place.set_ylim(*limits[1].tolist())
+    for place in axes[len(told.snapshots) :]:
+        place.set_visible(False)
+    if norm is not None:
+        _add_bar(figure, axes, norm)
+    legend_above(figure, axes, 4 if width is Width.FULL else 3)
+    return figure
+
+
+def _add_bar(figure: Figure, axes: Sequence[Axes], norm: Normalize) -> None:
+    bar = figure.colorbar(
+        ScalarMappable(norm, HEIGHT_COLOURS), ax=list(axes), extend="max", shrink=0.7, aspect=40, location="bottom"
+    )
+    bar.set_label("standard deviation [µm]", fontsize=FONT_SIZE, color=INK)
+    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    bar.locator = MaxNLocator(6)
+    bar.update_ticks()
+
+
+def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequence[str]) -> None:
+    """Draw a map with its way and marks; without a scale of deviations it is not coloured."""
+    mesh = each.mesh
+    if len(mesh.triangles):
+        order = np.argsort(mesh.vertices[mesh.triangles, 2].mean(axis=1), kind="stable")  # the upper ones last
+        corners = mesh.triangles[order]
+        axes.tripcolor(
+            MILLI * mesh.vertices[:, 0],
+            MILLI * mesh.vertices[:, 1],
+            corners,
+            facecolors=MICRO * mesh.sd[corners].mean(axis=1),
+            cmap=PALE if norm is None else HEIGHT_COLOURS,
+            norm=norm,
+            edgecolors="face",
+            linewidth=0.2,
+            antialiaseds=False,  # or the ground is seen between triangles
+            rasterized=True,
+        )
+    done = MILLI * each.done[:: max(len(each.done) // DONE_POINTS, 1)]
+    if len(done):
+        axes.plot(done[:, 0], done[:, 1], color=PATH, linewidth=0.7, label="way of the tip", path_effects=rim(0.7))
+        axes.plot(*done[-1, :2], "o", color=PATH, markersize=4.0, label="tip")
+    if len(each.to_go) > 1:
+        to_go = MILLI * each.to_go
+        axes.plot(to_go[:, 0], to_go[:, 1], color=COMMANDED, linewidth=1.3, linestyle=DASHED, label="still to go")
+    for event, places in _events(each).items():
+        number = events.index(event)
+        axes.plot(
+            *(MILLI * places[:, :2].T),
+            MARKERS[number % len(MARKERS)],
+            markerfacecolor=MARK_COLOURS[number % len(MARK_COLOURS)],
+            markeredgecolor=RIM,
+            markersize=max(LARGEST_MARK - 0.5 * number, SMALLEST_MARK),
+            markeredgewidth=0.8,
+            linewidth=0.0,
+            label=event,
+            zorder=5.0,
+        )
+    axes.set_facecolor(MAP_GROUND)
+    axes.set_aspect("equal", adjustable="box")
+    dress(axes, x="x [mm]", y="y [mm]", grid=False)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5))
+
+
+def _heading(told: GrowthReport, moment: int) -> str:
+    curve = told.curve
+    if not curve.area.any():
+        return f"{share_text(told, moment)} of the way, {curve.time[moment]:.1f} s"
+    known = f"{AREA * curve.area[moment]:.3g} cm²"
+    if np.isfinite(curve.middle[moment]):
+        known += f", sd {MICRO * curve.middle[moment]:.3g} µm"
+    return f"{share_text(told, moment)} of the way, {curve.time[moment]:.1f} s: {known}"
+
+
+def _events(each: GrowthSnapshot) -> dict[str, FloatArray]:
+    """Return where each event was, in the order in which they came first, shapes (n, 3) [m]."""
+    found: dict[str, list[tuple[float, ...]]] = {}
+    for mark in each.marks:
+        found.setdefault(str(mark.event), []).append(mark.position)
+    return {event: np.array(places) for event, places in found.items()}
+
+
+def _limits(snapshots: Sequence[GrowthSnapshot]) -> FloatArray:
+    """Return lowest and highest x and y of all that is drawn, with room, shape (2, 2) [mm]."""
+    seen = [each.mesh.vertices[:, :2] for each in snapshots]
+    seen += [part[:, :2] for each in snapshots for part in (each.done, each.to_go) if len(part)]
+    seen += [np.array([mark.position[:2] for mark in each.marks]).reshape(-1, 2) for each in snapshots]
+    points = np.concatenate(seen)
+    if not len(points):
+        return np.array([[-1.0, 1.0], [-1.0, 1.0]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = max(ROOM * float((high - low).max()), 1e-4)
+    return np.asarray(MILLI * np.column_stack([low - room, high + room]))

@@ -1,0 +1,173 @@
+"""A grasp over time: grip against the least, slip and spin with alarms; and each load in its limit surface."""
+
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from palpate.experiments.grasp.report_data import GraspSeries
+from palpate.friction import LimitSurface
+from palpate.reporting.envelope import envelope
+from palpate.reporting.limit_surface_picture import limit_surface_picture
+from palpate.reporting.style import (
+    DASH_DOT,
+    DASHED,
+    INK,
+    LIMIT,
+    MEASURED,
+    MILLI,
+    OTHER_PHASE,
+    SPIN,
+    STAGE_COLOURS,
+    TRUE,
+    WANTED,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+)
+
+HIGHEST = 1.15
+"""Grip is drawn up to this share of the largest while it was held: what fingers are hit with is left out."""
+
+NO_SLIP, NO_SPIN = 0.01, 0.1
+"""The scales span at least this [mm], [degrees]: below, it is what contacts give way by."""
+
+SLIDES, SPINS = TRUE, SPIN
+
+
+def grip_picture(series: GraspSeries, note: str = "") -> Picture:
+    """Return the picture of grip, wanted and true, against the least that would do.
+
+    Args:
+        series: What happened.
+        note: For the end of the title.
+    """
+    return Picture(
+        title=f"Grip against the least{note}",
+        caption=(
+            "Normal force of each finger (mean), as it was set and as it was, and the least that the true load "
+            "needs with the true friction, shared as best it can be; known while the object is held in the air. "
+            "At the end the table pushes the object up between the fingers, and the grip that is wanted against "
+            "that jumps: it is not done. From there on the hand keeps the grip that it had, until it "
+            "lets go. Good is "
+            "a grip a little above the least."
+        ),
+        full=_grip(series, Width.FULL, "true", TRUE),
+        narrow=_grip(series, Width.HALF, "true", TRUE),
+    )
+
+
+def felt_grip_picture(series: GraspSeries) -> Picture:
+    """Return the picture of grip, wanted and felt, of a robot on which nobody knows what would do."""
+    return Picture(
+        title="Grip",
+        caption=(
+            "Normal force of each finger (mean), as it was wanted and as it was felt: the nearer to each "
+            "other the "
+            "better."
+        ),
+        full=_grip(series, Width.FULL, "felt", MEASURED),
+        narrow=_grip(series, Width.HALF, "felt", MEASURED),
+    )
+
+
+def slip_picture(series: GraspSeries, note: str = "") -> Picture:
+    """Return the picture of slip and spin by the truth, with alarms.
+
+    Args:
+        series: What happened.
+        note: For the end of the title.
+    """
+    told = f"{len(series.alarms)} alarm{'' if len(series.alarms) == 1 else 's'}, drawn as short lines"
+    return Picture(
+        title=f"Slip and spin{note}",
+        caption=(
+            "How far the object moved over the fingertips, and turned about the contact normals, in the air, "
+            "since the lift began: the larger of the fingers, by the simulation's truth. Next to nothing is good. "
+            f"Above: when slip was told ({told})."
+        ),
+        full=_slip(series, Width.FULL),
+        narrow=_slip(series, Width.HALF),
+    )
+
+
+def load_pictures(surface: LimitSurface, series: GraspSeries, note: str = "") -> list[Picture]:
+    """Return for each finger the way of its load inside the limit surface, while figures count.
+
+    Args:
+        surface: What the contacts really bear.
+        series: What happened.
+        note: For the end of the titles.
+    """
+    at = series.counted
+    if not at.any():
+        return []
+    pictures = []
+    for k in range(series.slip.shape[1]):
+        drawn = limit_surface_picture(surface, series.time[at], series.loads[at, k], series.slipping[at, k])
+        pictures.append(Picture(f"Load of finger {k + 1} in its limit surface{note}", drawn.caption, drawn.full))
+    return pictures
+
+
+def _grip(series: GraspSeries, width: Width, name: str, colour: str) -> Figure:
+    figure = new_figure(width, 3.4)
+    axes = figure.subplots()
+    _shade(axes, series)
+    axes.plot(*envelope(series.time, series.wanted), color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
+    axes.plot(*envelope(series.time, series.felt), color=colour, linewidth=1.1, label=name)
+    held = np.isfinite(series.least)
+    if held.any():
+        axes.plot(
+            *envelope(series.time, series.least), color=LIMIT, linewidth=1.6, linestyle=DASH_DOT, label="least"
+        )
+        axes.set_ylim(0.0, HIGHEST * float(np.nanmax(np.maximum(series.felt[held], series.least[held]))))
+    axes.margins(x=0.0)
+    dress(axes, x="time [s]", y="grip [N]")
+    legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
+    return figure
+
+
+def _slip(series: GraspSeries, width: Width) -> Figure:
+    figure = new_figure(width, 4.0)
+    slip, spin = figure.subplots(2, 1, sharex=True)
+    shown = series.aloft
+    at = series.time[shown]
+    for axes, values, colour, least in (
+        (slip, MILLI * series.slip, SLIDES, NO_SLIP),
+        (spin, np.degrees(series.spin), SPINS, NO_SPIN),
+    ):
+        if len(at):
+            axes.axvspan(float(at[0]), float(at[-1]), color=STAGE_COLOURS["hold"], linewidth=0, zorder=0)
+        worst = np.where(shown, values.max(axis=1), np.nan)
+        axes.plot(*envelope(series.time, worst), color=colour, linewidth=1.4)
+        top = max(least, 1.1 * float(values[shown].max(initial=0.0)))
+        axes.set_ylim(0.0, 1.12 * top)
+        if series.alarms:
+            axes.vlines(series.alarms, 1.03 * top, 1.12 * top, color=INK, linewidth=0.8, label="alarm")
+    dress(slip, x="", y="slip [mm]")
+    dress(spin, x="time [s]", y="spin [degrees]")
+    if len(at):
+        spin.set_xlim(float(at[0]) - 0.2, float(at[-1]) + 0.2)
+    figure.align_ylabels()
+    legend_above(figure, [slip], columns=9 if width is Width.FULL else 4)
+    return figure
+
+
+def _shade(axes: Axes, series: GraspSeries) -> None:
+    """Lay the stages on the ground of a plot over time, each once in its legend."""
+    names = np.array(series.stage, dtype=np.str_)
+    begins = np.concatenate([[0], np.flatnonzero(names[1:] != names[:-1]) + 1, [len(names) - 1]])
+    named = set()
+    for i, j in pairwise(begins):
+        if i >= j:
+            continue
+        name = str(names[i])
+        label = None if name in named else name
+        colour = STAGE_COLOURS.get(name, OTHER_PHASE)
+        axes.axvspan(
+            float(series.time[i]), float(series.time[j]), color=colour, linewidth=0, label=label, zorder=0
+        )
+        named.add(name)

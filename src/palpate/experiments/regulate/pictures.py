@@ -1,0 +1,147 @@
+"""How a force answers: its error while it is held, steps, and a Bode picture of sines."""
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from palpate.experiments.regulate.report_data import BodeCurve, StepCurves
+from palpate.reporting.data import TimeSeries
+from palpate.reporting.lines import draw_true_and_felt
+from palpate.reporting.phases import stretches
+from palpate.reporting.style import (
+    DASH_DOT,
+    DASHED,
+    GRID,
+    INK,
+    LIMIT,
+    MEASURED,
+    MILLI,
+    QUIET,
+    TRUE,
+    WANTED,
+    Picture,
+    Width,
+    dress,
+    legend_above,
+    new_figure,
+)
+from palpate.runtime.data import Phase
+
+HALF_POWER_DB = -3.0103
+"""20 log10(1 / sqrt 2)."""
+
+CURVES = (TRUE, MEASURED)
+
+
+def error_picture(series: TimeSeries) -> Picture | None:
+    """Return the picture of the force's error while it is held, or None if it never was."""
+    held = [(begin, end) for name, begin, end in stretches(series) if name == Phase.HOLD and end > begin]
+    shown = np.zeros(len(series.time), dtype=np.bool_)
+    for begin, end in held:
+        shown |= (series.time >= begin) & (series.time < end)
+    if not shown.any():
+        return None
+    return Picture(
+        title="Force error while holding",
+        caption=(
+            "Felt and true force less the set one, while the profile was held; the nearer to zero the better."
+        ),
+        full=_error(series, shown, Width.FULL),
+        narrow=_error(series, shown, Width.HALF),
+    )
+
+
+def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]], width: Width) -> Figure:
+    figure = new_figure(width, 2.8)
+    axes = figure.subplots()
+    # broken lines where it is not held
+    wanted = np.where(shown, series.set_force, np.nan)
+    true = None if series.true_force is None else MILLI * (series.true_force - wanted)
+    draw_true_and_felt(axes, series.time, true, MILLI * (series.measured_force - wanted))
+    axes.axhline(0.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
+    times = series.time[shown]
+    axes.set_xlim(float(times[0]), float(times[-1]) + 1e-9)
+    dress(axes, x="time [s]", y="force error [mN]")
+    legend_above(figure, [axes], columns=3)
+    return figure
+
+
+def step_picture(steps: StepCurves) -> Picture:
+    """Return the picture of the mean answer to steps."""
+    count = len(steps.each)
+    figure = new_figure(Width.HALF, 3.3)
+    axes = figure.subplots()
+    time = MILLI * steps.time
+    axes.axhspan(
+        1.0 - steps.band, 1.0 + steps.band, color=GRID, linewidth=0, label=f"within {100.0 * steps.band:g} %"
+    )
+    for row in steps.each:
+        axes.plot(time, row, color=QUIET, linewidth=0.5, alpha=0.5)
+    if steps.felt is not None:
+        axes.plot(time, steps.felt, color=MEASURED, linewidth=0.9, label="felt")
+    if steps.true is not None:
+        axes.plot(time, steps.true, color=TRUE, linewidth=1.8, label="true")
+    axes.axhline(1.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
+    if all(map(math.isfinite, steps.rise)):
+        for at in steps.rise:
+            axes.axvline(MILLI * at, color=INK, linewidth=0.7, linestyle=":")
+    axes.margins(x=0.0)
+    dress(axes, x="time since the step [ms]", y="share of the step")
+    legend_above(figure, [axes], columns=4)
+    return Picture(
+        title="Answer to steps",
+        caption=(
+            f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1; dotted: "
+            "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within "
+            "the band at "
+            "once, is good."
+        ),
+        full=figure,
+    )
+
+
+def bode_picture(tones: tuple[BodeCurve, ...], bandwidth: float | None) -> Picture:
+    """Return the Bode picture of the answers to sines; there is one at least."""
+    figure = new_figure(Width.HALF, 4.4)
+    gain, phase = figure.subplots(2, 1, sharex=True)
+    marks = ("o", "x")
+    for i, curve in enumerate(tones):
+        colour, mark = CURVES[i % 2], marks[i % 2]
+        line = {"color": colour, "marker": mark, "markersize": 4.5, "linewidth": 1.4 - 0.5 * (i % 2)}
+        gain.semilogx(curve.frequency, 20.0 * np.log10(np.maximum(curve.gain, 1e-6)), label=curve.name, **line)
+        phase.semilogx(curve.frequency, curve.phase_deg, **line)
+    gain.axhline(HALF_POWER_DB, color=LIMIT, linewidth=1.0, linestyle=DASH_DOT, label="-3 dB")
+    if bandwidth is not None:
+        for axes in (gain, phase):
+            axes.axvline(bandwidth, color=INK, linewidth=0.7, linestyle=":")
+        beside = -6 if bandwidth > math.sqrt(tones[0].frequency[0] * tones[0].frequency[-1]) else 6
+        gain.annotate(
+            f"{bandwidth:.3g} Hz",
+            (bandwidth, 0.06),
+            xycoords=("data", "axes fraction"),
+            xytext=(beside, 0),
+            textcoords="offset points",
+            ha="right" if beside < 0 else "left",
+            fontsize=8.5,
+            color=INK,
+        )
+    _dress(gain, "amplitude ratio [dB]", "")
+    _dress(phase, "phase [degrees]", "frequency [Hz]")
+    figure.align_ylabels()
+    legend_above(figure, [gain], columns=3)
+    said = "it does not fall below -3 dB" if bandwidth is None else f"-3 dB at {bandwidth:.3g} Hz"
+    return Picture(
+        title="Answer to sines",
+        caption=f"Amplitude and phase of the force against those of the set force, sine after sine: {said}. "
+        "Level gain and a phase near zero up to high frequencies are good.",
+        full=figure,
+    )
+
+
+def _dress(axes: Axes, y: str, x: str) -> None:
+    dress(axes, x=x, y=y)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())

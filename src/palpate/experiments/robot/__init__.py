@@ -1,1 +1,0 @@
-"""Robot files, and the back ends that they describe."""

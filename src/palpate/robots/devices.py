@@ -1,0 +1,140 @@
+"""A robot's devices, to be examined: those of a rig, or of an emulated robot, which run meanwhile."""
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+
+import msgspec
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.plan import plan as plan_exploration
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.plan import plan_with
+from palpate.experiments.grasp.robot import hand_wires
+from palpate.hw.emulators.host import Host
+from palpate.hw.emulators.process import EmulatorProcess
+from palpate.kinematics.pose import Pose, rotvec_from_rotation
+from palpate.robots.emulated.hand import FLANGE_HAND, EmulatedGrasp
+from palpate.robots.emulated.scene import EmulatedUr5e, pose_flange_tip
+from palpate.robots.emulated.truth import TruthTrace, new_memory
+from palpate.robots.emulated.ur5e import PATIENCE
+from palpate.robots.finger_sensor import model_of_finger, noise_of
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
+from palpate.runtime.robot_file import FingerEntry
+from palpate.runtime.robot_rig import (
+    DynamixelEntry,
+    NetFtEntry,
+    PoseEntry,
+    RigEntry,
+    ServoEntry,
+    SlideFingerEntry,
+    UrEntry,
+)
+from palpate.runtime.robot_sensor import NoiseEntry
+from palpate.sim.hand.finger import SlideFinger
+
+REAL_TIME = 1.0
+"""Seconds of the robot per second of wall time: rates are to be those of real devices."""
+
+Making = Callable[[int, int], Callable[[], Host]]
+
+
+@contextmanager
+def with_devices(robot: Robot, name: str) -> Iterator[Robot]:
+    """Give a robot of kind `rig`: itself, or the rig that an emulated one is, its emulators running meanwhile.
+
+    Raises:
+        InvalidValueError: It has no devices.
+        DeviceError: Emulators do not come up.
+    """
+    entry = robot.file.backend
+    if isinstance(entry, RigEntry):
+        yield robot
+    elif isinstance(entry, EmulatedUr5eEntry | EmulatedHandEntry):
+        with _emulated_rig(robot, entry, name) as rig:
+            yield rig
+    else:
+        raise InvalidValueError(
+            f"robot = {name}: backend.kind = {entry.__struct_config__.tag} has no devices to connect to; give a "
+            "robot file of kind rig, emulated-ur5e or emulated-hand; `palpate robot check` is for all of them"
+        )
+
+
+@contextmanager
+def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry, name: str) -> Iterator[Robot]:
+    """Run the emulators of a robot while it is examined."""
+    at_once = replace(
+        robot,
+        file=msgspec.structs.replace(robot.file, backend=msgspec.structs.replace(entry, time_scale=REAL_TIME)),
+    )
+    rig, making = (
+        _ur5e(at_once, entry, name) if isinstance(entry, EmulatedUr5eEntry) else _hand(at_once, entry, name)
+    )
+    with ExitStack() as running:
+        memory = new_memory()
+        running.callback(os.close, memory)
+        trace = TruthTrace(memory)
+        running.callback(trace.close)
+        running.enter_context(EmulatorProcess(making(os.getpid(), memory)))
+        trace.begin()  # sensors of a scene that stands have no noise
+        yield rig
+
+
+def _ur5e(robot: Robot, entry: EmulatedUr5eEntry, name: str) -> tuple[Robot, Making]:
+    task = plan_exploration(ExploreConfig(robot=name), robot).task
+    devices = RigEntry(arm=_arm(entry.address, pose_flange_tip(entry)))
+    return (
+        _rig(robot, devices, (entry.address,)),
+        lambda process, memory: EmulatedUr5e(robot, task, process, memory),
+    )
+
+
+def _hand(robot: Robot, entry: EmulatedHandEntry, name: str) -> tuple[Robot, Making]:
+    planned = plan_with(GraspConfig(load="none", robot=name), {}, robot)
+    hand, wires = planned.hand.hand, hand_wires(msgspec.structs.replace(entry, time_scale=REAL_TIME))
+    assert isinstance(hand.finger, SlideFinger)  # of two fingers
+    devices = RigEntry(
+        arm=_arm(entry.address, FLANGE_HAND),
+        hand=DynamixelEntry(
+            port=str(wires.bus),
+            servos=tuple(ServoEntry(servo_id=i + 1) for i in range(hand.fingers)),
+            finger=SlideFingerEntry(pinion=hand.finger.pinion),
+            opening=hand.opening,
+            depth=hand.depth,
+            closing_speed=hand.closing_speed,
+            watchdog=PATIENCE,
+            silent_after=0.8 * PATIENCE,
+        ),
+    )
+    return (
+        _rig(robot, devices, entry.sensors),
+        lambda process, memory: EmulatedGrasp(planned, wires, process, memory),
+    )
+
+
+def _arm(address: str, pose: Pose) -> UrEntry:
+    tcp = PoseEntry(position=pose.position, rotvec=rotvec_from_rotation(pose.rotation))
+    return UrEntry(address=address, tcp=tcp, watchdog=PATIENCE)
+
+
+def _rig(robot: Robot, devices: RigEntry, boxes: tuple[str, ...]) -> Robot:
+    fingers = tuple(
+        msgspec.structs.replace(
+            finger,
+            noise=_noise(finger),
+            simulated_sensor=None,
+            sensor_device=NetFtEntry(address=box, silent_after=PATIENCE),
+        )
+        for finger, box in zip(robot.file.fingers, boxes, strict=True)
+    )
+    return replace(robot, file=msgspec.structs.replace(robot.file, backend=devices, fingers=fingers))
+
+
+def _noise(finger: FingerEntry) -> NoiseEntry:
+    """What its simulated sensor has; that of a grasp where the file does not say it."""
+    force, moment = noise_of(model_of_finger(finger))
+    usual = GraspConfig()
+    return NoiseEntry(force=force or usual.force_noise, moment=moment or usual.moment_noise)

@@ -1,0 +1,138 @@
+"""A robot behind emulated devices: starts them in a process of their own, speaks with them as with real ones."""
+
+import os
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from time import monotonic
+
+from palpate.hw.devices import DeviceError
+from palpate.hw.emulators.host import Host
+from palpate.hw.emulators.process import EmulatorProcess
+from palpate.robots.emulated.truth import TruthTrace, new_memory
+from palpate.robots.truth_numbers import truth_of_numbers
+from palpate.runtime.closing import Closing
+from palpate.runtime.data import Command, Sample
+from palpate.runtime.pacing import Pacer
+from palpate.runtime.protocols import Backend
+from palpate.sim.backend import Truth
+from palpate.sim.scene import Scene
+
+Emulation = Callable[[int, int], Callable[[], Host]]
+"""From the process that has made the truth's memory, and its descriptor there, to what they are to run."""
+
+
+class OnTheWire(Closing):
+    """A `Backend`: the emulators run from `start` to `close`, and the rig that speaks with them likewise.
+
+    Its times are the plant's: the rig's, scaled. If this process is killed, the emulators end by themselves.
+    """
+
+    def __init__(self, emulation: Emulation, rig: Backend, time_scale: float = 1.0) -> None:
+        """Start nothing yet.
+
+        Args:
+            emulation: Makes what the emulators' process runs; it must be importable there.
+            rig: Speaks with them, once they listen.
+            time_scale: Seconds of the plant per second of wall time.
+        """
+        self._emulation, self._rig, self._scale = emulation, rig, time_scale
+        self._running = ExitStack()
+        self._emulator: EmulatorProcess | None = None
+        self._trace: TruthTrace | None = None
+        self._numbers: tuple[float, ...] = ()
+
+    @property
+    def period(self) -> float:
+        """Control period, plant time [s]."""
+        return self._rig.period * self._scale
+
+    @property
+    def pacer(self) -> Pacer:
+        """See `Backend`: of wall time."""
+        return self._rig.pacer
+
+    @property
+    def emulator(self) -> EmulatorProcess:
+        """For faults and state.
+
+        Raises:
+            DeviceError: It is not started.
+        """
+        if self._emulator is None:
+            raise DeviceError("emulated robot", "it is not started", "call start() first")
+        return self._emulator
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """What really happened when the last sample's first wrench was sensed; empty before the start."""
+        return self._numbers
+
+    def start(self) -> Sample:
+        """Start the emulators, then the rig, then the scene; a second start begins from the beginning.
+
+        Raises:
+            DeviceError: The emulators do not come up, or the rig does not.
+        """
+        self.close()
+        with ExitStack() as running:
+            memory = new_memory()
+            running.callback(os.close, memory)
+            self._trace = trace = TruthTrace(memory)
+            running.callback(trace.close)
+            running.callback(self._forget)
+            self._emulator = running.enter_context(EmulatorProcess(self._emulation(os.getpid(), memory)))
+            running.callback(self._rig.close)
+            sample = self._taken(self._rig.start())
+            trace.begin()
+            self._running = running.pop_all()
+        return sample
+
+    def step(self, command: Command) -> Sample:
+        """See `Backend`.
+
+        Raises:
+            DeviceError: See the rig's, and whatever else it raises.
+        """
+        return self._taken(self._rig.step(command))
+
+    def close(self) -> None:
+        """Stop the rig, then end the emulators; may be called more than once, and at any time."""
+        self._running.close()
+
+    def _forget(self) -> None:
+        self._trace = self._emulator = None
+
+    def _taken(self, sample: Sample) -> Sample:
+        if self._trace is not None:
+            age = sample.time - sample.wrenches[0].time
+            self._numbers = self._trace.at(monotonic() - age)
+        if self._scale == 1.0:
+            return sample
+        factor, hand = self._scale, sample.hand
+        return Sample(
+            factor * sample.time,
+            replace(sample.arm, time=factor * sample.arm.time),
+            tuple(replace(wrench, time=factor * wrench.time) for wrench in sample.wrenches),
+            None if hand is None else replace(hand, time=factor * hand.time),
+        )
+
+
+class EmulatedBackend(OnTheWire):
+    """An arm with one fingertip, as experiments know it from `MujocoBackend`: with its scene, and its truth."""
+
+    def __init__(self, scene: Scene, emulation: Emulation, rig: Backend, time_scale: float = 1.0) -> None:
+        """Start nothing yet.
+
+        Args:
+            scene: What is simulated there: for pictures, and for what it costs.
+            emulation: See `OnTheWire`, as the next two.
+            rig: Speaks with them.
+            time_scale: Seconds of the plant per second of wall time.
+        """
+        super().__init__(emulation, rig, time_scale)
+        self.scene = scene
+
+    def truth(self) -> Truth:
+        """Return what really happened when the last sample's wrench was sensed."""
+        return truth_of_numbers(self.numbers)

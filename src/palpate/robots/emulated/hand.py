@@ -1,0 +1,219 @@
+"""A grasp over real wires: hand, sensors and what lifts them emulated, the simulated hand of the plan behind them.
+
+Dynamixel servos on a terminal, an F/T box for each fingertip, and a UR controller for the lift; the makers' client
+libraries speak with them as with real ones.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.grasp.hand import PERIOD
+from palpate.experiments.grasp.plan import GraspPlan
+from palpate.experiments.grasp.scene import hand_of, load_of, scene_of, sensor_of
+from palpate.hw.dynamixel.hand import DynamixelHand
+from palpate.hw.dynamixel.registers import XL330
+from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
+from palpate.hw.emulators.dynamixel.bus import DynamixelBus
+from palpate.hw.emulators.dynamixel.servo import EmulatedServo
+from palpate.hw.emulators.host import Host
+from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
+from palpate.hw.emulators.plant import PlantState, ServoGoal, ServoState
+from palpate.hw.emulators.ur.arm import Mounting
+from palpate.hw.emulators.ur.server import UrServer
+from palpate.hw.ft_stream.streamed_sensor import StreamSettings
+from palpate.hw.netft import NetFt, NetFtSettings
+from palpate.hw.rig import FingerSensor, FramedArm, PolledHand, Rig, RigSettings
+from palpate.hw.ur import UrArm, UrSettings
+from palpate.kinematics.pose import Pose
+from palpate.robots.emulated.backend import Emulation, OnTheWire
+from palpate.robots.emulated.scene_plant import ScenePlant
+from palpate.robots.emulated.truth import TruthTrace
+from palpate.robots.truth_numbers import hand_of_numbers, numbers_of_hand
+from palpate.runtime.protocols import Backend
+from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
+from palpate.runtime.urgency import be_urgent
+from palpate.sensing.compensation import Payload
+from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
+from palpate.sim.friction.plant import FrictionContact
+from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.scene import GraspScene
+from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
+from palpate.sim.hand.truth import HandTruth
+from palpate.spatial import Vector, Wrench
+
+FOOT = Pose((-0.45, 0.0, 0.0))
+"""Where the emulated arm stands in the scene: half of its reach behind the object."""
+
+FLANGE_HAND = Pose((0.0, 0.0, 0.05), LOOKING_DOWN)
+"""Where the hand is on its flange."""
+
+PATIENCE = 0.5
+"""[s] Without a word after which a device counts as lost: see `palpate.robots.emulated.ur5e.PATIENCE`."""
+
+OLDEST = 0.2
+"""[s] Of a sample, in the hand's time, where one computer plays all of the devices."""
+
+SENSOR_RATE = 1000.0
+"""[1/s] Records of an F/T box per second of the hand's time."""
+
+RANGES: Wrench = (40.0, 40.0, 40.0, 0.5, 0.5, 0.5)
+"""Of the F/T boxes [N, N m]: beyond those of the sensors behind them, which end by themselves."""
+
+QUIET = (1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5)
+"""Least noise that a tare is told [N, N m]; nothing is tared here."""
+
+
+@dataclass(frozen=True, slots=True)
+class HandWires:
+    """Where a grasp's devices listen, and how fast time goes for them.
+
+    Attributes:
+        arm: Address of the controller that lifts.
+        sensors: Of each fingertip's F/T box.
+        bus: Where a link to the servos' terminal shall stand.
+        time_scale: Seconds of the hand per second of wall time.
+    """
+
+    arm: str
+    sensors: tuple[str, ...]
+    bus: Path
+    time_scale: float
+
+
+class _BusServos:
+    """A scene's servos as the emulated bus knows them."""
+
+    def __init__(self, grip: ServoGrip) -> None:
+        self._grip = grip
+
+    def take(self, goals: tuple[ServoGoal, ...]) -> None:
+        self._grip.take([ShaftGoal(its.torque_on, its.position, its.current, its.speed) for its in goals])
+
+    def states(self) -> tuple[ServoState, ...]:
+        return tuple(ServoState(its.position, its.velocity, its.current) for its in self._grip.states())
+
+
+class _Lifting(ScenePlant):
+    """A plant whose carrier goes up and down only, and never hears of what rounding makes of other directions."""
+
+    def step(
+        self, velocity_base_tip: Vector, angular_velocity_base_tip: Vector, servos: tuple[ServoGoal, ...]
+    ) -> PlantState:
+        return super().step((0.0, 0.0, velocity_base_tip[2]), (0.0, 0.0, 0.0), servos)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EmulatedGrasp:
+    """What `EmulatorProcess` takes: the devices of a grasp, and its scene behind them.
+
+    Attributes:
+        planned: The grasp.
+        wires: Where they listen.
+        process: That has made the memory for the truth.
+        memory: Its descriptor there.
+    """
+
+    planned: GraspPlan
+    wires: HandWires
+    process: int
+    memory: int
+
+    def __call__(self) -> Host:
+        """Return a host that listens and is ready to run.
+
+        Raises:
+            InvalidValueError: The scene cannot be, or an address is not free.
+            OSError: A port of an F/T box is not free.
+        """
+        be_urgent()
+        planned, wires, config = self.planned, self.wires, self.planned.config
+        load = load_of(config, planned.times)
+        scene = HandBackend(scene_of(config), PERIOD, sensor_of(config), load=load, grip=ServoGrip)
+        grip = scene.grip
+        assert isinstance(grip, ServoGrip)
+        trace = TruthTrace.of_process(self.process, self.memory)
+        plant = _Lifting(
+            scene, lambda now: numbers_of_hand(scene.truth(), scene.pull, now.arm), trace, _BusServos(grip)
+        )
+        arm = UrServer(wires.arm, mounting=Mounting(pose_base_foot=FOOT, pose_flange_tip=FLANGE_HAND))
+        boxes = [
+            NetFtServer(BoxSettings(address, rate=SENSOR_RATE * wires.time_scale, ranges=RANGES), i)
+            for i, address in enumerate(wires.sensors)
+        ]
+        bus = DynamixelBus([EmulatedServo(XL330, i + 1) for i in range(config.fingers)], link=wires.bus)
+        return Host(plant, [arm, *boxes, bus], arm=arm, hand=bus, scale=wires.time_scale)
+
+
+class GraspOnTheWire(OnTheWire):
+    """A grasp's `Backend`, as experiments know it from `HandBackend`: with its scene, and its truth."""
+
+    def __init__(self, scene: GraspScene, emulation: Emulation, rig: Backend, time_scale: float) -> None:
+        """Start nothing yet; see `OnTheWire`."""
+        super().__init__(emulation, rig, time_scale)
+        self.scene = scene
+
+    def truth(self) -> HandTruth:
+        """Return what really happened at the time of the last sample."""
+        return hand_of_numbers(self.numbers, self.scene.hand.fingers)[0]
+
+    @property
+    def pull(self) -> Wrench:
+        """What pulled at the object then."""
+        return hand_of_numbers(self.numbers, self.scene.hand.fingers)[1]
+
+    @property
+    def rubbing(self) -> tuple[FrictionContact, ...]:
+        """Nothing: a friction plant's contacts are not told over the wire."""
+        return ()
+
+
+def for_a_busy_computer(planned: GraspPlan) -> GraspPlan:
+    """Return the same with a supervisor that bears with samples that a busy computer makes so old."""
+    return replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
+
+
+def grasp_on_the_wire(planned: GraspPlan, wires: HandWires) -> GraspOnTheWire:
+    """Return the hand of a grasp over real wires; nothing runs before it is started.
+
+    Raises:
+        InvalidValueError: Another number of F/T boxes than of fingers, or a scene whose truth cannot be told.
+    """
+    config = planned.config
+    hand, scene = hand_of(config), scene_of(config)
+    if len(wires.sensors) != config.fingers:
+        raise InvalidValueError(
+            f"sensors = {', '.join(wires.sensors)}: must be {config.fingers} addresses, one per finger"
+        )
+    if scene.rubbing:
+        raise InvalidValueError("the friction plant's slip is not told over the wire: leave it and exponents out")
+    scale = wires.time_scale
+    period = PERIOD / scale
+    tip = hand.tip
+    settings = HandSettings(
+        tuple(ServoCalibration(i + 1) for i in range(config.fingers)),
+        hand.finger,
+        hand.opening,
+        hand.tip_along,
+        hand.closing_speed,
+        watchdog=PATIENCE,
+        silence=0.8 * PATIENCE,
+    )
+    arm = UrArm(
+        wires.arm,
+        UrSettings(pose_flange_tip=FLANGE_HAND, watchdog=PATIENCE, stale_after=PATIENCE, clock_rate=scale),
+    )
+    stream = NetFtSettings(StreamSettings(QUIET, silent_after=PATIENCE))
+    payload = Payload(tip.mass, tip.center_of_mass)
+    rig = Rig(
+        RealTime(period, priority=USUAL_PRIORITY),
+        RigSettings(period, oldest=PATIENCE, kinematics=hand),
+        arm=FramedArm(arm, FOOT),
+        hand=PolledHand(DynamixelHand(str(wires.bus), settings), hand.bus_period / scale),
+        fingers=[FingerSensor(NetFt(address, stream), payload) for address in wires.sensors],
+    )
+
+    def emulation(process: int, memory: int) -> EmulatedGrasp:
+        return EmulatedGrasp(planned, wires, process, memory)
+
+    return GraspOnTheWire(scene, emulation, rig, scale)

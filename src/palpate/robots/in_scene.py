@@ -1,0 +1,83 @@
+"""From a robot file to a robot that can move: which builder makes which kind of back end."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.hand import grasp_hand
+from palpate.robots.emulated.ur5e import build_emulated_ur5e
+from palpate.robots.rig_built import build_rig, check_rig
+from palpate.robots.simulated_stage import RobotInScene, Task, build_stage, check_simulated
+from palpate.robots.simulated_turning_stage import build_turning_stage
+from palpate.robots.simulated_ur5e import build_ur5e
+from palpate.runtime.robot import Robot
+from palpate.runtime.robot_backend import (
+    BackendEntry,
+    EmulatedHandEntry,
+    EmulatedUr5eEntry,
+    SimulatedUr5eEntry,
+    StageEntry,
+    TurningStageEntry,
+)
+from palpate.runtime.robot_rig import RigEntry
+
+Builder = Callable[[Robot, Task], RobotInScene]
+"""Raises InvalidValueError if the robot cannot be what its file says, or not do the task."""
+
+
+def _no_finger(robot: Robot, task: Task) -> RobotInScene:
+    raise InvalidValueError(
+        "backend.kind = emulated_hand: it is for `palpate grasp`; this experiment is done with one finger, take "
+        "emulated-ur5e"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of back end: its entry in the file, and what makes it."""
+
+    entry: type[BackendEntry]
+    build: Builder
+
+
+KINDS = (
+    _Kind(StageEntry, build_stage),
+    _Kind(TurningStageEntry, build_turning_stage),
+    _Kind(SimulatedUr5eEntry, build_ur5e),
+    _Kind(EmulatedUr5eEntry, build_emulated_ur5e),
+    _Kind(EmulatedHandEntry, _no_finger),
+    _Kind(RigEntry, build_rig),
+)
+"""Every kind of `backend` that experiments can carry out."""
+
+
+def build(robot: Robot, task: Task) -> RobotInScene:
+    """Return a robot that stands ready for a task.
+
+    Raises:
+        InvalidValueError: It cannot be what its file says, or not do the task; the message says what to change.
+    """
+    return _kind(robot).build(robot, task)
+
+
+def check(robot: Robot) -> None:
+    """Refuse a robot that could do no task at all.
+
+    Raises:
+        InvalidValueError: It could not; the message says what to change.
+    """
+    _kind(robot)  # there is one
+    if isinstance(robot.file.backend, RigEntry):
+        check_rig(robot)
+    elif isinstance(robot.file.backend, EmulatedHandEntry):
+        grasp_hand(GraspConfig(fingers=len(robot.file.fingers), object="cylinder"), robot)
+    else:
+        check_simulated(robot, robot.file.backend.time_step)
+
+
+def _kind(robot: Robot) -> _Kind:
+    for kind in KINDS:
+        if isinstance(robot.file.backend, kind.entry):
+            return kind
+    raise InvalidValueError(f"backend.kind: no experiment runs on a {type(robot.file.backend).__name__} yet")

@@ -1,0 +1,43 @@
+"""Sweeps of the smallest runs there are, and a runner without processes."""
+
+from dataclasses import dataclass, field
+
+from palpate.commands.sweep.attempt import attempt
+from palpate.commands.sweep.config import SweepConfig
+from palpate.commands.sweep.plan import sweep_plan
+from palpate.runtime.batch import BatchProgress, Success
+
+SHORT = ("duration=0.6", "force_noise=0.01")
+"""A regulation of a tenth of a second, whose seed matters."""
+
+TYPED = ["sweep", "regulate", "--vary", "force=1,2", "--vary", "friction=0.2,0.4", "--seeds", "2", "--set", *SHORT]
+"""Eight of them, as typed."""
+
+NOT_FIGURES = {"duration_s", "host"}
+"""Columns that depend on who does a run."""
+
+
+def planned(*vary, seeds=1, fixed=SHORT, experiment="regulate", **more):
+    """The plan of a sweep."""
+    config = SweepConfig(experiment, tuple((each,) for each in vary), (tuple(fixed),), seeds, **more)
+    return sweep_plan(config)
+
+
+@dataclass
+class InProcess:
+    """Does runs one after the other in this process: the plain loop that every other runner must agree with."""
+
+    interrupted_after: int | None = None
+    done: list[int] = field(default_factory=list)
+
+    def describe(self):
+        return "here"
+
+    def run(self, cases, progress):
+        for count, case in enumerate(cases):
+            if count == self.interrupted_after:
+                raise KeyboardInterrupt
+            record = attempt(case)
+            self.done.append(case.run)
+            outcome = Success(case, record, record.duration)
+            progress(BatchProgress(len(cases), count + 1, 0, record.duration, count, outcome))
