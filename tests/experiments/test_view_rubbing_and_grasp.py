@@ -19,7 +19,6 @@ from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.held import held_poses
 from palpate.commands.view.plan import recorded_plan, view_scene
-from palpate.commands.view.scenes import free_poses_of
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction
@@ -27,6 +26,7 @@ from palpate.experiments.friction.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import GraspAttempt
+from palpate.experiments.kit.scene_view import free_poses_of
 from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT
 from palpate.viewing import ANY_PORT, Player, frames_of_log

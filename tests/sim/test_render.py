@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageSequence
 
-from palpate.commands.view.scenes import scene_view
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.scene_view import scene_view
 from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
 from palpate.runtime.data import Command

@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from palpate.commands.view.pictures import write_still, write_video
-from palpate.commands.view.scenes import free_poses_of, scene_view
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.scene_view import free_poses_of, scene_view
 from palpate.kinematics.posture import Posture
 from palpate.runtime import Ending, Finger, Phase, Supervisor, Touch, run
 from palpate.runtime.data import Command

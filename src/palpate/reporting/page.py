@@ -8,15 +8,15 @@ from html import escape
 from palpate import __version__
 from palpate.atomic_file import replacing
 from palpate.reporting.encode import DOTS_PER_INCH, picture_uri
-from palpate.reporting.story import NOTHING, Story
+from palpate.reporting.report import COLUMNS, FigureTable, Paragraph, Part, Pictures, Report, TextTable
 from palpate.reporting.style import Picture, Width
 from palpate.runtime.palette import css_variables
 
+NOTHING = "Nothing has to be done."
+"""Said where there is no advice."""
+
 PHONE_WIDTH = 680
 """Up to this width of the window [px], pictures drawn for a phone are shown; also in `STYLE`."""
-
-COLUMNS = ("name", "value", "unit", "note")
-"""Of a table of figures."""
 
 NO_UNIT = "no unit"
 """Said of a number that has none: a count, a ratio."""
@@ -76,37 +76,46 @@ footer { color: var(--quiet); font-size: 0.85rem; margin-top: 2.5em; overflow-wr
 """
 
 
-def write_page(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a report's text; a former file is replaced once the new one is whole.
+def report_page(report: Report) -> str:
+    """Return a report as a whole HTML document: what was asked, how it ended, figures, sections, what to do."""
+    repeat = [f"<p>{text(before)} {_command(command)}</p>" for before, command in report.repeat]
+    return page(
+        report.title,
+        [
+            f"<h1>{text(report.title)}</h1>",
+            f'<p class="asked">Asked: {text(report.asked)}</p>' if report.asked else "",
+            f'<p class="outcome">{text(report.outcome)}</p>',
+            _part(FigureTable(report.figures)),
+            *(section(each.heading, map(_part, each.parts)) for each in report.sections),
+            section("What to do", [f"<p>{text(each)}</p>" for each in report.advice or (NOTHING,)]),
+            section("How to repeat it", [*repeat, table(report.settings, ("name", "value"))]),
+            f"<footer>{text(report.footer)} Written by palpate {__version__}.</footer>",
+        ],
+    )
+
+
+def write_report(report: Report, path: str | os.PathLike[str]) -> None:
+    """Write a report as one HTML file that needs nothing else; a former one is replaced once the new one is whole.
+
+    It reads on a phone as on a screen, light or dark as the reader's system is.
 
     Raises:
         OSError: The file cannot be written.
     """
     with replacing(path) as file:
-        file.write(text.encode("utf-8"))
+        file.write(report_page(report).encode("utf-8"))
 
 
-def report_page(story: Story, parts: Iterable[str]) -> str:
-    """Return a whole report: what was asked, how it ended, figures, `parts`, what to do, how to repeat it.
-
-    Args:
-        story: What every report says.
-        parts: Sections of HTML: pictures, and figures that go with them.
-    """
-    repeat = [f"<p>{text(before)} {_command(command)}</p>" for before, command in story.repeat]
-    return page(
-        story.title,
-        [
-            f"<h1>{text(story.title)}</h1>",
-            f'<p class="asked">Asked: {text(story.asked)}</p>' if story.asked else "",
-            f'<p class="outcome">{text(story.outcome)}</p>',
-            table([(k.name, k.text, k.unit, k.note) for k in story.figures], COLUMNS),
-            *parts,
-            section("What to do", [f"<p>{text(each)}</p>" for each in story.advice or (NOTHING,)]),
-            section("How to repeat it", [*repeat, table(story.settings, ("name", "value"))]),
-            f"<footer>{text(story.footer)} Written by palpate {__version__}.</footer>",
-        ],
-    )
+def _part(part: Part) -> str:
+    match part:
+        case Paragraph():
+            return f"<p>{text(part.text)}</p>" if part.text else ""
+        case FigureTable():
+            return table([(k.name, k.text, k.unit, k.note) for k in part.figures], COLUMNS)
+        case TextTable():
+            return table(part.rows, part.columns, part.heads)
+        case Pictures():
+            return picture_cards(part.draw())
 
 
 def page(title: str, body: Iterable[str]) -> str:

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.commands.view.scenes import free_poses_of
 from palpate.errors import FloatArray, SimulationDivergedError
 from palpate.experiments.grasp.plan import GraspPlan
+from palpate.experiments.kit.scene_view import free_poses_of
 from palpate.runtime import Command, Phase, Sample
 from palpate.runtime.log import Log
 from palpate.sim.hand.backend import HandBackend

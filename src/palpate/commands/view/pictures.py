@@ -31,7 +31,7 @@ def write_still(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: P
 
     Args:
         model: Of the scene.
-        scene: What there is to see, as `palpate.commands.view.scenes` makes it of this model.
+        scene: What there is to see, as `palpate.experiments.kit.scene_view` makes it of this model.
         frames: The run, at least one period.
         path: The file (PNG).
 

@@ -9,7 +9,6 @@ import mujoco
 
 from palpate.commands.replay.kinds import kind_of
 from palpate.commands.sweep.typed_values import fixed_options
-from palpate.commands.view.scenes import scene_view
 from palpate.commands.view.twin import shown_plan
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -18,6 +17,7 @@ from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.scene import scene_of
 from palpate.experiments.kit.experiment_file import load_overlay
+from palpate.experiments.kit.scene_view import scene_view
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.view import regulation_scene
 from palpate.robots.known_truth import known_scene

@@ -1,8 +1,12 @@
 """What a run is measured by."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from palpate.experiments.kit.experiment import Experiment, Result
 
 FigureValue = float | int | bool | str | None
 """None where there is no such figure, or nobody knows it."""
@@ -10,17 +14,25 @@ FigureValue = float | int | bool | str | None
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One column of figures.
+    """One figure of a run: a column of tables, an entry of --json.
 
     Attributes:
-        column: Its name in the tables, the unit at its end.
-        words: What it is.
+        column: Its name in tables, the unit at its end.
+        meaning: What it is, in a few words.
         unit: Its unit; empty for a ratio, a count, a share of runs (of true or false) or a word.
+        value: From the result of a run to its value.
     """
 
     column: str
-    words: str
-    unit: str = ""
+    meaning: str
+    unit: str
+    value: Callable[[Any], FigureValue]
+
+
+def figures_of(experiment: "Experiment", result: "Result") -> dict[str, FigureValue]:
+    """Return every figure of a result, by column; numbers that are not finite are None."""
+    values = ((figure.column, figure.value(result)) for figure in experiment.figures)
+    return {column: number(value) if isinstance(value, float) else value for column, value in values}
 
 
 def number(value: float | None) -> float | None:

@@ -1,116 +1,76 @@
-"""One run of a plan, kept in memory with the truth beside it, however it ends."""
+"""One run of a plan, kept in memory however it ends: on a robot, in simulation, or again from its log."""
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from palpate.experiments.kit.change_account import ChangeAccount, account_of_changes
-from palpate.experiments.kit.truth_recorder import TruthRecord, TruthRecorder
-from palpate.runtime import (
-    Backend,
-    Controller,
-    FingerDescription,
-    Limits,
-    Observer,
-    Phase,
-    Record,
-    RunResult,
-    Supervisor,
-    Touch,
-    run,
-)
-from palpate.runtime.live import Change, LiveParameters, ScheduledChanges
+from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.experiment import Plan
+from palpate.runtime import Backend, Observer, Phase, Record, RunResult, Supervisor, Touch, run
+from palpate.runtime.live import Change, LiveParameters, ScheduledChanges, live_parameters_of
 from palpate.runtime.log import MemoryLog, Recorder, Sink
+from palpate.runtime.loop import Live
+from palpate.runtime.truth import TruthTable, truth_source
+
+Tell = Callable[[str], None]
+"""Told what is being worked out, for people who wait."""
 
 
-class TunableController(Controller, Protocol):
-    """A controller with live parameters."""
+def untold(step: str) -> None:
+    """Tell nobody."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recorded:
+    """What there is of a run that is over: all that `Experiment.found` goes by.
+
+    Attributes:
+        run: How it ended, and its timing.
+        controller: That commanded it, as it was in the end.
+        observer: What the plan's own observer kept; None if it has none.
+        memory: Every period.
+        companion: The same of the plan's companion, if there was one and it was run.
+        tell: Told what is being worked out.
+    """
+
+    run: RunResult
+    controller: Any
+    observer: Any
+    memory: MemoryLog
+    companion: "Recorded | None" = None
+    tell: Tell = untold
+
+    def record(self, finger: int = 0) -> Record:
+        """Return every period, base coordinates, for one finger."""
+        return self.memory.record(finger)
 
     @property
-    def live(self) -> LiveParameters:
-        """What may be changed while it runs."""
-        ...
-
-
-class Runnable(Protocol):
-    """What of a plan a run needs."""
+    def truth(self) -> TruthTable:
+        """What really happened in each; a table without columns on a robot."""
+        return self.memory.truth()
 
     @property
-    def backend(self) -> Backend:
-        """The robot."""
-        ...
-
-    @property
-    def finger(self) -> FingerDescription:
-        """For touch."""
-        ...
-
-    @property
-    def limits(self) -> Limits:
-        """For the supervisor."""
-        ...
-
-    def changes(self) -> tuple[Change, ...]:
-        """Changes of live parameters that were asked for beforehand."""
-        ...
-
-
-class RecordedRun:
-    """It is run once; what came of it is told, however it ended."""
-
-    def __init__(self, planned: Runnable, controller: TunableController) -> None:
-        """Take what to do, and who does it."""
-        self._planned, self._controller = planned, controller
-        self._memory = MemoryLog()
-        self._truth = TruthRecorder(planned.backend)
-
-    def run(self, duration: float, observers: Sequence[Observer] = (), sinks: Sequence[Sink] = ()) -> RunResult:
-        """Move the robot.
-
-        Args:
-            duration: Longest time [s].
-            observers: Called every period, for example to show progress.
-            sinks: Where to record it, beside memory.
-
-        Raises:
-            KeyboardInterrupt: The robot was stopped; what was found until then is here.
-        """
-        planned = self._planned
-        return run(
-            planned.backend,
-            Touch(planned.finger),
-            self._controller,
-            Supervisor(planned.limits),
-            duration=duration,
-            recorder=Recorder(self._memory, *sinks),
-            live=ScheduledChanges(self._controller.live, planned.changes()),
-            observers=(self._truth, *observers),
-        )
-
-    def record(self) -> Record:
-        """Return every period so far."""
-        return self._memory.record()
-
-    def truth(self) -> TruthRecord:
-        """Return what really happened in them; that in which an exception ended the run nobody has observed."""
-        return self._truth.record().continued(len(self.record()))
+    def contact_truth(self) -> ContactTruth:
+        """The same of a single fingertip's contact; NaN on a robot."""
+        return ContactTruth.of(self.truth, len(self.record()))
 
     @property
     def changes(self) -> tuple[Change, ...]:
         """Live parameters that were changed, as they took effect."""
-        return tuple(self._memory.changes)
+        return tuple(self.memory.changes)
 
-    def account_of_changes(self, work: Phase) -> tuple[ChangeAccount, ...]:
+    def account_of_changes(self, asked: Sequence[Change], work: Phase) -> tuple[ChangeAccount, ...]:
         """Return what became of the changes that were asked for beforehand; `work` is what they are made for."""
-        record, live = self.record(), self._controller.live
+        record, live = self.record(), live_parameters_of(self.controller)
         if not len(record):
             return ()
         working = np.flatnonzero(record.phase == work.value)
         return account_of_changes(
-            self._planned.changes(),
-            self._memory.changes,
+            asked,
+            self.memory.changes,
             {name: parameter.unit for name, parameter in live.parameters.items()},
             first=float(record.time[0]),
             work=float(record.time[working[0]]) if len(working) else None,
@@ -123,21 +83,83 @@ class RecordedRun:
             name: Of the parameter.
             live: Of a fresh controller of the same plan: it ramps again as it did in the run.
         """
-        return live_values(name, live, self._memory.changes, self.record().time.tolist())
+        times = self.record().time.tolist()
+        if not times:
+            return []
+        again = ScheduledChanges(live, [replace(each, time=each.time - times[0]) for each in self.memory.changes])
+        values = []
+        for time in times:
+            again.step(time)
+            values.append(live.value(name))
+        return values
 
 
-def live_values(name: str, live: LiveParameters, changes: Sequence[Change], times: Sequence[float]) -> list[float]:
-    """Return a live parameter at the times of a run.
+class RecordedRun:
+    """Is run once; what came of it is told however it ended.
+
+    Attributes:
+        controller: What moves the robot; its live parameters take requests while it runs.
+    """
+
+    def __init__(self, plan: Plan, backend: Backend | None = None) -> None:
+        """Take what to do, and who does it if not the plan's own back end.
+
+        Raises:
+            InvalidValueError: The back end cannot be what its robot file says.
+        """
+        self._plan, self._backend = plan, plan.backend() if backend is None else backend
+        self.controller: Any = plan.controller()
+        self._observer = plan.observer(self.controller, truth_source(self._backend))
+        self._memory = MemoryLog()
+
+    def run(
+        self,
+        observers: Sequence[Observer] = (),
+        sinks: Sequence[Sink] = (),
+        live: Live | None = None,
+    ) -> RunResult:
+        """Move the robot.
+
+        Args:
+            observers: Called every period, for example to show progress.
+            sinks: Where to record it, beside memory.
+            live: In the place of the changes that were asked for beforehand, as a log has them.
+
+        Raises:
+            KeyboardInterrupt: The robot was stopped; `recorded` still tells what there is.
+        """
+        plan, own = self._plan, () if self._observer is None else (self._observer,)
+        changes = plan.changes()
+        if live is None and changes:
+            live = ScheduledChanges(live_parameters_of(self.controller), changes)
+        return run(
+            self._backend,
+            Touch(*plan.fingers),
+            self.controller,
+            Supervisor(plan.limits),
+            duration=plan.longest_duration,
+            recorder=Recorder(self._memory, *sinks),
+            live=live,
+            observers=(*own, *observers),
+        )
+
+    def recorded(self, result: RunResult, companion: Recorded | None = None, tell: Tell = untold) -> Recorded:
+        """Return what there is of a run that went like `result`."""
+        return Recorded(result, self.controller, self._observer, self._memory, companion, tell)
+
+
+def carry_out(plan: Plan, observers: Sequence[Observer] = (), sinks: Sequence[Sink] = ()) -> Recorded:
+    """Run a plan, and its companion after it if there is one.
 
     Args:
-        name: Of the parameter.
-        live: Of a fresh controller.
-        changes: As they were recorded, on the clock of `times`.
-        times: Of the run's periods [s].
+        plan: What to do.
+        observers: Called every period of the first run.
+        sinks: Where to record the first run, beside memory.
+
+    Raises:
+        InvalidValueError: The back end cannot be what its robot file says.
+        KeyboardInterrupt: The robot was stopped. A `RecordedRun` still knows what was found until then.
     """
-    again = ScheduledChanges(live, [replace(change, time=change.time - times[0]) for change in changes])
-    values = []
-    for time in times:
-        again.step(time)
-        values.append(live.value(name))
-    return values
+    first, companion = RecordedRun(plan), plan.companion()
+    result = first.run(observers, sinks)
+    return first.recorded(result, None if companion is None else carry_out(companion))

@@ -1,6 +1,6 @@
 """What there is to see of a regulation of force in simulation."""
 
-from palpate.commands.view.scenes import scene_view
+from palpate.experiments.kit.scene_view import scene_view
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.robots.known_truth import known_scene
 from palpate.sim import MovingTarget

@@ -1,0 +1,106 @@
+"""The configuration of a run as YAML: the few values that people write, and every value, exactly, for a log."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from palpate.errors import InvalidValueError
+from palpate.strict_decode import decode, decode_some, load, read_mapping
+from palpate.yaml_text import yaml_text
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+EXPERIMENT_TEXT = "experiment.yaml"
+"""Under this name every log keeps what was asked for."""
+
+NAME_KEY = "experiment"
+"""Which experiment it is, by the name or the `module:Class` that finds it."""
+
+OTHER_FILES = {
+    "palpate_robot": "this is a robot file: give it with --robot, or as `robot: FILE` in an experiment file",
+    "palpate_sensor": "this is a sensor file: a robot file names it, as `sensor: FILE`",
+}
+"""Files that people take for experiment files, by the key that tells them."""
+
+
+def config_text(experiment: str, config: "DataclassInstance") -> str:
+    """Return a configuration as YAML, every value written out; `read_config` gives back the very same.
+
+    Args:
+        experiment: What finds the experiment again.
+        config: Of it.
+
+    Raises:
+        InvalidValueError: A path in it cannot be written as text.
+    """
+    return yaml_text({NAME_KEY: experiment, **plain_values(config)})
+
+
+def experiment_in(text: str) -> str:
+    """Return which experiment a text of `config_text` is of.
+
+    Raises:
+        InvalidValueError: It does not say.
+    """
+    found = read_mapping(text, "an experiment file").get(NAME_KEY)
+    if not isinstance(found, str):
+        raise InvalidValueError(f"{EXPERIMENT_TEXT}: no line `{NAME_KEY}: ...` that names an experiment")
+    return found
+
+
+def read_config(text: str, kind: type[Any]) -> Any:
+    """Return the configuration that `config_text` wrote, or that somebody wrote by hand: the rest is default.
+
+    Args:
+        text: Of it.
+        kind: The experiment's `Config`.
+
+    Raises:
+        InvalidValueError: A key is misspelt, a value of the wrong type, or they cannot be together.
+    """
+    return decode(_without_name(read_mapping(text, "an experiment file")), kind, text)
+
+
+def load_overlay(path: Path, experiment: str, kind: type[Any]) -> dict[str, object]:
+    """Return the options that an experiment file gives; files that it names are looked for next to it.
+
+    Args:
+        path: Of the file.
+        experiment: For which it must be, if it says so.
+        kind: The experiment's `Config`.
+
+    Raises:
+        InvalidValueError: It cannot be read, a key is misspelt, a value of the wrong type, or it is for another
+            experiment; the message names the file.
+    """
+    try:
+        values = load(path, lambda text: _overlay(text, experiment, kind), "an experiment file")
+    except OSError as error:
+        raise InvalidValueError(f"config = {path}: cannot be read: {error.strerror}") from None
+    for name, value in values.items():
+        names_file = isinstance(value, Path) or (name == "robot" and isinstance(value, str))
+        if name != "out" and names_file and (path.parent / str(value)).is_file():
+            values[name] = type(value)(path.parent / str(value))  # type: ignore[call-arg]  # a path or its text
+    return values
+
+
+def plain_values(config: "DataclassInstance") -> dict[str, object]:
+    """Return every value of a configuration by its name, as YAML can hold it."""
+    values = ((field.name, getattr(config, field.name)) for field in fields(config))
+    return {name: str(value) if isinstance(value, Path) else value for name, value in values}
+
+
+def _overlay(text: str, experiment: str, kind: type[Any]) -> dict[str, object]:
+    found = read_mapping(text, "an experiment file")
+    for other, advice in OTHER_FILES.items():
+        if other in found:
+            raise InvalidValueError(f"{other}: {advice}")
+    if found.get(NAME_KEY, experiment) != experiment:
+        raise InvalidValueError(f"{NAME_KEY} = {found[NAME_KEY]!r}: must be {experiment}")
+    return decode_some(_without_name(found), kind, text)
+
+
+def _without_name(found: Mapping[str, object]) -> dict[str, object]:
+    return {key: value for key, value in found.items() if key != NAME_KEY}

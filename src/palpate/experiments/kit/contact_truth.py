@@ -1,0 +1,44 @@
+"""What really happened at a single fingertip, from the truth that a run's log keeps."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from palpate.errors import FloatArray
+from palpate.robots.truth_columns import FORCE, POSITION, TORQUE, TOUCHING
+from palpate.runtime.truth import TruthTable
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactTruth:
+    """The simulation's own contact, one row per period, base frame; forces act on the tip.
+
+    On a robot nobody knows it: not touching, and NaN.
+
+    Attributes:
+        touching: Shape (n,).
+        position: Shape (n, 3) [m].
+        force: Shape (n, 3) [N].
+        torque: About `position`, shape (n, 3) [N m].
+        known: Whether anybody knows it.
+    """
+
+    touching: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    position: FloatArray
+    force: FloatArray
+    torque: FloatArray
+    known: bool = True
+
+    def __len__(self) -> int:
+        """Number of periods."""
+        return len(self.touching)
+
+    @classmethod
+    def of(cls, truth: TruthTable, count: int) -> Self:
+        """Return the contact of a truth; of `count` periods of which nobody knows anything, on a robot."""
+        if not truth.known:
+            unknown = np.full((count, 3), np.nan)
+            return cls(np.zeros(count, np.bool_), unknown, unknown, unknown, known=False)
+        touching = truth.column(TOUCHING)[:, 0] > 0.0
+        return cls(touching, truth.column(*POSITION), truth.column(*FORCE), truth.column(*TORQUE))

@@ -1,0 +1,235 @@
+"""What an experiment is, to whoever runs, replays, sweeps, shows or compares it: nothing here knows one by name."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from palpate.experiments.kit.figure import Figure
+
+if TYPE_CHECKING:  # commands import this module for --help, which must be quick
+    from palpate.experiments.kit.recorded_run import Recorded
+    from palpate.reporting.data import KeyFigure
+    from palpate.reporting.report import Report
+    from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
+    from palpate.runtime.live import Change
+    from palpate.runtime.robot import Robot
+    from palpate.runtime.shown_plan import PlanSource
+    from palpate.runtime.truth import TruthSource
+    from palpate.viewing import ViewScene
+
+Writer = Callable[[Path], None]
+"""Writes a file at a path; raises OSError if it cannot."""
+
+
+@dataclass(frozen=True, slots=True)
+class DryRun:
+    """What a run would do, known before anything moves.
+
+    Attributes:
+        task: What it is, for a title.
+        figures: What is known beforehand: durations, forces, speeds.
+        files: Names of the files that it would write besides report and log.
+        notes: What people should know before, a sentence each.
+    """
+
+    task: str
+    figures: "tuple[KeyFigure, ...]"
+    files: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class Plan(Protocol):
+    """A run that can be carried out: everything checked and built, nothing moved yet.
+
+    `PlanDefaults` has what most experiments answer to the methods below `dry_run`.
+    """
+
+    @property
+    def config(self) -> Any:
+        """What is carried out, an instance of the experiment's `Config`."""
+        ...
+
+    @property
+    def robot(self) -> "Robot | None":
+        """What carries it out; None for a simulation that no robot file describes."""
+        ...
+
+    @property
+    def fingers(self) -> "Sequence[FingerDescription]":
+        """For touch, one per finger."""
+        ...
+
+    @property
+    def limits(self) -> "Limits":
+        """For the supervisor."""
+        ...
+
+    @property
+    def expected_duration(self) -> float:
+        """About how long it takes [s]."""
+        ...
+
+    @property
+    def longest_duration(self) -> float:
+        """After which it is stopped [s]."""
+        ...
+
+    def backend(self) -> "Backend":
+        """Return the robot, ready to be started once.
+
+        Raises:
+            InvalidValueError: It cannot be what its file says, or cannot be simulated.
+        """
+        ...
+
+    def controller(self) -> "Controller":
+        """Return a fresh controller."""
+        ...
+
+    def texts(self) -> Mapping[str, str]:
+        """Return what a log must keep to plan the very same again, besides configuration and robot, by file name."""
+        ...
+
+    def dry_run(self) -> DryRun:
+        """Return what it would do."""
+        ...
+
+    def view(self) -> "ViewScene":
+        """Return what there is to see of it.
+
+        Raises:
+            InvalidValueError: Nothing of it is simulated.
+        """
+        ...
+
+    @property
+    def preparation(self) -> str:
+        """What `prepared` does, as "pressing, to find stiffness and delay"; empty if there is nothing to prepare."""
+        ...
+
+    def prepared(self) -> "Plan":
+        """Measure what the plan needs first, on a robot and scene of its own, and return the plan with it.
+
+        Raises:
+            InvalidValueError: The measurement has failed; the message says why.
+        """
+        ...
+
+    def changes(self) -> "Sequence[Change]":
+        """Return the changes of live parameters that were asked for beforehand."""
+        ...
+
+    def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
+        """Return what keeps, every period, what `Experiment.found` needs besides record and truth.
+
+        Args:
+            controller: A fresh one of this plan, which is about to run.
+            truth: What tells the simulation's truth, live or from a log; None on a robot.
+        """
+        ...
+
+    def companion(self) -> "Plan | None":
+        """Return a second run to compare the first one with; None if none was asked for."""
+        ...
+
+    def shown_plan(self, controller: Any) -> "PlanSource | None":
+        """Return what tells a view where this controller is going; None if there is nothing to show."""
+        ...
+
+
+class PlanDefaults:
+    """What a plan answers where an experiment has nothing to say; a base class."""
+
+    __slots__ = ()
+
+    @property
+    def preparation(self) -> str:
+        """Nothing."""
+        return ""
+
+    def prepared(self) -> Any:
+        """Return the plan as it is."""
+        return self
+
+    def texts(self) -> Mapping[str, str]:
+        """Return nothing: configuration and robot say it all."""
+        return {}
+
+    def changes(self) -> "Sequence[Change]":
+        """Return none."""
+        return ()
+
+    def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
+        """Return none: record and truth say it all."""
+        return None
+
+    def companion(self) -> Any:
+        """Return none."""
+        return None
+
+    def shown_plan(self, controller: Any) -> "PlanSource | None":
+        """Return none."""
+        return None
+
+
+class Result(Protocol):
+    """What came of a run."""
+
+    @property
+    def run(self) -> "RunResult":
+        """How it ended, and its timing."""
+        ...
+
+
+class Experiment(Protocol):
+    """An idea that can be run, dry-run, recorded, replayed, swept, viewed, compared and reported.
+
+    Attributes:
+        name: As typed after `palpate`.
+        summary: One line.
+        Config: A frozen dataclass, light to import. Its fields are the options: each has a default and a docstring
+            below it, and `option` says its unit and bounds, once. It has the fields `robot`, `seed` and `out`.
+        figures: What a run comes to, those that matter most first: for --json, sweeps and comparisons.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def summary(self) -> str: ...
+
+    @property
+    def Config(self) -> type[Any]: ...
+
+    @property
+    def figures(self) -> tuple[Figure, ...]: ...
+
+    def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
+        """Check and build everything; nothing moves, no device is opened.
+
+        Args:
+            config: What to do, an instance of `Config`.
+            robot: What carries it out; None if `config.robot` is None.
+            texts: What the log of an earlier run kept (see `Plan.texts`); empty for a new run.
+
+        Raises:
+            InvalidValueError: It cannot be carried out; the message says what to change.
+        """
+        ...
+
+    def found(self, plan: Any, recorded: "Recorded") -> Result:
+        """Return what came of a run, however it ended: one that has just ended, or one from its log.
+
+        Raises:
+            InvalidValueError: What was recorded tells nothing; the message says why.
+        """
+        ...
+
+    def report(self, result: Any) -> "Report":
+        """Return the report; pictures are drawn only when it is written."""
+        ...
+
+    def files(self, result: Any) -> Mapping[str, Writer]:
+        """Return what is written besides report and log, by file name."""
+        ...

@@ -1,0 +1,174 @@
+"""Options of an experiment as metadata of its `Config`'s fields: unit, bounds, replay, and to which choice they belong.
+
+Imports nothing heavy. What a field says here is said nowhere else: checks, replays, reports, sweeps and comparisons
+read it from here.
+"""
+
+from collections.abc import Mapping
+from dataclasses import Field, dataclass, field, fields
+from numbers import Real
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
+
+from palpate.errors import InvalidValueError, not_negative, positive, shown
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+KEY = "palpate"
+"""Of what a field says, in its metadata."""
+
+TOUCHED = "the samples are as recorded, on what was touched then"
+NOISY = "the samples are as recorded, with the noise that they have"
+WRITTEN = "a replay writes no files of the run again; --out says where its report goes"
+PERIODIC = "the samples are as recorded, one per period"
+CHANGED = "live parameters are changed as recorded"
+"""Why a replay cannot change an option: for `option(fixed=...)`."""
+
+_NUMBERS, _PATHS = (float, float | None), (Path, Path | None)
+"""Types of fields, as they are declared."""
+
+
+@dataclass(frozen=True, slots=True)
+class OptionSpec:
+    """What is known of an option besides its type, default and docstring.
+
+    Attributes:
+        unit: SI unit; empty for a ratio, a count, a word.
+        fixed: Why a replay cannot change it; empty if it can.
+        choice: The option that decides whether this one counts, as "strategy" for a radius; empty: it always does.
+        choices: For which values of that one it does.
+        hint: What else may have been meant by whoever gave it with another choice; follows the refusal.
+        above: It must be larger than 0.
+        least: It must not be below 0.
+        kept: Name of the text by which a log keeps what the file of this option said; empty if it keeps none.
+        once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
+    """
+
+    unit: str = ""
+    fixed: str = ""
+    choice: str = ""
+    choices: tuple[str, ...] = ()
+    hint: str = ""
+    above: bool = False
+    least: bool = False
+    kept: str = ""
+    once: bool = False
+
+
+NOTHING_SAID = OptionSpec()
+
+
+def option(
+    default: Any,
+    unit: str = "",
+    *,
+    fixed: str = "",
+    of: tuple[str, tuple[str, ...]] = ("", ()),
+    hint: str = "",
+    bound: Literal["", "positive", "not negative"] = "",
+    kept: str = "",
+    once: bool = False,
+) -> Any:
+    """Return the field of an option; see `OptionSpec`.
+
+    For example `force: float = option(2.0, "N", bound="positive")`, or
+    `radius: float | None = option(None, "m", of=("strategy", ("spiral",)))`.
+
+    Args:
+        default: Its value if nobody gives one.
+        unit: SI unit.
+        fixed: Why a replay cannot change it.
+        of: The option that decides whether this one counts, and for which of its values.
+        hint: What else may have been meant.
+        bound: What numbers must be, if given at all.
+        kept: Name of the text by which a log keeps its file.
+        once: Whether a replay sets it back to its default.
+    """
+    said = OptionSpec(unit, fixed, of[0], of[1], hint, bound == "positive", bound == "not negative", kept, once)
+    return field(default=default, metadata={KEY: said})
+
+
+def spec_of(option: "Field[Any]") -> OptionSpec:
+    """Return what a field says."""
+    said = option.metadata.get(KEY, NOTHING_SAID)
+    assert isinstance(said, OptionSpec)
+    return said
+
+
+def specs_of(kind: type) -> dict[str, OptionSpec]:
+    """Return what each option of a `Config` says, by name."""
+    return {each.name: spec_of(each) for each in fields(kind)}
+
+
+def check_options(config: "DataclassInstance") -> None:
+    """Make paths of strings, and refuse numbers that are none or out of their bounds, and options of other choices.
+
+    Meant for the beginning of a `Config`'s `__post_init__`; it may be frozen.
+
+    Raises:
+        InvalidValueError: As it says; the message names value, limit and what to do.
+    """
+    for each in fields(config):
+        value, said = getattr(config, each.name), spec_of(each)
+        if each.type in _PATHS and isinstance(value, str):
+            object.__setattr__(config, each.name, Path(value))
+        elif each.type in _NUMBERS and not isinstance(value, Real) and (value is not None or each.type is float):
+            raise InvalidValueError(f"{each.name} = {shown(value)}: must be a number")
+        for number in value if isinstance(value, tuple) else (value,):
+            if said.above and number is not None:
+                positive(each.name, number, said.unit)
+            elif said.least and number is not None:
+                not_negative(each.name, number, said.unit)
+    for choice in choices_of(type(config)):
+        _check_choice(config, choice)
+
+
+def choices_of(kind: type) -> dict[str, tuple[str, ...]]:
+    """Return the options that decide which others count, with the values that each can have."""
+    names = dict.fromkeys(said.choice for said in specs_of(kind).values() if said.choice)
+    hints = get_type_hints(kind)
+    return {name: tuple(value for value in _literals(hints[name])) for name in names}
+
+
+def foreign_options(kind: type, values: Mapping[str, object]) -> frozenset[str]:
+    """Return the options that belong to other choices than those that are made.
+
+    Args:
+        kind: The `Config`.
+        values: Of its options, by name.
+    """
+    return frozenset(
+        name
+        for name, said in specs_of(kind).items()
+        if said.choice and values.get(said.choice) not in said.choices
+    )
+
+
+def _check_choice(config: "DataclassInstance", choice: str) -> None:
+    chosen, known = getattr(config, choice), choices_of(type(config))[choice]
+    if chosen not in known:
+        raise InvalidValueError(f"{choice} = {chosen!r}: must be one of {', '.join(known)}")
+    own = {each.name: (each, spec_of(each)) for each in fields(config) if spec_of(each).choice == choice}
+    for name, (each, said) in own.items():
+        value = getattr(config, name)
+        if chosen in said.choices or value == each.default:
+            continue
+        takes = [f"--{name.replace('_', '-')}" for name, (_, its) in own.items() if chosen in its.choices]
+        raise InvalidValueError(
+            f"{name} = {_typed(value)}: is for --{choice} {' or '.join(said.choices)}; {chosen} takes "
+            f"{', '.join(takes) or 'no such options'}{said.hint}"
+        )
+
+
+def _literals(kind: Any) -> tuple[str, ...]:
+    """The values of a Literal, be it in a union."""
+    if get_origin(kind) is Literal:
+        return get_args(kind)
+    return tuple(value for part in get_args(kind) for value in _literals(part))
+
+
+def _typed(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(_typed(each) for each in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,78 @@
+"""Which experiments there are: those that installed packages declare, and any that is named as module:Class.
+
+The built-in ones are declared like a stranger's, as entry points of the group `palpate.experiments`.
+"""
+
+import sys
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import cast
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.named_object import named_object
+from palpate.nearest_name import nearest
+
+GROUP = "palpate.experiments"
+"""Of entry points: name = "module:Class"."""
+
+NEEDED = ("name", "summary", "Config", "figures", "plan", "found", "report", "files")
+"""What an experiment has; see `Experiment`."""
+
+
+@cache
+def _declared() -> dict[str, EntryPoint]:
+    return {each.name: each for each in entry_points(group=GROUP)}
+
+
+def experiment_names() -> tuple[str, ...]:
+    """Return the names of all experiments that installed packages declare, palpate's own first."""
+    own = [name for name, each in _declared().items() if each.module.partition(".")[0] == "palpate"]
+    return (*own, *sorted(_declared().keys() - own))
+
+
+@cache
+def experiment_named(name: str) -> Experiment:
+    """Return an experiment.
+
+    Args:
+        name: Of one that is declared, or `module:Class`, or `file.py:Class`; the present folder is looked in first.
+
+    Raises:
+        InvalidValueError: There is none, or it is no experiment; the message says what there is.
+    """
+    declared = _declared().get(name)
+    if declared is not None:
+        try:
+            made = declared.load()
+        except Exception as error:
+            raise InvalidValueError(
+                f"experiment = {name}: {declared.value} cannot be loaded: {type(error).__name__}: {error}"
+            ) from error
+    elif ":" in name:
+        made = named_object("experiment", name, "mine:Mine or mine.py:Mine for the class Mine in mine.py")
+    else:
+        near = nearest(name, experiment_names())
+        meant = f"did you mean {near}? " if near else ""
+        raise InvalidValueError(
+            f"experiment = {name}: no such experiment; {meant}there are {', '.join(experiment_names())}, or name one "
+            "as module:Class"
+        )
+    experiment = made() if isinstance(made, type) else made
+    missing = [each for each in NEEDED if not hasattr(experiment, each)]
+    if missing:
+        raise InvalidValueError(
+            f"experiment = {name}: is no experiment: it has no {', '.join(missing)} (see "
+            "palpate.experiments.kit.Experiment)"
+        )
+    return cast("Experiment", experiment)
+
+
+def reference_to(experiment: Experiment) -> str:
+    """Return what finds an experiment again, for logs and other processes: its name, or its file and class."""
+    if experiment.name in _declared():
+        return experiment.name
+    kind = type(experiment)
+    file = getattr(sys.modules[kind.__module__], "__file__", None)
+    return f"{kind.__module__ if file is None else Path(file).resolve()}:{kind.__qualname__}"

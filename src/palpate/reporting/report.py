@@ -1,0 +1,104 @@
+"""A report as data: what was asked, how it ended, figures, sections, advice. Nothing is drawn before it is written."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from palpate.reporting.data import KeyFigure
+
+if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
+    from palpate.reporting.style import Picture
+
+COLUMNS = ("name", "value", "unit", "note")
+"""Of a table of figures."""
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """A text of a section."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class FigureTable:
+    """Key figures within a section; the terminal shows them, too."""
+
+    figures: tuple[KeyFigure, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TextTable:
+    """A table of texts.
+
+    Attributes:
+        rows: Of texts.
+        columns: What each column holds: "name", "value", "unit" or "note".
+        heads: Over the columns; none if left out.
+    """
+
+    rows: Sequence[tuple[str, ...]]
+    columns: Sequence[str] = COLUMNS
+    heads: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Pictures:
+    """Pictures side by side where there is room.
+
+    Attributes:
+        draw: Draws them when the report is written; those that are None are left out.
+    """
+
+    draw: "Callable[[], Iterable[Picture | None]]"
+
+
+Part = Paragraph | FigureTable | TextTable | Pictures
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A section; one in which nothing is to be seen is left out.
+
+    Attributes:
+        heading: Of it.
+        parts: In order.
+    """
+
+    heading: str
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a run, a replay, a comparison or a sweep tells its reader.
+
+    Attributes:
+        title: Heading.
+        outcome: How it ended, a sentence or more.
+        figures: Most important first.
+        sections: In order.
+        asked: What was asked for, a sentence without its full stop; "" to say nothing.
+        advice: What to do now, a sentence or two each; none where nothing has to be done.
+        settings: Name and value with unit of each setting.
+        repeat: What is repeated, and the command that does so.
+        footer: In what frame, and of what, the numbers are: a sentence or more.
+        reached: Whether it came to what it was for: a run that was finished, an object that was held.
+    """
+
+    title: str
+    outcome: str
+    figures: tuple[KeyFigure, ...]
+    sections: tuple[Section, ...] = ()
+    asked: str = ""
+    advice: tuple[str, ...] = ()
+    settings: tuple[tuple[str, str], ...] = ()
+    repeat: tuple[tuple[str, str], ...] = ()
+    footer: str = ""
+    reached: bool = True
+
+    @property
+    def all_figures(self) -> tuple[KeyFigure, ...]:
+        """Those of the summary, then those of the sections."""
+        parts = (part for section in self.sections for part in section.parts if isinstance(part, FigureTable))
+        return (*self.figures, *(figure for part in parts for figure in part.figures))
