@@ -1,4 +1,4 @@
-"""A report as data: what was asked, how it ended, figures, sections, advice. Nothing is drawn before it is written."""
+"""A report as data: what was asked, how it ended, figures, sections, advice; drawn when it is written."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Names of the numbers that a simulation with a single fingertip tells of the truth; base frame, forces on the tip."""
+"""Names of the numbers that a simulation tells of a fingertip's contact; base frame, forces on the tip."""
 
 TOUCHING = "touching"
 POSITION = ("contact_x_m", "contact_y_m", "contact_z_m")

@@ -1,4 +1,4 @@
-"""What an experiment is, to whoever runs, replays, sweeps, shows or compares it: nothing here knows one by name."""
+"""What an experiment is, to whoever runs, replays, sweeps, shows or compares it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -88,7 +88,7 @@ class Plan(Protocol):
         ...
 
     def texts(self) -> Mapping[str, str]:
-        """Return what a log must keep to plan the very same again, besides configuration and robot, by file name."""
+        """Return what a log keeps besides configuration and robot to plan the very same again, by file name."""
         ...
 
     def dry_run(self) -> DryRun:
@@ -105,7 +105,7 @@ class Plan(Protocol):
 
     @property
     def preparation(self) -> str:
-        """What `prepared` does, as "pressing, to find stiffness and delay"; empty if there is nothing to prepare."""
+        """What `prepared` does, as "pressing, to find stiffness and delay"; empty if it does nothing."""
         ...
 
     def prepared(self) -> "Plan":
@@ -183,27 +183,31 @@ class Result(Protocol):
 
 
 class Experiment(Protocol):
-    """An idea that can be run, dry-run, recorded, replayed, swept, viewed, compared and reported.
-
-    Attributes:
-        name: As typed after `palpate`.
-        summary: One line.
-        Config: A frozen dataclass, light to import. Its fields are the options: each has a default and a docstring
-            below it, and `option` says its unit and bounds, once. It has the fields `robot`, `seed` and `out`.
-        figures: What a run comes to, those that matter most first: for --json, sweeps and comparisons.
-    """
+    """An idea that can be run, dry-run, recorded, replayed, swept, viewed, compared and reported."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """As typed after `palpate`."""
+        ...
 
     @property
-    def summary(self) -> str: ...
+    def summary(self) -> str:
+        """One line."""
+        ...
 
     @property
-    def Config(self) -> type[Any]: ...
+    def Config(self) -> type[Any]:  # noqa: N802 - a class
+        """A frozen dataclass, light to import: its fields are the options.
+
+        Each has a default and a docstring below it, and `option` says its unit and bounds, once. It has the fields
+        `robot`, `seed` and `out`.
+        """
+        ...
 
     @property
-    def figures(self) -> tuple[Figure, ...]: ...
+    def figures(self) -> tuple[Figure, ...]:
+        """What a run comes to, those that matter most first: for --json, sweeps and comparisons."""
+        ...
 
     def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
         """Check and build everything; nothing moves, no device is opened.

@@ -40,7 +40,7 @@ def named_object(option: str, name: str, example: str) -> Any:
 
 
 def raised(what: str, error: Exception) -> str:
-    """Return what an exception in somebody's code was, and where: the last line of theirs or of what they called."""
+    """Return what an exception in somebody's code was, and the last line of theirs or of what they called."""
     where = traceback.extract_tb(error.__traceback__)
     line = f" ({where[-1].filename}, line {where[-1].lineno})" if where else ""
     if isinstance(error, SyntaxError):

@@ -1,7 +1,7 @@
-"""Options of an experiment as metadata of its `Config`'s fields: unit, bounds, replay, and to which choice they belong.
+"""Options of an experiment, as metadata of its `Config`'s fields: unit, bounds, replay, owner.
 
-Imports nothing heavy. What a field says here is said nowhere else: checks, replays, reports, sweeps and comparisons
-read it from here.
+Imports nothing heavy. What a field says here is said nowhere else: checks, replays, reports, sweeps and
+comparisons read it from here.
 """
 
 from collections.abc import Mapping
@@ -102,7 +102,7 @@ def specs_of(kind: type) -> dict[str, OptionSpec]:
 
 
 def check_options(config: "DataclassInstance") -> None:
-    """Make paths of strings, and refuse numbers that are none or out of their bounds, and options of other choices.
+    """Make paths of strings; refuse what is no number or out of its bounds, and options of other choices.
 
     Meant for the beginning of a `Config`'s `__post_init__`; it may be frozen.
 

@@ -37,7 +37,7 @@ def experiment_named(name: str) -> Experiment:
     """Return an experiment.
 
     Args:
-        name: Of one that is declared, or `module:Class`, or `file.py:Class`; the present folder is looked in first.
+        name: Of one that is declared, `module:Class`, or `file.py:Class`; the present folder is looked in first.
 
     Raises:
         InvalidValueError: There is none, or it is no experiment; the message says what there is.
@@ -56,8 +56,8 @@ def experiment_named(name: str) -> Experiment:
         near = nearest(name, experiment_names())
         meant = f"did you mean {near}? " if near else ""
         raise InvalidValueError(
-            f"experiment = {name}: no such experiment; {meant}there are {', '.join(experiment_names())}, or name one "
-            "as module:Class"
+            f"experiment = {name}: no such experiment; {meant}there are {', '.join(experiment_names())}, one "
+            "of your own is named as module:Class"
         )
     experiment = made() if isinstance(made, type) else made
     missing = [each for each in NEEDED if not hasattr(experiment, each)]
