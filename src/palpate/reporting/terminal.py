@@ -5,12 +5,7 @@ from collections.abc import Iterable
 from rich.table import Table
 from rich.text import Text
 
-from palpate.reporting.data import ExplorationReport, KeyFigure
-
-
-def summary_table(report: ExplorationReport) -> Table:
-    """Return the key figures with the title above and the outcome below."""
-    return key_figures(report.title, report.outcome, report.summary)
+from palpate.reporting.data import KeyFigure
 
 
 def key_figures(title: str, outcome: str, figures: Iterable[KeyFigure]) -> Table:

@@ -84,7 +84,7 @@ def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry, na
 
 
 def _ur5e(robot: Robot, entry: EmulatedUr5eEntry, name: str) -> tuple[Robot, Making]:
-    task = plan_exploration(ExploreConfig(robot=name), robot).task
+    task = plan_exploration(ExploreConfig(robot=name), robot, {}).task
     devices = RigEntry(arm=_arm(entry.address, pose_flange_tip(entry)))
     return (
         _rig(robot, devices, (entry.address,)),

@@ -14,7 +14,6 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 
 from palpate.errors import FloatArray
 from palpate.mapping import Knowledge, SurfaceMesh, TouchCloud
-from palpate.reporting.data import IndexArray, TrueSurface
 from palpate.reporting.style import (
     FONT_SIZE,
     HEIGHT_COLOURS,
@@ -29,6 +28,8 @@ from palpate.reporting.style import (
     new_figure,
     rim,
 )
+
+IndexArray = npt.NDArray[np.integer]
 
 ELEVATION, AZIMUTH = 38.0, -58.0
 LIGHT = np.array([-0.35, -0.45, 0.82])
@@ -104,15 +105,21 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
     return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
 
 
-def true_surface(cloud: TouchCloud, surface: TrueSurface) -> Picture:
-    """Return the true surface in the same view and colours; only the touched region is drawn."""
+def true_surface(cloud: TouchCloud, vertices: FloatArray, triangles: IndexArray) -> Picture:
+    """Return the true surface in the same view and colours; only the touched region is drawn.
+
+    Args:
+        cloud: What was touched.
+        vertices: Of the surface, base frame, shape (n, 3) [m].
+        triangles: Indices of vertices, shape (m, 3).
+    """
     view = View.around(cloud)
     figure, axes = _empty_view(view)
-    centres = surface.vertices[surface.triangles].mean(axis=1)
+    centres = vertices[triangles].mean(axis=1)
     low, high = view.touched
     inside = ((centres[:, :2] >= low) & (centres[:, :2] <= high)).all(axis=1)
     inside &= (centres[:, 2] >= view.low[2]) & (centres[:, 2] <= view.high[2])
-    _draw_triangles(axes, view, surface.vertices, surface.triangles[inside])
+    _draw_triangles(axes, view, vertices, triangles[inside])
     return Picture(
         title="True surface",
         caption="The surface of the simulated object over the same region, in the same view and colours: "
