@@ -14,7 +14,6 @@ from palpate import __version__
 from palpate.errors import InvalidValueError
 from palpate.experiments import start_up
 from palpate.experiments.answer import Answer
-from palpate.experiments.bench.config import BenchConfig
 from palpate.experiments.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.experiments.colours import HELP_WORDS, parser_colours
 from palpate.experiments.compare.config import CompareConfig
@@ -255,11 +254,6 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Emulated devices, for palpate or any other software that speaks to the real ones.",
         "Emulated devices, for palpate or any other software that speaks to the real ones.\n\n"
         "Example: palpate emulate ur",
-    ),
-    "bench": Command(
-        BenchConfig,
-        "palpate.experiments.bench.command:run_bench",
-        "Measure speed against error on this computer, one study per topic, all in one report.",
     ),
     "warm-up": Command(
         WarmUpConfig,
