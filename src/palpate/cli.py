@@ -16,7 +16,7 @@ from palpate.commands.answer import Answer
 from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.commands.colours import HELP_WORDS, parser_colours
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.completion.config import CompletionConfig
+from palpate.commands.completion import CompletionConfig, completion_script
 from palpate.commands.contact.config import ContactConfig
 from palpate.commands.doctor.config import DoctorConfig
 from palpate.commands.emulate.config import (
@@ -30,11 +30,10 @@ from palpate.commands.manner import JsonDocument, Manner, Words
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.typed_options import Flag, read_flagged
+from palpate.commands.typed_options import Flag, flagged, read_flagged
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.errors import InvalidValueError
-from palpate.experiments.bench.config import BenchConfig
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.options import ExploreOptions
 from palpate.experiments.friction.config import FrictionConfig
@@ -256,11 +255,6 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Emulated devices, for palpate or any other software that speaks to the real ones.\n\n"
         "Example: palpate emulate ur",
     ),
-    "bench": Command(
-        BenchConfig,
-        "palpate.experiments.bench.command:run_bench",
-        "Measure speed against error on this computer, one study per topic, all in one report.",
-    ),
     "warm-up": Command(
         WarmUpConfig,
         "palpate.commands.warm_up.command:run_warm_up",
@@ -309,13 +303,8 @@ def _run(
         return _carry_out(chosen, f"{typed} {arguments[0]}", arguments[1:])
     if arguments and not arguments[0].startswith("-"):
         raise InvalidValueError(_no_command(arguments[0], commands, typed))
-    # help, or a mistake: show the commands, one line each
-    listed = tuple(
-        Annotated[_shown_type(name, command), tyro.conf.subcommand(name, description=command.summary)]
-        for name, command in commands.items()
-    )
-    with parser_colours(arguments):
-        tyro.cli(Union[listed], prog=typed, description=about, args=arguments)  # type: ignore[call-overload]  # noqa: UP007
+    with parser_colours(arguments):  # help, or a mistake: show the commands, one line each
+        tyro.cli(_subcommands(commands), prog=typed, description=about, args=arguments)
     raise AssertionError(f"{arguments[0]!r} is no command, and nobody has said so")
 
 
@@ -348,21 +337,9 @@ def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> Answer
 
 def run_completion(config: CompletionConfig) -> Answer:
     """Print what makes a shell complete these commands."""
-    from palpate.commands.completion.command import print_completion
-    from palpate.commands.completion.described import HELP as HELP_OPTION
-    from palpate.commands.completion.described import Node, described_command
-    from palpate.runtime.robot import shipped_robots
-
-    robots = tuple(shipped_robots())
-
-    def described(words: tuple[str, ...], what: Command | Group) -> Node:
-        if isinstance(what, Group):
-            below = tuple(described((*words, name), command) for name, command in what.commands.items())
-            return Node(words, what.summary, below, (HELP_OPTION,))
-        return described_command(words, what.summary, what.config, _flags(what), robots)
-
-    children = tuple(described((name,), what) for name, what in COMMANDS.items())
-    return print_completion(config, Node((), DESCRIPTION, children, (HELP_OPTION,)))
+    script = completion_script(_subcommands(COMMANDS), config.shell)
+    sys.stdout.write(script)
+    return Answer(facts={"shell": config.shell, "script": script})
 
 
 def _flags(command: Command) -> tuple[Flag, ...]:
@@ -374,6 +351,19 @@ def _function(name: str) -> Any:
     return getattr(import_module(module), function)
 
 
-def _shown_type(name: str, command: Command | Group) -> type:
-    """A type to list a command by; of a group, only its name and summary matter."""
-    return command.config if isinstance(command, Command) else make_dataclass(name, ())
+def _subcommands(commands: Mapping[str, Command | Group]) -> Any:
+    """The type by which tyro knows commands: a union of what each takes, by its name."""
+    return Union[  # noqa: UP007
+        tuple(
+            Annotated[_taken(name, what), tyro.conf.subcommand(name, description=what.summary)]
+            for name, what in commands.items()
+        )
+    ]
+
+
+def _taken(name: str, what: Command | Group) -> Any:
+    if isinstance(what, Command):
+        return flagged(what.config, name, _flags(what))
+    return make_dataclass(
+        name, [("command", Annotated[_subcommands(what.commands), tyro.conf.OmitSubcommandPrefixes])]
+    )

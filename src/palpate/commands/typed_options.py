@@ -51,20 +51,7 @@ def read_flagged(
 
     A command that has an option of a flag's name keeps its own.
     """
-    own = {each.name for each in fields(kind)}
-    flags = [flag for flag in flags if flag.field not in own]
-    typed = [
-        (
-            flag.field,
-            # no --no-json: nobody has said --json before
-            Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help=flag.value)],
-            dataclasses.field(default=False),
-        )
-        for flag in flags
-    ]
-    # where values cannot be together, tyro names the class that refuses them: people know the command, not ours
-    named: Any = make_dataclass(command, typed, bases=(kind,), frozen=True)
-    named.__annotations__ |= _explained(kind)
+    named = flagged(kind, command, flags)
     if "default" in told:
         told["default"] = _copied(told["default"], named)
     with parser_colours(arguments):
@@ -75,7 +62,32 @@ def read_flagged(
                 _advise(kind, arguments)
             raise
     made: Options = settled(kind, found)
-    return made, frozenset(flag for flag in flags if getattr(found, flag.field))
+    return made, frozenset(flag for flag in flags if flag.field not in _names(kind) and getattr(found, flag.field))
+
+
+def flagged(kind: type, command: str, flags: Sequence[Flag]) -> Any:
+    """Return the type that tyro reads: the options of a command with what explains them, and these flags.
+
+    A command that has an option of a flag's name keeps its own.
+    """
+    typed = [
+        (
+            flag.field,
+            # no --no-json: nobody has said --json before
+            Annotated[bool, tyro.conf.FlagCreatePairsOff, tyro.conf.arg(help=flag.value)],
+            dataclasses.field(default=False),
+        )
+        for flag in flags
+        if flag.field not in _names(kind)
+    ]
+    # where values cannot be together, tyro names the class that refuses them: people know the command, not ours
+    named: Any = make_dataclass(command, typed, bases=(kind,), frozen=True)
+    named.__annotations__ |= _explained(kind)
+    return named
+
+
+def _names(kind: type) -> frozenset[str]:
+    return frozenset(each.name for each in fields(kind))
 
 
 def _explained(kind: type) -> dict[str, Any]:
@@ -100,7 +112,7 @@ def _paragraphs(kind: type, name: str) -> str:
 
 def _advise(kind: type, arguments: Sequence[str]) -> None:
     """Say below the parser's refusal what may have been meant."""
-    from palpate.commands.typed_mistake import advice_on_mistake  # reads source: only after a mistake
+    from palpate.commands.typed_mistake import advice_on_mistake
 
     if advice := advice_on_mistake(kind, arguments):
         sys.stderr.write(f"{advice}\n")
