@@ -56,9 +56,9 @@ def check_push(config: ExploreConfig, stiffness: float, following_error: float) 
     push = stiffness * following_error
     if config.greatest_force > push:
         raise InvalidValueError(
-            f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' {stiffness:.3g} "
-            f"N/m over a following error of {following_error:g} m (leash_m, bandwidth_rad_per_s in the robot file); "
-            "press with less, or allow a larger following error or bandwidth"
+            f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' "
+            f"{stiffness:.3g} N/m over a following error of {following_error:g} m (leash_m, bandwidth_rad_per_s in "
+            "the robot file); press with less, or allow a larger following error or bandwidth"
         )
 
 

@@ -31,14 +31,15 @@ from palpate.experiments.explore.identified import (
     identified_text,
     read_identified,
 )
+from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.plan_watch import PlanDiary, PlanWatch
-from palpate.experiments.explore.pressing import PRESSING, pressed
+from palpate.experiments.explore.pressing import pressed
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.explore.wall_bound import WallBound
 from palpate.experiments.kit.contact_checks import LEAST_FORCE, MOST_FORCE, check_compression
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
-from palpate.experiments.kit.stage_twin import stage_twin
 from palpate.mapping import Knowledge
 from palpate.reporting.data import KeyFigure
 from palpate.robots.control_period import period_of
@@ -46,6 +47,7 @@ from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import Task, only_finger
+from palpate.robots.twin import stage_twin
 from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
@@ -199,7 +201,8 @@ class ExplorationPlan(PlanDefaults):
         config, scan = self.config, self.scan
         (x0, y0), (x1, y1) = ((MILLI * x, MILLI * y) for x, y in scan.box)
         unknown = "what is felt decides" if math.isnan(scan.length) else "seen from above"
-        pressing = f"before that it presses where it begins, for at most {PRESSING:g} s once it has landed."
+        # nobody knows what the next object is like
+        unforeseen = config.speed > self.wall.speed and (config.beyond or config.object in FROM_FILE)
         return DryRun(
             f"Exploration of {config.article} {config.object} by touch",
             (
@@ -213,9 +216,10 @@ class ExplorationPlan(PlanDefaults):
                 KeyFigure("greatest force asked for", config.greatest_force, "N"),
                 KeyFigure("speed", MILLI * config.speed, "mm/s", "along the surface"),
                 KeyFigure("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
+                *limit_figures(self.limits),
             ),
             FILE_NAMES,
-            (pressing,) if self._must_press else (),
+            (f"A wall or step in the way would be {self.wall}.",) if unforeseen else (),
         )
 
     def view(self) -> ViewScene:

@@ -15,7 +15,6 @@ from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
 from palpate.experiments.explore.map_growth import MapGrowth
-from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.run_account import account_sentences
 from palpate.experiments.explore.scans import ActiveScan, Scan
 from palpate.experiments.explore.tables import (
@@ -202,9 +201,6 @@ def _advice(exploration: Exploration) -> tuple[str, ...]:
             "To compare the map with a model of the object: palpate compare "
             f"{shlex.quote(str(config.out / 'contacts.ply'))} part.stl, both in metres."
         )
-    wall = exploration.plan.wall
-    if config.speed > wall.speed and (config.beyond or config.object in FROM_FILE):
-        said.append(f"A wall or step in the way would have been {wall}.")
     return tuple(said)
 
 
