@@ -5,6 +5,7 @@ blue through white: both stay distinct with colour-blind eyes. Pictures are draw
 their text and lines follow the reader's theme.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -18,6 +19,7 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
+from matplotlib.ticker import MaxNLocator
 
 from palpate.runtime import palette
 from palpate.runtime.data import Phase
@@ -133,6 +135,11 @@ def new_figure(width: Width, height: float) -> Figure:
 def rim(width: float) -> Sequence[AbstractPathEffect]:
     """Return what sets a line of `width` points off whatever it goes over."""
     return (Stroke(linewidth=width + 1.2, foreground=CARD), Normal())
+
+
+def few_ticks(share: float) -> MaxNLocator:
+    """Ticks of an axis that is `share` of the longest."""
+    return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
 
 
 def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:

@@ -152,7 +152,7 @@ def _error_pictures(exploration: Exploration) -> "Iterator[Picture]":
         yield error_histogram(error)
 
 
-def _time_pictures(exploration: Exploration) -> "Iterator[Picture]":
+def _time_pictures(exploration: Exploration) -> "Iterator[Picture | None]":
     from palpate.experiments.explore.spin_picture import spin_picture
     from palpate.reporting.force_picture import force_overview, force_zoom
 

@@ -1,6 +1,5 @@
 """The touched surface and the true one, in space."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy.typing as npt
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
@@ -25,6 +23,7 @@ from palpate.reporting.style import (
     SMALL_SIZE,
     Picture,
     Width,
+    few_ticks,
     new_figure,
     rim,
 )
@@ -151,11 +150,6 @@ def _empty_view(view: View) -> tuple[Figure, Axes3D]:
     bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
     bar.ax.ticklabel_format(axis="x", useOffset=False)
     return figure, axes
-
-
-def few_ticks(share: float) -> MaxNLocator:
-    """Ticks of an axis that is `share` of the longest."""
-    return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
 
 
 def _draw_triangles(axes: Axes3D, view: View, vertices: FloatArray, triangles: IndexArray) -> None:
