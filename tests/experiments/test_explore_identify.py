@@ -65,9 +65,6 @@ def test_the_settings_say_the_margins_and_what_they_come_from(both):
 
 @pytest.mark.slow
 def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path):
-    monkeypatch.setattr(
-        "palpate.reporting.page.write_report", lambda report, path: path.write_text(report.outcome)
-    )
     words = ["--robot", "ur5e-sim", "--identify", "--width", "0.006", "--depth", "0.002", "--force-noise", "0.003"]
     assert main(["explore", *words, "--out", str(tmp_path)]) == 0
     log = read_log(tmp_path / "latest.mcap")

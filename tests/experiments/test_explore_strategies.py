@@ -12,6 +12,7 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.kit.config_file import config_text, read_config
@@ -82,6 +83,17 @@ def test_each_strategy_replays_bit_for_bit_from_its_log(done):
     found = replay_log(log)
     assert found.should_be_identical
     assert found.commands.identical
+
+
+@pytest.mark.slow
+def test_what_was_found_is_found_again_from_the_log_alone(done, tmp_path):
+    strategy, out = done
+    found = LoggedRun.of(read_log(out / "latest.mcap")).found()
+    assert found.config.strategy == strategy
+    for name, write in Explore().files(found).items():
+        write(tmp_path / name)
+        assert (tmp_path / name).read_bytes() == (out / name).read_bytes(), name
+    assert outcome(found) == (out / "report.html").read_text()
 
 
 def commands_of(planned):
