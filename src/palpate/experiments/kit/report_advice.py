@@ -1,18 +1,13 @@
 """What the reader of a report is told to do: from how the run ended, and from its figures."""
 
 import math
-import shlex
 
 from palpate.commands.replay.run import ReplayedLog
-from palpate.experiments.explore.run import Exploration
 from palpate.experiments.friction.run import FILE_NAME, RubbingRun
 from palpate.experiments.grasp.run import Grasp
 from palpate.experiments.regulate.run import Regulation
 from palpate.reporting.story import NOTHING
 from palpate.runtime import Ending, RunResult
-
-WELL_OBSERVED = 0.95
-"""Share of what can be felt from which on a map counts as whole."""
 
 LEAST_GAIN_MARGIN = 2.0
 """Below it a loop is nearer to swinging than is usual (6 dB)."""
@@ -22,33 +17,6 @@ WIDE = 0.2
 
 MUCH_GRIP = 1.5
 """Times the least grip, from which on a smaller margin would do."""
-
-
-def advice_on_exploration(exploration: Exploration) -> tuple[str, ...]:
-    """Return what to do after an exploration."""
-    said = list(_of_ending(exploration.run))
-    found = exploration.map
-    if not len(exploration.cloud):
-        said.append(
-            "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run says "
-            "where the tip would go."
-        )
-    elif found is None or not found.claimed.any():
-        said.append(
-            "No surface is claimed, for contacts are too far apart or on one line: rows that lie closer "
-            "(--spacing) make a map."
-        )
-    else:
-        if found.truth_known and found.observed_share < WELL_OBSERVED:
-            said.append(
-                f"Of what could be felt {100.0 * found.observed_share:.0f} % were observed: closer rows "
-                "(--spacing) or --strategy active find more."
-            )
-        said.append(
-            "To compare the map with a model of the object: palpate compare "
-            f"{shlex.quote(str(exploration.asked.out / 'contacts.ply'))} part.stl, both in metres."
-        )
-    return tuple(said)
 
 
 def advice_on_regulation(regulation: Regulation) -> tuple[str, ...]:

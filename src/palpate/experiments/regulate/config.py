@@ -11,7 +11,7 @@ from palpate.experiments.explore.config import (
     MOST_FORCE,
     check_force_noise,
 )
-from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.change_names import REGULATED, check_change_names
 from palpate.experiments.kit.config_checks import (
     check_length,
