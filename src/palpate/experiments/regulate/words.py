@@ -6,9 +6,9 @@ import numpy as np
 
 from palpate.controllers.regulate import Loss
 from palpate.experiments.kit.change_account import change_rows, change_sentences
-from palpate.experiments.regulate.config import FROM_FILES
+from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
-from palpate.experiments.regulate.run import Regulation
+from palpate.experiments.regulate.result import Regulation
 from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
@@ -51,6 +51,14 @@ def title(regulation: Regulation) -> str:
         "missing": f"a {config.object} that is not there",
     }[config.surface]
     return f"{what} on {where}"
+
+
+def asked(config: RegulateConfig) -> str:
+    """Return what was asked for."""
+    return (
+        f"a {config.profile} force of {config.force:g} N on a {config.object} (surface: {config.surface}), while "
+        f"the tip's motion is: {config.motion}; carried by {config.robot}"
+    )
 
 
 def outcome(regulation: Regulation) -> str:
