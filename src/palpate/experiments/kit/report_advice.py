@@ -7,15 +7,11 @@ from palpate.commands.replay.run import ReplayedLog
 from palpate.experiments.explore.run import Exploration
 from palpate.experiments.friction.run import FILE_NAME, RubbingRun
 from palpate.experiments.grasp.run import Grasp
-from palpate.experiments.regulate.run import Regulation
 from palpate.reporting.story import NOTHING
 from palpate.runtime import Ending, RunResult
 
 WELL_OBSERVED = 0.95
 """Share of what can be felt from which on a map counts as whole."""
-
-LEAST_GAIN_MARGIN = 2.0
-"""Below it a loop is nearer to swinging than is usual (6 dB)."""
 
 WIDE = 0.2
 """An interval whose half is more than this share of its value is worth another measurement."""
@@ -48,21 +44,6 @@ def advice_on_exploration(exploration: Exploration) -> tuple[str, ...]:
             "To compare the map with a model of the object: palpate compare "
             f"{shlex.quote(str(exploration.asked.out / 'contacts.ply'))} part.stl, both in metres."
         )
-    return tuple(said)
-
-
-def advice_on_regulation(regulation: Regulation) -> tuple[str, ...]:
-    """Return what to do after a regulation of force."""
-    said, config = list(_of_ending(regulation.run)), regulation.planned.config
-    if regulation.guard_trips and not config.identify:
-        said.append(
-            "Force control swung: repeat with --identify, which measures stiffness and delay of this contact."
-        )
-    margin = regulation.planned.parameters.gain.gain_margin
-    if math.isfinite(margin) and margin < LEAST_GAIN_MARGIN:
-        said.append(f"The gain margin of {margin:.2g} is small: a stiffer --assumed-stiffness lowers the gain.")
-    if regulation.peak > regulation.planned.limits.force:
-        said.append("The force went beyond its limit: land more slowly (--landing-speed), or press with less.")
     return tuple(said)
 
 

@@ -67,8 +67,8 @@ class RegulateConfig:
     object: PressedName = option("plate", fixed=TOUCHED)
     """What is pressed on: a plate of 0.2 x 0.2 m, or a sphere of 40 mm radius."""
     surface: SurfaceName = option("still", fixed=TOUCHED)
-    """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with spring
-    and damper; leave during the run; or not be there at all."""
+    """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
+    spring and damper; leave during the run; or not be there at all."""
     surface_amplitude: float = option(0.01, "m", fixed=TOUCHED, of=_SINE)
     """Amplitude of a sine surface [m]."""
     surface_speed: float = option(0.02, "m/s", fixed=TOUCHED, of=_MOVING, bound="positive")
@@ -82,8 +82,8 @@ class RegulateConfig:
     mount_mass: float = option(1.0, "kg", fixed=TOUCHED, of=_MOUNT, bound="positive")
     """Mass that moves on it [kg]."""
     profile: ProfileName = option("constant")
-    """Profile of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the force
-    with the swing as amplitude."""
+    """Profile of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the
+    force with the swing as amplitude."""
     force: float = option(2.0, "N", bound="positive")
     """Normal force to hold [N]."""
     swing: float | None = option(None, "N", of=("profile", ("step", "ramp", "sine")), bound="positive")
@@ -112,7 +112,7 @@ class RegulateConfig:
     """Of a path: CSV with time [s] and position x, y and z [m], one line each, wherever they begin; of a table:
     with time [s] and velocity along x, y and z [m/s]."""
     axis: tuple[float, ...] = option(())
-    """Direction in which the force is regulated: three numbers, into the object. Left out: the contact's normal."""
+    """Direction in which force is regulated: three numbers, into the object. Left out: the contact's normal."""
     identify: bool = option(False, fixed="the log keeps what pressing has found")
     """Press first, to find stiffness and delay, and set the gain by that; what moves stands still meanwhile."""
     stiffness: float | None = option(
@@ -120,9 +120,9 @@ class RegulateConfig:
     )
     """Stiffness of the simulated contact [N/m]. Left out: 20e3; 1e3 if the surface is soft."""
     assumed_stiffness: float | None = option(None, "N/m", bound="positive")
-    """Stiffness that the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be off by
-    a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on with
-    half of its gain; the report's margins have the numbers."""
+    """Stiffness that the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be off
+    by a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on
+    with half of its gain; the report's margins have the numbers."""
     assumed_damping_time: float | None = option(None, "s", bound="not negative")
     """Likewise damping per stiffness [s]: what is damped is pressed with a smaller gain. Left out: that of the
     simulated contact."""
@@ -132,8 +132,8 @@ class RegulateConfig:
     and what was to be held before is never held. A profile moves with the force. The change is ramped, so that
     nothing jumps."""
     landing_speed: float | None = option(None, "m/s", bound="positive")
-    """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most 5 mm/s;
-    0.5 mm/s on a sine surface, which is then met near its turning point."""
+    """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most
+    5 mm/s; 0.5 mm/s on a sine surface, which is then met near its turning point."""
     friction: float = option(0.3, fixed=TOUCHED)
     """Friction coefficient between tip and object."""
     spin_length: float = option(0.004, "m", fixed=TOUCHED)

@@ -96,7 +96,9 @@ def motion_of(config: RegulateConfig, kept: str | None = None) -> TangentMotion:
             assert config.motion_file is not None  # RegulateConfig has made sure
             name = MOTION_TEXT if kept is not None else str(config.motion_file)
             text = _text(config.motion_file) if kept is None else kept
-            return read_motion(PathTable if config.motion == "path" else VelocityTable, text, name)
+            if config.motion == "path":
+                return read_motion(PathTable, text, name)
+            return read_motion(VelocityTable, text, name)
 
 
 def _text(path: Path) -> str:

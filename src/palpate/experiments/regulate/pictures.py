@@ -97,9 +97,8 @@ def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Pictur
         title="Answer to steps",
         caption=(
             f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1; dotted: "
-            "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within "
-            "the band at "
-            "once, is good."
+            "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within the band "
+            "at once, is good."
         ),
         full=figure,
     )

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
-from palpate.controllers import ForceGain, SurfaceFilter, surface_filter, tracking_delay
+from palpate.controllers import ForceGain, IdentifyParameters, SurfaceFilter, surface_filter, tracking_delay
 from palpate.controllers.damped_contact import DampedContact
 from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.identify import IdentifyController
@@ -198,16 +198,19 @@ class RegulationPlan(PlanDefaults):
 
         return regulation_scene(self)
 
-    def _pressed(self) -> Identified:
-        """Press on the object while it stands still, on a robot and scene of its own, and return what that tells."""
-        wanted = pressing(
+    def pressing(self) -> IdentifyParameters:
+        """Return how it presses first."""
+        return pressing(
             self.config.force,
             limit=self.limits.force,
             touch_force=self.ready.touch_force,
             sensing_delay=self.ready.finger.pipeline().delay,
             approach_distance=self.parameters.approach_distance,
         )
-        controller = IdentifyController(wanted, self.period)
+
+    def _pressed(self) -> Identified:
+        """Press on the object while it stands still, on a robot and scene of its own; return what that tells."""
+        controller = IdentifyController(self.pressing(), self.period)
         resting = built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
         result = run(resting, Touch(*self.fingers), controller, Supervisor(self.limits), duration=LONGEST_PRESSING)
         try:
