@@ -5,7 +5,7 @@ from dataclasses import replace
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
+from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.robots.control_period import period_of
@@ -153,7 +153,7 @@ def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInSc
         start=(-x, -y, shape.top + max(tip) + CLEARANCE - z),
         period=period_of(config, robot),
         sensor=sensor,
-        touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
+        touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )
     robot = _touching_above(robot, sensor.model, config, task.touch_force)
     ready, plant = build(robot, task), friction_law(config)

@@ -9,7 +9,7 @@ from palpate.experiments.explore.config import (
     MOST_FORCE,
     check_force_noise,
 )
-from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.config_checks import (
     check_not_negative,
     check_period,

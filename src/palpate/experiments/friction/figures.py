@@ -1,6 +1,6 @@
 """The figures of what was found of a surface, with intervals, and why what is no more than a bound is one."""
 
-from palpate.experiments.friction.file import Finding, FrictionFile, How
+from palpate.friction.friction_file import Finding, FrictionFile, How
 from palpate.experiments.friction.run import RubbingRun
 from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
 from palpate.friction.rubbing.sliding import FrictionMeasured

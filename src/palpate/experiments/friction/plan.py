@@ -9,7 +9,7 @@ from palpate.controllers.rub_program import Survey, SurveyWanted
 from palpate.controllers.rubbing import RubbingController
 from palpate.controllers.rubbing_parameters import RubbingParameters
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import LEAST_FORCE
+from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.experiments.friction.built import built, friction_law, object_of
 from palpate.experiments.friction.config import EXPONENT_SLIPS, FrictionConfig
 from palpate.experiments.friction.text import FRICTION_TEXT, friction_text, read_friction_config

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.experiments.friction.file import Finding, FrictionFile, How
+from palpate.friction.friction_file import Finding, FrictionFile, How
 from palpate.experiments.friction.library import Recognised
 from palpate.experiments.friction.report_data import MaterialMatch, RecognitionReport
 from palpate.experiments.friction.run import RubbingRun, listed

@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.experiments.friction.figures import key_figures
-from palpate.experiments.friction.file import Finding, FrictionFile, How
+from palpate.friction.friction_file import Finding, FrictionFile, How
 from palpate.experiments.friction.found import FrictionFound
 from palpate.experiments.friction.recognised import recognition_report
 from palpate.experiments.friction.report_data import (

@@ -7,7 +7,7 @@ from pathlib import Path
 from palpate.commands.output_folder import make_folder
 from palpate.controllers.rub_program import Survey
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.file import FrictionFile, friction_file_text
+from palpate.friction.friction_file import FrictionFile, friction_file_text
 from palpate.experiments.friction.found import FrictionFound, found_by, sensor_errors
 from palpate.experiments.friction.library import Recognised, library_of, recognised
 from palpate.experiments.friction.plan import FrictionPlan, plan, plan_from_texts

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from palpate.experiments.friction.file import Finding, How
+from palpate.friction.friction_file import Finding, How
 from palpate.experiments.friction.found import FrictionFound
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.friction.rubbing.speed_curve import SpeedCurve

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from palpate.experiments.friction.file import (
+from palpate.friction.friction_file import (
     VERSION,
     Finding,
     FrictionFile,

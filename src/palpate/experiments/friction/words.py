@@ -1,6 +1,6 @@
 """What the report on friction says in words: outcome and settings."""
 
-from palpate.experiments.friction.file import How
+from palpate.friction.friction_file import How
 from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.run import RubbingRun, listed
