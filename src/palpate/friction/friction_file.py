@@ -44,6 +44,11 @@ class Finding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
                 f"value = {self.value:g} in [{self.lower:g}, {self.upper:g}]: must be a number within its interval"
             )
 
+    @property
+    def measured(self) -> bool:
+        """Whether it was, not bounded or assumed."""
+        return self.how is How.MEASURED
+
 
 class LoadFinding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What was found at one load."""
@@ -110,7 +115,7 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         spun = [
             load.normal_force
             for load in self.loads
-            if load.spin_length is not None and load.spin_length.how is How.MEASURED
+            if load.spin_length is not None and load.spin_length.measured
         ]
         return (min(spun), max(spun)) if spun else None
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS
 from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.robots.control_period import period_of
 from palpate.robots.finger_sensor import model_with_noise
@@ -121,13 +121,13 @@ def _touching_above(robot: Robot, model: SensorModel, config: FrictionConfig, to
     return replace(robot, sensors=(msgspec.structs.replace(file, contact=contact), *robot.sensors[1:]))
 
 
-def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInScene:
+def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
     """Return the robot above the object.
 
     Raises:
         InvalidValueError: The fingertip is smaller than its compression, or the simulation cannot be so.
     """
-    tip = config.tip or tip_sizes(robot)
+    shape, tip = object_of(config), config.tip or tip_sizes(robot)
     sensor = sensor_of(robot, config)
     loads = config.rubbed_loads
     # half way in between: touch takes one size of the tip for all loads

@@ -3,6 +3,13 @@
 import math
 from collections.abc import Sequence
 
+from palpate.experiments.friction.found import (
+    ASSUMED_EXPONENT,
+    AtLoad,
+    FrictionFound,
+)
+from palpate.experiments.friction.pooled import growth_of, pooled
+from palpate.experiments.friction.static import static_finding
 from palpate.friction.friction_file import (
     VERSION,
     Finding,
@@ -11,13 +18,6 @@ from palpate.friction.friction_file import (
     LoadFinding,
     SpeedFinding,
 )
-from palpate.experiments.friction.found import (
-    ASSUMED_EXPONENT,
-    AtLoad,
-    FrictionFound,
-)
-from palpate.experiments.friction.pooled import growth_of, pooled
-from palpate.experiments.friction.static import static_finding
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured

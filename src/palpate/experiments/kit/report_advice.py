@@ -5,7 +5,6 @@ import shlex
 
 from palpate.commands.replay.run import ReplayedLog
 from palpate.experiments.explore.run import Exploration
-from palpate.experiments.friction.run import FILE_NAME, RubbingRun
 from palpate.experiments.grasp.run import Grasp
 from palpate.experiments.regulate.run import Regulation
 from palpate.reporting.story import NOTHING
@@ -16,9 +15,6 @@ WELL_OBSERVED = 0.95
 
 LEAST_GAIN_MARGIN = 2.0
 """Below it a loop is nearer to swinging than is usual (6 dB)."""
-
-WIDE = 0.2
-"""An interval whose half is more than this share of its value is worth another measurement."""
 
 MUCH_GRIP = 1.5
 """Times the least grip, from which on a smaller margin would do."""
@@ -63,21 +59,6 @@ def advice_on_regulation(regulation: Regulation) -> tuple[str, ...]:
         said.append(f"The gain margin of {margin:.2g} is small: a stiffer --assumed-stiffness lowers the gain.")
     if regulation.peak > regulation.planned.limits.force:
         said.append("The force went beyond its limit: land more slowly (--landing-speed), or press with less.")
-    return tuple(said)
-
-
-def advice_on_friction(rubbing: RubbingRun) -> tuple[str, ...]:
-    """Return what to do after a surface was rubbed."""
-    said, file = list(_of_ending(rubbing.run)), rubbing.file
-    if file is None:
-        said.append("Nothing was rubbed: check where the surface is, and repeat.")
-    else:
-        found = file.friction
-        if math.isfinite(found.upper) and found.upper - found.lower > 2.0 * WIDE * found.value:
-            said.append("The interval of mu is wide: --repeats 3, or larger --loads, narrow it.")
-        elif not math.isfinite(found.upper):
-            said.append("It never slipped for long enough: longer strokes (--most-travel) or less load tell mu.")
-        said.append(f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}.")
     return tuple(said)
 
 
