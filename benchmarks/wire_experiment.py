@@ -37,7 +37,7 @@ from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.robot import Robot, load_robot
-from palpate.sim.backend import Truth
+from palpate.sim.contact_truth import Truth
 
 MOST_RATIO = 2.0
 """Of the force's RMS error on the wire to that of direct simulation (issue 9)."""

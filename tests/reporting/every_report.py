@@ -1,6 +1,5 @@
 """A report of every kind, small, with the same text wherever people type one."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +16,6 @@ from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import report_html as sweep_html
 from palpate.commands.sweep.result import SweepResult
 from palpate.commands.sweep.typed_values import Varied
-from palpate.experiments.bench.report import bench_html
-from palpate.experiments.bench.study import Row, Study
 from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.report_page import report_html
 from palpate.experiments.friction.report_data import (
@@ -44,7 +41,7 @@ from reporting.test_replay_report import side
 from reporting.test_report import CAP, cap_mesh, full, series_of, timing_of
 from support.sweep_runs import planned
 
-KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep", "bench")
+KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep")
 TIMING = timing_of(np.full(600, 1e-4), 2e-3)
 
 
@@ -58,7 +55,6 @@ def html_of(kind, typed, folder):
         "replay": _replay,
         "runs": _runs,
         "sweep": _sweep,
-        "bench": _bench,
         "mesh": lambda told: _mesh(told, folder),
     }[kind](typed)
 
@@ -175,16 +171,3 @@ def _sweep(typed):
     )  # fmt: skip
     figures = (Figure("force_rms_n", "true force, RMS error", "N"), Figure("overshoot", "share of the step"))
     return sweep_html(SweepResult(plan, records, figures))
-
-
-def _bench(typed):
-    rows = (
-        Row("palpate", f"palpate {typed}", 1e-6, 1e-9, 1e-8, typed),
-        Row("palpate", "coarse", 1e-7, 1e-6, 1e-5),
-        Row(typed, typed, 2e-6, math.nan, math.nan, "no answer"),
-    )
-    studies = (
-        Study("mapping", typed, typed, "time per fit", "s", "of the radius", "m", rows),
-        Study("contact", typed, typed, "time per contact", "s", "of the centroid, relative", "", rows),
-    )
-    return bench_html(studies, typed, (typed,))

@@ -8,7 +8,15 @@ from html import escape
 from palpate import __version__
 from palpate.atomic_file import replacing
 from palpate.reporting.encode import DOTS_PER_INCH, picture_uri
-from palpate.reporting.report import COLUMNS, FigureTable, Paragraph, Part, Pictures, Report, TextTable
+from palpate.reporting.report import (
+    COLUMNS,
+    FigureTable,
+    Paragraph,
+    Part,
+    Pictures,
+    Report,
+    TextTable,
+)
 from palpate.reporting.style import Picture, Width
 from palpate.runtime.palette import css_variables
 

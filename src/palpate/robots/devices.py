@@ -8,8 +8,6 @@ from dataclasses import replace
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan as plan_exploration
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan_with
 from palpate.experiments.grasp.robot import hand_wires
@@ -21,6 +19,7 @@ from palpate.robots.emulated.scene import EmulatedUr5e, pose_flange_tip
 from palpate.robots.emulated.truth import TruthTrace, new_memory
 from palpate.robots.emulated.ur5e import PATIENCE
 from palpate.robots.finger_sensor import model_of_finger, noise_of
+from palpate.robots.idle import idle_task
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
 from palpate.runtime.robot_file import FingerEntry
@@ -70,9 +69,7 @@ def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry, na
         robot,
         file=msgspec.structs.replace(robot.file, backend=msgspec.structs.replace(entry, time_scale=REAL_TIME)),
     )
-    rig, making = (
-        _ur5e(at_once, entry, name) if isinstance(entry, EmulatedUr5eEntry) else _hand(at_once, entry, name)
-    )
+    rig, making = _ur5e(at_once, entry) if isinstance(entry, EmulatedUr5eEntry) else _hand(at_once, entry, name)
     with ExitStack() as running:
         memory = new_memory()
         running.callback(os.close, memory)
@@ -83,8 +80,8 @@ def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry, na
         yield rig
 
 
-def _ur5e(robot: Robot, entry: EmulatedUr5eEntry, name: str) -> tuple[Robot, Making]:
-    task = plan_exploration(ExploreConfig(robot=name), robot).task
+def _ur5e(robot: Robot, entry: EmulatedUr5eEntry) -> tuple[Robot, Making]:
+    task = idle_task(robot)
     devices = RigEntry(arm=_arm(entry.address, pose_flange_tip(entry)))
     return (
         _rig(robot, devices, (entry.address,)),

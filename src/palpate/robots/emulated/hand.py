@@ -29,7 +29,6 @@ from palpate.kinematics.pose import Pose
 from palpate.robots.emulated.backend import Emulation, OnTheWire
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
-from palpate.robots.truth_numbers import hand_of_numbers, numbers_of_hand
 from palpate.runtime.protocols import Backend
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.urgency import be_urgent
@@ -40,6 +39,7 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.scene import GraspScene
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import HandTruth
+from palpate.sim.hand.truth_numbers import hand_columns, moment_of_numbers
 from palpate.spatial import Vector, Wrench
 
 FOOT = Pose((-0.45, 0.0, 0.0))
@@ -133,9 +133,7 @@ class EmulatedGrasp:
         grip = scene.grip
         assert isinstance(grip, ServoGrip)
         trace = TruthTrace.of_process(self.process, self.memory)
-        plant = _Lifting(
-            scene, lambda now: numbers_of_hand(scene.truth(), scene.pull, now.arm), trace, _BusServos(grip)
-        )
+        plant = _Lifting(scene, trace, _BusServos(grip))
         arm = UrServer(wires.arm, mounting=Mounting(pose_base_foot=FOOT, pose_flange_tip=FLANGE_HAND))
         boxes = [
             NetFtServer(BoxSettings(address, rate=SENSOR_RATE * wires.time_scale, ranges=RANGES), i)
@@ -150,17 +148,17 @@ class GraspOnTheWire(OnTheWire):
 
     def __init__(self, scene: GraspScene, emulation: Emulation, rig: Backend, time_scale: float) -> None:
         """Start nothing yet; see `OnTheWire`."""
-        super().__init__(emulation, rig, time_scale)
+        super().__init__(hand_columns(scene.hand.fingers), emulation, rig, time_scale)
         self.scene = scene
 
     def truth(self) -> HandTruth:
         """Return what really happened at the time of the last sample."""
-        return hand_of_numbers(self.numbers, self.scene.hand.fingers)[0]
+        return moment_of_numbers(self.truth_row()).hand
 
     @property
     def pull(self) -> Wrench:
         """What pulled at the object then."""
-        return hand_of_numbers(self.numbers, self.scene.hand.fingers)[1]
+        return moment_of_numbers(self.truth_row()).pull
 
     @property
     def rubbing(self) -> tuple[FrictionContact, ...]:
