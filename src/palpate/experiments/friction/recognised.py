@@ -47,12 +47,7 @@ def recognition_section(result: FrictionResult, known: Recognised) -> Section:
                 _match_rows(known),
                 # of what none fits, no share is a result
                 COLUMNS if fits else ("name", "unit", "unit", "note"),
-                (
-                    "material",
-                    likely,
-                    "",
-                    "how likely the rubs are of it; how seldom it would be as far off itself",
-                ),
+                heads,
             ),
             Paragraph(_setting(known)),
             Pictures(draw),
