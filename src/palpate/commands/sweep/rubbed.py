@@ -3,10 +3,10 @@
 from palpate.commands.sweep.carried import found_in, sinks_of
 from palpate.commands.sweep.swept import Found
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.file import Finding, How
 from palpate.experiments.friction.plan import plan
 from palpate.experiments.friction.run import Attempt, RubbingRun, write_rubbing
 from palpate.experiments.kit.figure import Figure, FigureValue, number
+from palpate.friction.friction_file import Finding, How
 
 FIGURES = (
     Figure("mu_found", "friction mu that was found"),

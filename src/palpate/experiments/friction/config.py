@@ -9,7 +9,6 @@ from palpate.experiments.explore.config import (
     MOST_FORCE,
     check_force_noise,
 )
-from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.kit.config_checks import (
     check_not_negative,
     check_period,
@@ -19,6 +18,7 @@ from palpate.experiments.kit.config_checks import (
     check_tip,
     given,
 )
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.settled_values import settle
 from palpate.friction.limit_surface import LimitSurface
 

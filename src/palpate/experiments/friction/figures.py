@@ -1,8 +1,8 @@
 """The figures of what was found of a surface, with intervals, and why what is no more than a bound is one."""
 
-from palpate.experiments.friction.file import Finding, FrictionFile, How
 from palpate.experiments.friction.run import RubbingRun
 from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
+from palpate.friction.friction_file import Finding, FrictionFile, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.interval_words import interval_words, value_words

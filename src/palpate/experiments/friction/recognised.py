@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.experiments.friction.file import Finding, FrictionFile, How
 from palpate.experiments.friction.library import Recognised
 from palpate.experiments.friction.report_data import MaterialMatch, RecognitionReport
 from palpate.experiments.friction.run import RubbingRun, listed
 from palpate.experiments.friction.summary import SIGMAS
+from palpate.friction.friction_file import Finding, FrictionFile, How
 from palpate.friction.materials.material import Material
 from palpate.friction.materials.recognition import Answer
 

@@ -4,7 +4,6 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.experiments.friction.figures import key_figures
-from palpate.experiments.friction.file import Finding, FrictionFile, How
 from palpate.experiments.friction.found import FrictionFound
 from palpate.experiments.friction.recognised import recognition_report
 from palpate.experiments.friction.report_data import (
@@ -19,6 +18,7 @@ from palpate.experiments.friction.words import bound_reason, outcome, settings
 from palpate.experiments.kit.repeat_words import repeat_commands
 from palpate.experiments.kit.report_advice import advice_on_friction
 from palpate.friction import LimitSurface
+from palpate.friction.friction_file import Finding, FrictionFile, How
 from palpate.friction.rubbing.stroke import Stroke
 from palpate.friction.rubbing.twisting import SpinMeasured
 from palpate.reporting.data import TimeSeries

@@ -7,7 +7,6 @@ from pathlib import Path
 from palpate.commands.output_folder import make_folder
 from palpate.controllers.rub_program import Survey
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.file import FrictionFile, friction_file_text
 from palpate.experiments.friction.found import FrictionFound, found_by, sensor_errors
 from palpate.experiments.friction.library import Recognised, library_of, recognised
 from palpate.experiments.friction.plan import FrictionPlan, plan, plan_from_texts
@@ -21,6 +20,7 @@ from palpate.experiments.friction.strokes import (
 from palpate.experiments.friction.summary import friction_file
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.truth_recorder import TruthRecord
+from palpate.friction.friction_file import FrictionFile, friction_file_text
 from palpate.friction.rubbing.sliding import SETTLING
 from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
 from palpate.robots.known_truth import cost_of

@@ -1,10 +1,10 @@
 """What the report on friction says in words: outcome and settings."""
 
-from palpate.experiments.friction.file import How
 from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.run import RubbingRun, listed
 from palpate.experiments.friction.strokes import FreeAir
+from palpate.friction.friction_file import How
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
 from palpate.robots.known_truth import NOT_KNOWN, cost_row

@@ -196,7 +196,7 @@ class Experiment(Protocol):
         ...
 
     @property
-    def Config(self) -> type[Any]:  # noqa: N802 - a class
+    def Config(self) -> type[Any]:
         """A frozen dataclass, light to import: its fields are the options.
 
         Each has a default and a docstring below it, and `option` says its unit and bounds, once. It has the fields

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from palpate.errors import InvalidValueError, positive
-from palpate.friction import LimitSurface
+from palpate.friction.limit_surface import LimitSurface
 from palpate.strict_decode import decode_file, load
 from palpate.yaml_text import yaml_text
 
