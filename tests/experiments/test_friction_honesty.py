@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.file import How, friction_file_text, read_friction_file
 from palpate.experiments.friction.pictures import speed_picture, stroke_picture
 from palpate.experiments.friction.plan import plan
 from palpate.experiments.friction.report import friction_report
 from palpate.experiments.friction.run import Attempt, find_friction, listed
 from palpate.experiments.friction.words import no_spin_length, outcome
+from palpate.friction.friction_file import How, friction_file_text, read_friction_file
 from palpate.reporting.interval_words import interval_words, value_words
 from palpate.runtime import Ending
 

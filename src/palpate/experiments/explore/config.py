@@ -21,7 +21,6 @@ from palpate.experiments.explore.strategies import (
     TurnName,
     check_options,
 )
-from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.kit.change_names import EXPLORED, check_change_names
 from palpate.experiments.kit.config_checks import (
     check_length,
@@ -31,6 +30,7 @@ from palpate.experiments.kit.config_checks import (
     spaced,
     speed_hint,
 )
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.owned_options import given_owned
 from palpate.experiments.kit.settled_values import settle
 

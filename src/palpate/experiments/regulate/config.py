@@ -11,7 +11,6 @@ from palpate.experiments.explore.config import (
     MOST_FORCE,
     check_force_noise,
 )
-from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.kit.change_names import REGULATED, check_change_names
 from palpate.experiments.kit.config_checks import (
     check_length,
@@ -23,6 +22,7 @@ from palpate.experiments.kit.config_checks import (
     given,
     speed_hint,
 )
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.owned_options import Owners, check_owned, given_owned
 from palpate.experiments.kit.settled_values import settle
 from palpate.experiments.regulate.surfaces import FASTEST_LEAVING, LARGEST_AMPLITUDE, SURFACE_OPTIONS, SurfaceName
