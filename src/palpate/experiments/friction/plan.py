@@ -15,6 +15,7 @@ from palpate.experiments.friction.library import library_of
 from palpate.experiments.friction.strokes import RubRecorder
 from palpate.experiments.kit import DryRun, PlanDefaults
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
+from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force, check_speed
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.limit_surface import LimitSurface
@@ -22,6 +23,7 @@ from palpate.friction.materials.library import MaterialLibrary, materials_text
 from palpate.reporting.data import KeyFigure
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import RobotInScene
+from palpate.robots.twin import stage_twin
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import StageEntry
@@ -100,7 +102,7 @@ class FrictionPlan(PlanDefaults):
 
     def backend(self) -> Backend:
         """Return the robot."""
-        return self.ready.backend
+        return built(self.config, self.robot).backend
 
     def controller(self) -> RubbingController:
         """Return a fresh controller for it."""
@@ -131,19 +133,17 @@ class FrictionPlan(PlanDefaults):
                 KeyFigure("fastest stroke", MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
                 KeyFigure("longest stroke", MILLI * wanted.most_travel, "mm"),
                 KeyFigure("twist, largest", wanted.most_angle if wanted.most_spin else 0.0, "rad", "one way"),
+                *limit_figures(self.limits),
             ),
             (FILE_NAME,),
             tuple(notes),
         )
 
     def view(self) -> ViewScene:
-        """Return what there is to see of it.
-
-        Raises:
-            InvalidValueError: Nothing of it is simulated.
-        """
-        model = known_scene(self.ready.backend).model
-        return scene_view(f"Friction of a {self.config.object}, {self.config.robot}", model)
+        """Return what there is to see of it; of a rig's run, what it was told that there is."""
+        ready = self.ready if self.truth_known else built(self.config, stage_twin(self.robot))
+        title = f"Friction of a {self.config.object}, {self.config.robot}"
+        return scene_view(title, known_scene(ready.backend).model)
 
     @property
     def truth_known(self) -> bool:
