@@ -113,9 +113,7 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     def spun_loads(self) -> tuple[float, float] | None:
         """Least and largest normal force at which e was measured [N]: beyond, its growth is a guess."""
         spun = [
-            load.normal_force
-            for load in self.loads
-            if load.spin_length is not None and load.spin_length.measured
+            load.normal_force for load in self.loads if load.spin_length is not None and load.spin_length.measured
         ]
         return (min(spun), max(spun)) if spun else None
 

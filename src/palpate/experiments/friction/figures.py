@@ -62,9 +62,7 @@ FIGURES = (
     Figure("mu_how", "how mu was found", "", _found(MU, lambda found: found.how.value)),
     Figure("mu_true", "true mu", "", _true_mu),
     Figure("mu_inside", "share of intervals that hold true mu", "", _against(MU, _true_mu, bounds=True)),
-    Figure(
-        "spin_length_found_m", "spin length e at 1 N that was found", "m", _number(E)
-    ),
+    Figure("spin_length_found_m", "spin length e at 1 N that was found", "m", _number(E)),
     Figure("spin_length_lower_m", "lower end of its 95 % interval", "m", _number(E, "lower")),
     Figure("spin_length_upper_m", "upper end of its 95 % interval", "m", _number(E, "upper")),
     Figure("spin_length_how", "how e was found", "", _found(E, lambda found: found.how.value)),
