@@ -119,10 +119,10 @@ class FrictionPlan(PlanDefaults):
     def dry_run(self) -> DryRun:
         """Return what it would do."""
         wanted = self.wanted
-        notes = [] if wanted.most_spin else ["this robot does not turn its tip: it finds mu, but not e."]
+        notes = [] if wanted.most_spin else ["This robot does not turn its tip: it finds mu, but not e."]
         if self.left_out:
             speeds = ", ".join(f"{MILLI * speed:g}" for speed in self.left_out)
-            notes.append(f"strokes at {speeds} mm/s are left out: they would go too far on this object.")
+            notes.append(f"Strokes at {speeds} mm/s are left out: they would go too far on this object.")
         return DryRun(
             f"Friction of a {self.config.object} by touch",
             (
