@@ -8,7 +8,7 @@ import msgspec
 import mujoco
 
 from palpate.commands.replay.kinds import kind_of
-from palpate.commands.sweep.typed_values import fixed_options
+from palpate.commands.typed_values import set_options
 from palpate.commands.view.twin import shown_plan
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -62,7 +62,7 @@ def watched_plan(words: Sequence[str], config: Path | None, time_scale: float) -
         InvalidValueError: Something in it is wrong.
     """
     overlay = {} if config is None else load_overlay(config, ExploreConfig)
-    overlay |= fixed_options(words, ExploreConfig, OWN)
+    overlay |= set_options(words, ExploreConfig, OWN)
     asked = ExploreConfig(**overlay)  # type: ignore[arg-type]  # their types have been checked
     robot = load_named_robot(asked.robot)
     paced = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(time_scale)))
