@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
-from palpate.controllers.regulate import Loss
+from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.owned_options import owned_names
@@ -268,7 +268,7 @@ def test_what_was_never_touched_was_never_lost_and_is_not_said_to_be():
         attempt = Attempt(plan(RegulateConfig()))
         with pytest.raises(KeyboardInterrupt):
             attempt.run((observe,))
-        return attempt.controller.loss
+        return attempt.controller.contact.loss
 
     assert stopped(0.05) is Loss.UNMADE
     assert stopped(3.0) is Loss.NEVER

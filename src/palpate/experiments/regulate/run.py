@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.controllers import Identification
 from palpate.controllers.force_program import StepForce, Tones
-from palpate.controllers.regulate import Loss
+from palpate.controllers.guarded_approach import Loss
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.change_account import ChangeAccount
 from palpate.experiments.known_truth import cost_of
@@ -262,8 +262,8 @@ class Attempt:
             self._recorded.truth(),
             np.array(force) - planned.parameters.force,
             controller.held_since,
-            controller.loss,
-            controller.bounces,
+            controller.contact.loss,
+            controller.contact.bounces,
             controller.guard_trips,
             cost_of(planned.backend),
             self._recorded.account_of_changes(Phase.HOLD),
