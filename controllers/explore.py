@@ -1,14 +1,12 @@
 """Hybrid force/position control that explores a surface leg by leg, as a strategy asks.
 
 In the contact frame given by the centroid's normal, the normal direction is under force control and the tangents
-under motion control (Raibert & Craig 1981). The tip lands slowly, lets the force settle, slides where the leg
-leads (`palpate.controllers.paths`), lifts off and travels above the object to where it lands next. If it loses the
-surface it seeks it, once per leg, slowly and not far. Whatever it does, the commanded velocity changes from one
-period to the next by no more than a slew limit allows.
+under motion control (Raibert & Craig 1981). The tip makes contact by a guarded approach, slides where the leg
+leads (`palpate.controllers.paths`), lifts off and travels above the object to where it lands next. Lost contact is
+searched for once per leg. A slew limit bounds the change of the commanded velocity from period to period.
 
-Force, speed and force gain may be changed while it runs: see `live_parameters`. What else can be had, each of it
-only if asked for: another law of force control than the direct one, a surface that moves (followed), a force that
-follows a profile, and a tip that turns with the surface.
+Force, speed and force gain may be changed while it runs: see `live_parameters`. Optional: another force control
+law than the direct one, following of a moving surface, a force profile, and a tip that turns with the surface.
 """
 
 import math
@@ -30,7 +28,7 @@ from palpate.controllers.paths.strategy import Strategy
 from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add, add_scaled, dot, norm, rotate, scale, subtract, toward
+from palpate.spatial import ZERO, Vector, add, add_scaled, as_vector, dot, norm, rotate, scale, subtract, toward
 
 LEAST_TOUCH_IN_FLIGHT = 0.1
 """Lower bound, as a share of the set force, on what counts as a touch in flight. A sensor's zero drifts, and a tip
@@ -84,10 +82,7 @@ class ExploreController:
         self._force = HeldForce(parameters, period, law, follow, profile)
         self._orientation = orientation
         self.contact = GuardedApproach(
-            parameters.settle_time,
-            parameters.approach_distance,
-            seek_distance=parameters.seek_distance,
-            contact_phase=Phase.SCAN,
+            parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.SCAN, math.inf
         )
         self._most_change = parameters.slew * period
         self._braking = parameters.acceleration * period
@@ -95,7 +90,6 @@ class ExploreController:
 
     def _forget(self) -> None:
         self._command = Command()
-        self.contact.start(0.0, ZERO)
         self._state = TipState(0.0, ZERO, ZERO, False, ZERO, ZERO)
         self._space = Airspace(self._parameters, self._plane, self._period, 0.0)
         self._low = 0.0  # height at which the tip travels from touch to touch
@@ -111,6 +105,7 @@ class ExploreController:
     def start(self, first: Observation) -> None:
         """Begin with the first leg from where the tip is, from rest."""
         self._forget()
+        self.contact.start(first.time, first.arm.position_base_tip)
         self.live.restart()
         self._tracker.reset()
         self._force.start()
@@ -118,7 +113,6 @@ class ExploreController:
             self._orientation.reset()
         # what is felt before the tip has moved is no contact yet
         self._state = state = replace(self._sensed(first), touching=False)
-        self.contact.start(state.time, state.position)
         u, v, top = self._plane.flat(state.tip)
         self._space = replace(self._space, top=top)
         self._low, self._begin = top, (u, v)
@@ -152,10 +146,8 @@ class ExploreController:
         if touching and self.contact.phase in (Phase.LIFT, Phase.TRAVEL):
             touching = norm(finger.wrench[:3]) >= LEAST_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
-            x, y, z = finger.contact.normal.tolist()
-            normal = rotate(arm.rotation_base_tip, (x, y, z))
-            x, y, z = finger.contact.centroid.tolist()
-            lever = rotate(arm.rotation_base_tip, (x, y, z))
+            normal = rotate(arm.rotation_base_tip, as_vector(finger.contact.normal))
+            lever = rotate(arm.rotation_base_tip, as_vector(finger.contact.centroid))
         if self._orientation is not None:
             pivot = self._orientation.pivot
             tip = add(tip, subtract(rotate(arm.rotation_base_tip, pivot), pivot))

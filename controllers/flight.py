@@ -1,4 +1,4 @@
-"""The tip off the surface: lifted, raised and carried above the object, round what stands in the way."""
+"""Collision-tolerant motion in free space: lift off, rise, and travel above the object."""
 
 from dataclasses import dataclass
 

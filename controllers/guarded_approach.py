@@ -1,10 +1,9 @@
 """Guarded approach: move until touch, let the force settle, and recover contact that is lost.
 
-Contact lost before the force has settled is a bounce: the approach resumes. Settled contact that is lost is
-searched for once, slowly and not far; after a second loss it is gone. The controller decides on the velocities.
+Contact lost before the force has settled is a bounce: the approach resumes. Contact lost after that is searched
+for once, over a short distance; after a second loss it is gone. The controller decides on the velocities.
 """
 
-import math
 from enum import Enum
 
 from palpate.runtime.data import Phase
@@ -61,10 +60,9 @@ class GuardedApproach:
         self,
         settle_time: float,
         approach_distance: float,
-        *,
         seek_distance: float = 0.0,
         contact_phase: Phase = Phase.SETTLE,
-        most_bounces: float = math.inf,
+        most_bounces: float = MOST_BOUNCES,
     ) -> None:
         """Set the bounds.
 
@@ -127,7 +125,9 @@ class GuardedApproach:
         phase = self.phase
         if phase in self._most_travel:
             if self._touching:
-                return self._touch()
+                self.loss = Loss.NEVER if self.loss is Loss.UNMADE else self.loss
+                self.enter(Phase.SETTLE)
+                return ContactEvent.TOUCHED
             if (self.travel if travel is None else travel) > self._most_travel[phase]:
                 self.loss = Loss.GONE if phase is Phase.SEEK else Loss.MISSING
         elif phase in self._in_contact:
@@ -137,12 +137,6 @@ class GuardedApproach:
                 self.settled = self._established = True
                 return ContactEvent.SETTLED
         return None
-
-    def _touch(self) -> ContactEvent:
-        if self.loss is Loss.UNMADE:
-            self.loss = Loss.NEVER
-        self.enter(Phase.SETTLE)
-        return ContactEvent.TOUCHED
 
     def _lose(self) -> ContactEvent:
         self.settled = False
@@ -162,12 +156,5 @@ class GuardedApproach:
 
 
 def lift_over(travel: float, elapsed: float, distance: float, speed: float) -> bool:
-    """Return whether a lift has covered its distance or timed out.
-
-    Args:
-        travel: Distance covered [m].
-        elapsed: Time since it began [s].
-        distance: To cover [m].
-        speed: Nominal [m/s].
-    """
+    """Return whether travel [m] and elapsed time [s] end a lift over a distance [m] at a speed [m/s]."""
     return travel > distance or elapsed > LIFT_TIMEOUT * distance / speed

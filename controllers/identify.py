@@ -17,7 +17,7 @@ from palpate.controllers.identification import Identification, PressRecord, iden
 from palpate.controllers.tone import Tone
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, dot, rotate, scale, toward
+from palpate.spatial import ZERO, Vector, as_vector, dot, rotate, scale, toward
 
 GROWTH_TIME = 0.2
 """Time in which the speed of the first ramp grows e-fold [s]: an order above any delay, so that it grows no
@@ -131,7 +131,7 @@ class IdentifyController:
     def __init__(self, parameters: IdentifyParameters, period: float) -> None:
         """Take how it is pressed, and the control period [s]."""
         self._parameters = parameters
-        self.contact = GuardedApproach(parameters.settle_time, parameters.approach_distance)
+        self.contact = GuardedApproach(parameters.settle_time, parameters.approach_distance, most_bounces=math.inf)
         self._period = positive("period", period, "s")
         self._most_change = parameters.slew * period
         # a slow loop samples no sine faster than this well enough
@@ -197,8 +197,7 @@ class IdentifyController:
             if contact.lifted(wanted.lift_distance, wanted.lift_speed):
                 contact.enter(self._outcome)
         elif contact.step() is ContactEvent.SETTLED:
-            x, y, z = finger.contact.normal.tolist()
-            self._normal = rotate(now.arm.rotation_base_tip, (x, y, z))
+            self._normal = rotate(now.arm.rotation_base_tip, as_vector(finger.contact.normal))
             self._wanted = 0.0
             self._at_touch = (finger.contact.normal_force, 0.0)
             contact.enter(Phase.HOLD)

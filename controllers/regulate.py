@@ -1,14 +1,11 @@
-"""Regulates the force along a contact's normal while something else moves the arm along the surface.
+"""Regulates the contact force while something else moves the arm along the surface.
 
-The tip comes down slowly, takes the surface's motion into account from the touch on, leads the force to where the
-profile begins, holds the profile, and lifts off. Force is regulated along the contact's normal as touch finds it,
-or along an axis that is given. If contact is lost it is sought once, slowly and not far; after a second loss, or
-if nothing is there, the tip stops where it is.
+The tip makes contact by a guarded approach, transfers to force control without a bump, tracks the force profile,
+and lifts off. Force is regulated along the measured contact normal, or along a given axis.
 
-Landing on what moves: how hard the first knock is, speed and masses decide, and no control can take it back. What
-control decides is what comes after. So a force above the wanted one is given way to at up to `give_way`, from the
-first sample on, while pressing stays as slow as landing until it has settled; and what the surface does is watched
-from then on, when the knock has died down.
+On a moving surface, speeds and masses alone decide the first impact peak; control decides what follows. From the
+first sample on, the tip yields to too large a force at up to `give_way`, but until the force has settled it
+presses slowly. The surface's motion is tracked once the impact has died down.
 """
 
 import math
@@ -18,7 +15,7 @@ from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import DirectForce, ForceLaw
 from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.gated_surface_motion import GatedSurfaceMotion
-from palpate.controllers.guarded_approach import DOWN, MOST_BOUNCES, ContactEvent, GuardedApproach
+from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach
 from palpate.controllers.landing import FASTEST_SETTLING_PUSH, IMPACT_DELAYS
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
@@ -28,7 +25,7 @@ from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tangent_motion import Still, TangentMotion
 from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add_scaled, dot, limit_norm, rotate, scale, subtract, toward
+from palpate.spatial import ZERO, Vector, add_scaled, as_vector, dot, limit_norm, rotate, scale, subtract, toward
 
 GUARD_RATE_ALLOWANCE = 5.0
 """Raises the guard's threshold, a fifth of the force, as if the force were larger by this multiple of its change
@@ -39,11 +36,13 @@ GUARD_ALLOWANCE_DECAY = 10.0
 
 
 class RegulateController:
-    """Lands, settles, holds a force profile, lifts off. Uses the first finger.
+    """Makes contact, tracks a force profile, lifts off. Uses the first finger.
 
     Attributes:
         live: What may be changed while it runs: force and force gain.
         contact: Phase and contact history.
+        guard: Lowers gain and forward feed if the loop swings or contact is lost.
+        held_since: When the profile began [s]; None before that.
     """
 
     def __init__(
@@ -74,15 +73,11 @@ class RegulateController:
         self._force = NormalForce(law or DirectForce(gain), gain.stiffness, gain.delay, period)
         # not those of NormalForce: the guard has to know the profile's rate, even on a surface at rest
         self._surface = None if follow is None else GatedSurfaceMotion(follow, period)
-        self._guard = ForceGuard(GuardSettings(gain.delay, period))
+        self.guard = ForceGuard(GuardSettings(gain.delay, period))
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
         self._transfer = BumplessTransfer(parameters.settle_time)
         self.contact = GuardedApproach(
-            parameters.settle_time,
-            parameters.approach_distance,
-            seek_distance=parameters.seek_distance,
-            contact_phase=Phase.HOLD,
-            most_bounces=MOST_BOUNCES,
+            parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.HOLD
         )
         self._impact_time = IMPACT_DELAYS * gain.delay
         self._allowance_decay = math.exp(-period / (GUARD_ALLOWANCE_DECAY * gain.delay))
@@ -103,12 +98,11 @@ class RegulateController:
     def _restart(self, position: Vector, time: float) -> None:
         self.contact.start(time, position)
         self._command, self._along = Command(), ZERO
-        self._held_since: float | None = None
+        self.held_since: float | None = None
         self._tracker.reset()
         self._allowed = self._moved = 0.0
         self._touch()
-        self._guard.reset()
-        self._lowered = 0
+        self.guard.reset()
 
     def _touch(self) -> None:
         """Start force control afresh."""
@@ -128,24 +122,13 @@ class RegulateController:
         """Return the velocity for the next period; a final phase only once that is zero."""
         finger = now.fingers[0]
         if finger.touching:
-            x, y, z = finger.contact.normal.tolist()
-            self._tracker.update(rotate(now.arm.rotation_base_tip, (x, y, z)))
+            self._tracker.update(rotate(now.arm.rotation_base_tip, as_vector(finger.contact.normal)))
         self.contact.sense(now.time, now.arm.position_base_tip, finger.touching)
         self._change_phase(now.time)
         velocity = toward(self._command.velocity_base_tip, self._velocity(now), self._most_change)
         braking = self.contact.phase.is_final and velocity != ZERO
         self._command = Command(velocity, self._command.phase if braking else self.contact.phase)
         return self._command
-
-    @property
-    def held_since(self) -> float | None:
-        """When the profile began, on the observations' clock [s]; None before it."""
-        return self._held_since
-
-    @property
-    def guard_trips(self) -> int:
-        """How often gain and forward feed were halved because the loop swung, with contact kept."""
-        return self._guard.trips - self._lowered
 
     def _change_phase(self, time: float) -> None:
         wanted, contact = self._parameters, self.contact
@@ -155,33 +138,26 @@ class RegulateController:
         elif event is ContactEvent.BOUNCED:
             self._tracker.reset()
         elif event is ContactEvent.SETTLED:
-            if self._held_since is None:
-                self._held_since = time
+            if self.held_since is None:
+                self.held_since = time
             contact.enter(Phase.HOLD)
         elif event is ContactEvent.LOST:
             self._along = ZERO
-            trips = self._guard.trips
-            self._guard.lower()  # surface following may be the cause
-            self._lowered += self._guard.trips - trips
+            self.guard.lower()  # surface following may be the cause
         elif contact.phase is Phase.HOLD:
-            if self._held_since is not None and time - self._held_since > wanted.duration:
+            if self.held_since is not None and time - self.held_since > wanted.duration:
                 contact.enter(Phase.LIFT)
         elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
             contact.enter(Phase.DONE)
         if contact.loss.is_final:
             contact.enter(Phase.LOST)
 
-    def _direction(self) -> Vector:
-        """Into the object, base frame, for the command that acts a lag from now."""
-        return self._parameters.axis or self._tracker.predicted
-
     def _felt(self, now: Observation) -> float:
         """The force along the direction in which it is regulated [N]."""
         contact, axis = now.fingers[0].contact, self._parameters.axis
         if axis is None:
             return contact.normal_force
-        x, y, z = contact.force.tolist()
-        return -dot(axis, rotate(now.arm.rotation_base_tip, (x, y, z)))
+        return -dot(axis, rotate(now.arm.rotation_base_tip, as_vector(contact.force)))
 
     def _velocity(self, now: Observation) -> Vector:
         wanted, phase = self._parameters, self.contact.phase
@@ -195,20 +171,20 @@ class RegulateController:
             return scale(back, wanted.axis or self._tracker.normal)
         if phase in (Phase.DONE, Phase.LOST):
             return ZERO
-        direction = self._direction()
+        direction = wanted.axis or self._tracker.predicted
         return add_scaled(self._tangential(now, direction), self._push(now), direction)
 
     def _tangential(self, now: Observation, direction: Vector) -> Vector:
-        """What moves it along the surface, brought up gently, without its part in the force's direction."""
+        """Velocity along the surface, with bounded acceleration and no component in the force's direction."""
         moved = ZERO
-        if self.contact.phase is Phase.HOLD and self._held_since is not None:
-            moved = self._motion.velocity(now.time - self._held_since)
+        if self.contact.phase is Phase.HOLD and self.held_since is not None:
+            moved = self._motion.velocity(now.time - self.held_since)
         change = limit_norm(subtract(moved, self._along), self._most_along)
         self._along = add_scaled(self._along, 1.0, change)
         return add_scaled(self._along, -dot(self._along, direction), direction)
 
     def _profiled(self, since: float) -> tuple[float, float]:
-        """What the profile asks for [N, N/s], moved by as much as the live force was."""
+        """Force and rate of the profile [N, N/s], offset by the change of the live force."""
         force, rate = self._profile.at(since)
         moved = self.live.value("force") - self._parameters.force
         rate += (moved - self._moved) / self._period
@@ -216,10 +192,10 @@ class RegulateController:
         return force + moved, rate
 
     def _push(self, now: Observation) -> float:
-        """Velocity into the object."""
+        """Velocity into the object [m/s]."""
         wanted, set_force, felt = self._parameters, self._wanted, self._felt(now)
         delay, settling = wanted.gain.delay, self.contact.phase is Phase.SETTLE
-        force, rate = self._profiled(0.0 if self._held_since is None else now.time - self._held_since)
+        force, rate = self._profiled(0.0 if self.held_since is None else now.time - self.held_since)
         if settling:
             set_force.hold(force)
             force = self._transfer.force(now.time, felt, force)
@@ -239,7 +215,7 @@ class RegulateController:
                 self._surface.update_in_step(into, self._spring, set_force.stepping)
         # a changing force is off by about its rate times the delay, which is no oscillation
         self._allowed = max(abs(set_force.ahead_rate), self._allowed * self._allowance_decay)
-        share = self._guard.step(force - felt, force + GUARD_RATE_ALLOWANCE * self._allowed * delay)
+        share = self.guard.step(force - felt, force + GUARD_RATE_ALLOWANCE * self._allowed * delay)
         followed = share * self._surface_velocity
         most = max(wanted.landing_speed, FASTEST_SETTLING_PUSH) if settling else wanted.fastest_push
         gain = share * self.live.value("force_gain")

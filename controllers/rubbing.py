@@ -1,20 +1,19 @@
-"""Rubs and turns a finger on a surface, as a program asks, to find out what the contact bears before it slips.
+"""Rubs and turns a finger on a surface, as a program asks, to measure the friction limit of the contact.
 
-The tip waits in free air, so that the sensor's zero is known, lands, presses with the load of each rub, moves
-along the surface there and back at the speed asked for, or turns about the contact's normal, or both; lifts off in
-the end and waits once more, since zeros drift. Force is held along the normal all the while. Nothing that it does
-depends on what friction was expected, but for what the program makes of what was felt.
+The tip waits in free air for the sensor's zero, makes contact by a guarded approach, and presses with the load of
+each rub while it strokes the surface back and forth, turns about the contact normal, or both. In the end it lifts
+off and waits again, since zeros drift. Normal force is controlled throughout. Only the program may let what was
+measured decide on what comes next.
 
-Phases: HOLD in free air, APPROACH, SETTLE while the load changes or before a motion, SCAN in motion, SEEK if
-contact was lost (once), LIFT, DONE; LOST if there was nothing, or it was lost twice. When which rub was done is
-in `spans`, when the sensor showed its zero in `air`.
+Phases: HOLD in free air, APPROACH, SETTLE while the load changes or before a motion, SCAN in motion, SEEK after
+the first loss of contact, LIFT, DONE; LOST if nothing was there, or contact was lost twice.
 """
 
 import math
 
 from palpate.controllers.bumpless_transfer import BumplessTransfer
 from palpate.controllers.force_law import DirectForce, ForceLaw
-from palpate.controllers.guarded_approach import DOWN, MOST_BOUNCES, ContactEvent, GuardedApproach
+from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach, Loss
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import carried_along
@@ -28,6 +27,7 @@ from palpate.spatial import (
     Vector,
     add,
     add_scaled,
+    as_vector,
     cross,
     dot,
     norm,
@@ -77,11 +77,7 @@ class RubbingController:
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
         self._transfer = BumplessTransfer(parameters.settle_time)
         self.contact = GuardedApproach(
-            parameters.settle_time,
-            parameters.approach_distance,
-            seek_distance=parameters.seek_distance,
-            contact_phase=Phase.SCAN,
-            most_bounces=MOST_BOUNCES,
+            parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.SCAN
         )
         self._lever_share = 1.0 - math.exp(-period / parameters.lever_smoothing)
         self._meter = RubMeter()
@@ -110,19 +106,16 @@ class RubbingController:
         self._began = time  # at rest at the load, before the present way
         self._wait = self._parameters.pause
         self._set = 0.0
-        self._finishing = False
 
     def step(self, now: Observation) -> Command:
         """Return velocities for the next period; a final phase only once they are zero."""
         finger, arm = now.fingers[0], now.arm
         self.contact.sense(now.time, arm.position_base_tip, finger.touching)
         if finger.touching and self.contact.phase is not Phase.HOLD:
-            x, y, z = finger.contact.normal.tolist()
-            self._tracker.update(rotate(arm.rotation_base_tip, (x, y, z)))
-            x, y, z = finger.contact.centroid.tolist()
+            self._tracker.update(rotate(arm.rotation_base_tip, as_vector(finger.contact.normal)))
             share = 1.0 if self._lever is None else self._lever_share
             before = self._lever or ZERO
-            self._lever = add_scaled(before, share, subtract((x, y, z), before))
+            self._lever = add_scaled(before, share, subtract(as_vector(finger.contact.centroid), before))
         self._change_phase(now.time)
         velocity, turn = self._motion(now)
         velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
@@ -144,15 +137,18 @@ class RubbingController:
         elif event is ContactEvent.SETTLED:
             self._began = time
         elif event is ContactEvent.LOST:
-            self._lose()
+            self.lost += 1
+            if self._back:  # the whole rub is done again
+                self.spans.pop()
+            if self._rub is not None:
+                self._meter.begin(self._rub)
         elif contact.settled and contact.phase in (Phase.SETTLE, Phase.SCAN):
             self._go_on(time)
         elif contact.phase is Phase.HOLD:
             if contact.elapsed > wanted.tare_time:
                 self.air.append(AirSpan(contact.since, time))
-                contact.enter(Phase.DONE if self._finishing else Phase.APPROACH)
+                contact.enter(Phase.APPROACH if contact.loss is Loss.UNMADE else Phase.DONE)
         elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
-            self._finishing = True
             contact.enter(Phase.HOLD)
         if contact.loss.is_final:
             contact.enter(Phase.LOST)
@@ -164,14 +160,14 @@ class RubbingController:
         self._back, self._wait = False, self._parameters.pause
         if self._rub is None:
             self._begin(self.program.next(None))
-            if self._rub is not None:
-                self._set = self._rub.normal_force
 
     def _begin(self, rub: Rub | None) -> None:
         """Begin a rub, or lift off after the last one."""
         if rub is None:
             self.contact.enter(Phase.LIFT)
             return
+        if self._rub is None:
+            self._set = rub.normal_force
         self._rub, self._back = rub, False
         self._meter.begin(rub)
         self.contact.enter(Phase.SETTLE)
@@ -182,28 +178,18 @@ class RubbingController:
         if contact.phase is Phase.SCAN:
             if contact.elapsed >= rub.duration:
                 self.spans.append(RubSpan(rub, self._back, contact.since - wanted.pause, time))
-                self._next_way(time)
+                self._wait, self._began = wanted.pause, time
+                if self._back:
+                    self._begin(self.program.next(self._meter.felt()))
+                else:
+                    self._back = True
+                    contact.enter(Phase.SETTLE)
         elif self._set != rub.normal_force:  # on its way
             self._wait, self._began = wanted.settle_time, time
         elif time - self._began >= self._wait:
             if not self._back:
                 self._choose_way()
             contact.enter(Phase.SCAN)
-
-    def _next_way(self, time: float) -> None:
-        self._wait, self._began = self._parameters.pause, time
-        if self._back:
-            self._begin(self.program.next(self._meter.felt()))
-        else:
-            self._back = True
-            self.contact.enter(Phase.SETTLE)
-
-    def _lose(self) -> None:
-        self.lost += 1
-        if self._back:  # the whole rub is done again
-            self.spans.pop()
-        if self._rub is not None:
-            self._meter.begin(self._rub)
 
     # how to move
 
@@ -245,27 +231,23 @@ class RubbingController:
         wanted, rub = self._parameters, self._rub
         assert rub is not None
         felt = now.fingers[0].contact.normal_force
-        rate = 0.0
         if self.contact.settled:
             step = wanted.force_rate * self._period
             change = min(max(rub.normal_force - self._set, -step), step)
             # rounding must not keep it from arriving
             self._set = rub.normal_force if abs(change) < step else self._set + change
-            rate = change / self._period
-        force = self._set
-        if not self.contact.settled:
-            force = self._transfer.force(now.time, felt, force)
+            force, rate = self._set, change / self._period
+        else:
+            force, rate = self._transfer.force(now.time, felt, self._set), 0.0
         fastest = max(wanted.landing_speed, rub.speed)
         return self._force.step(force, felt, self.live.value("force_gain"), fastest, rate)
 
     def _measure(self, now: Observation, since: float) -> None:
         finger = now.fingers[0]
         rotation, contact = now.arm.rotation_base_tip, finger.contact
-        x, y, z = contact.force.tolist()
-        force, normal = rotate(rotation, (x, y, z)), self._tracker.normal
+        force, normal = rotate(rotation, as_vector(contact.force)), self._tracker.normal
         pushing = -dot(force, normal)
-        x, y, z = contact.centroid.tolist()
-        lever = rotate(rotation, (x, y, z))
+        lever = rotate(rotation, as_vector(contact.centroid))
         moment = rotate(rotation, finger.wrench[3:])
         torque = dot(subtract(moment, cross(lever, force)), normal)
         self._meter.add(self._back, since, add_scaled(force, pushing, normal), pushing, torque)

@@ -264,7 +264,7 @@ class Attempt:
             controller.held_since,
             controller.contact.loss,
             controller.contact.bounces,
-            controller.guard_trips,
+            controller.guard.trips,
             cost_of(planned.backend),
             self._recorded.account_of_changes(Phase.HOLD),
         )
