@@ -65,12 +65,12 @@ class HeldForce:
         if self._follows and now.time - self._touched >= self._impact_time:
             self._watch(felt, normal, now.arm, lever)
         wanted = self._transfer.force(now.time, felt, wanted)
-        # what landed slowly, because the surface moves, has to come after it; a force that is too large is given
-        # way to as fast as any surface comes
+        # after a slow landing on a moving surface the tip must be able to follow it, and must yield to too large a
+        # force as fast as any surface approaches
         fastest = max(self._parameters.landing_speed, FASTEST_SETTLING_PUSH if self._follows else 0.0)
         push = self._force.step(wanted, felt, live.value("force_gain"), fastest, give_way=FASTEST_SURFACE)
-        # a surface that is taken for stiffer than it is seems to come on while the tip draws back from it: where
-        # too little is felt already, following that would let go
+        # a contact softer than assumed seems to approach while the tip retreats; where the force is too small
+        # already, following that would break contact
         return max(push, 0.0) if felt < wanted else push
 
     def sweeping(self, now: Observation, normal: Vector, lever: Vector, live: LiveParameters) -> float:

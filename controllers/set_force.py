@@ -16,10 +16,9 @@ class SetForce:
     """The set force of a loop with a delay.
 
     Attributes:
-        force: To be felt now [N].
-        rate: At which it is to have its depth changed when a command acts [N/s]: with a damped contact later than
-            the force itself.
-        ahead_rate: At which the force is to change then [N/s].
+        force: Desired force now [N].
+        rate: Desired rate of its elastic part when a command acts [N/s]; on a damped contact it lags the force.
+        ahead_rate: Desired rate of the force itself at that time [N/s].
     """
 
     def __init__(
@@ -32,7 +31,7 @@ class SetForce:
             lead: From a command to the tip's velocity [s].
             period: Of control [s].
             damping_time: c / K of the contact [s].
-            step_time: Time constant of going over to a force that jumps [s]; 0: as fast as the loop.
+            step_time: Time constant of the response to a step of the force [s]; 0: as fast as the loop.
         """
         self._delay = positive("delay", delay, "s")
         positive("period", period, "s")
@@ -51,7 +50,7 @@ class SetForce:
         return self._filter.stepping
 
     def hold(self, force: float) -> None:
-        """Nothing changes: this force [N] is to be felt."""
+        """Hold a constant force [N]."""
         self._filter.reset(force)
         self._ahead.reset(force, 0.0)
         self.force, self.rate, self.ahead_rate = force, 0.0, 0.0
