@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 from palpate.commands.run_told import log_writer
+from palpate.experiments.friction.run import Attempt as RubbingAttempt
 
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
@@ -18,7 +19,6 @@ from palpate.commands.replay.run import replay_log
 from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction
-from palpate.experiments.friction.run import Attempt as RubbingAttempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.report import grasp_report
