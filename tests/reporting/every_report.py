@@ -9,8 +9,6 @@ from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.replay.report_data import ReplayReport
 from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.typed_values import Varied
-from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
-from palpate.experiments.explore.report_page import report_html
 from palpate.experiments.friction.report_data import (
     FrictionReport,
     MaterialMatch,
@@ -28,6 +26,7 @@ from palpate.commands.compare.report import comparison_html as mesh_comparison_h
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import report_html as sweep_html
 from palpate.commands.sweep.result import SweepResult
+from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
 from palpate.experiments.grasp.report_page import grasp_html
 from palpate.experiments.kit.figure import Figure
@@ -35,10 +34,12 @@ from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.mapping.compare import compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.reporting.data import KeyFigure
+from palpate.reporting.page import report_page
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
-from reporting.test_report import CAP, cap_mesh, full, series_of, timing_of
+from reporting.test_report import series_of, timing_of
+from support.explore_runs import small
 from support.sweep_runs import planned
 
 KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep")
@@ -73,10 +74,8 @@ def said(typed):
 
 
 def _explore(typed):
-    curve = GrowthCurve(*(np.array([1.0, 2.0]) for _ in range(6)))
-    done = CAP.position[::20]
-    growth = GrowthReport(curve, (GrowthSnapshot(1, cap_mesh(), done, done[:2], ()),))
-    return report_html(replace(full(), **said(typed), growth=growth, error_note=typed))
+    told = said(typed)
+    return report_page(replace(exploration_report(small()), figures=told.pop("summary"), **told))
 
 
 def _regulate(typed):
