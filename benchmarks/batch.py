@@ -22,7 +22,8 @@ from rich.console import Console
 from rich.table import Table
 
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.run import Exploration, explore
+from palpate.experiments.explore.exploration import Exploration
+from palpate.experiments.explore.run import explore
 from palpate.runtime.batch import results_of, run_batch
 
 ASKED = 1.7

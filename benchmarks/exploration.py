@@ -19,8 +19,9 @@ from rich.table import Table
 from palpate.controllers import ExploreController, Raster
 from palpate.controllers.paths import Follow
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Exploration, explore
+from palpate.experiments.explore.run import explore
 from palpate.runtime import Command, Finger, MemoryLog, Recorder, Supervisor, Touch
 from palpate.sensing.compensation import Payload
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene
@@ -96,7 +97,9 @@ def parts() -> Table:
     touch, supervisor = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor()
     recorder = Recorder(MemoryLog())
     observation, command = touch.sense(sample), Command()
-    controller = ExploreController(plan(BASE).parameters, Follow(Raster(0.04, 0.04, 0.004)), backend.period)
+    controller = ExploreController(
+        plan(BASE, load_robot(BASE.robot), {}).parameters, Follow(Raster(0.04, 0.04, 0.004)), backend.period
+    )
     controller.start(observation)
     recorder.start(sample, observation, backend.period)
     table = Table(title="One period of the stage, tip in contact, called in a loop")

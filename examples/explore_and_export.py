@@ -16,8 +16,10 @@ import numpy as np
 import trimesh
 import tyro
 
+from palpate.commands.recording import write_result
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.run import explore, write_exploration
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.run import explore
 
 
 def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: float = 0.01) -> None:
@@ -32,7 +34,8 @@ def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: f
         depth=depth,  # [m]
     )
     found = explore(config)
-    files = write_exploration(found, out)
+    experiment = Explore()
+    files = write_result(experiment, found, experiment.report(found), out)
     print(f"{found.run}: {len(found.cloud)} contacts")
     print(f"force error {found.force_rms:.3f} N RMS, points {1e6 * found.point_rms:.2f} um RMS")
     if found.map is not None and (shape := found.map.shape) is not None:

@@ -6,20 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.experiments.friction.run import write_rubbing
-from palpate.experiments.regulate.run import write_regulation
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.checks import check_compression
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import write_exploration
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as grasp_plan
-from palpate.experiments.grasp.run import write_grasp
+from palpate.experiments.kit.contact_checks import check_compression
 from palpate.experiments.regulate.config import RegulateConfig
+from support.explore_runs import plan_of
 
 ALL = (ExploreConfig, RegulateConfig, FrictionConfig, GraspConfig)
 
@@ -66,21 +62,6 @@ def test_a_force_that_is_no_number_is_refused_by_name():
             ExploreConfig(force=force)
 
 
-@pytest.mark.parametrize("write", [write_exploration, write_regulation, write_rubbing, write_grasp])
-def test_results_go_to_a_folder_named_by_a_string(write, tmp_path, monkeypatch):
-    class ReachedError(Exception):
-        pass
-
-    def reached(folder):
-        assert folder == tmp_path / "r"
-        assert isinstance(folder, Path)
-        raise ReachedError
-
-    monkeypatch.setitem(write.__globals__, "make_folder", reached)
-    with pytest.raises(ReachedError):
-        write(None, str(tmp_path / "r"))
-
-
 @given(st.floats(1.0, 1e6))
 def test_a_stiffness_is_doubted_where_the_tip_is_not_to_blame(stiffness):
     tip = 0.5 * 2.0 / stiffness
@@ -103,7 +84,7 @@ def test_a_swing_that_nobody_typed_is_told_as_such():
 
 
 def test_the_time_of_an_active_exploration_bounds_what_is_foreseen_of_it():
-    free, *timed = (plan(ExploreConfig(strategy="active", time=time)) for time in (None, 1.0, 5.0, 20.0, 1e3))
+    free, *timed = (plan_of(ExploreConfig(strategy="active", time=time)) for time in (None, 1.0, 5.0, 20.0, 1e3))
     foreseen = [(each.expected_duration, each.longest_duration) for each in timed]
     assert foreseen == sorted(foreseen)
     assert foreseen[-1] == (free.expected_duration, free.longest_duration)

@@ -186,7 +186,7 @@ def test_a_diary_keeps_what_a_watch_tells(short_run):
     diary = PlanDiary(controller)
     controller.start(short_run.periods[0][1])
     for period in short_run.periods[:5]:
-        diary.observe(*period)
+        diary(*period)
     assert [change.time for change in diary.changes] == [short_run.periods[0][1].time]
 
 

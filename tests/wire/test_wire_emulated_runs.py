@@ -15,16 +15,17 @@ import msgspec
 import numpy as np
 import psutil
 import pytest
-from palpate.commands.run_told import log_writer
 
+from palpate.commands.recording import log_writer
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.exploration import found_by
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import GraspAttempt
+from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.hw.devices import DeviceError
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
@@ -34,6 +35,7 @@ from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 from support.emulated_file import unhurried_file
+from support.explore_runs import plan_of
 from support.ur_library import needs_ur
 from support.waiting import WITHIN, told, until
 
@@ -79,16 +81,15 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
     wired = robot("127.0.9.42")
     found = {}
     for name, its in (("wire", wired), ("direct", simulated_twin(wired))):
-        planned = plan(config, its)
-        attempt = Attempt(planned)
-        sinks = (log_writer(planned),) if name == "wire" else ()
-        found[name] = attempt.found(attempt.run((), sinks))
+        planned = plan_of(config, its)
+        sinks = (log_writer(Explore(), planned, config.out),) if name == "wire" else ()
+        found[name] = found_by(planned, carry_out(planned, (), sinks))
         assert found[name].run.ending is Ending.DONE
         assert found[name].run.stopped
     one, other = found["wire"], found["direct"]
     assert one.force_rms <= 2.0 * other.force_rms
     assert one.point_rms <= 2.0 * other.point_rms
-    names = [[figure.name for figure in exploration_report(its).summary] for its in (one, other)]
+    names = [[figure.name for figure in exploration_report(its).figures] for its in (one, other)]
     assert names[0] == names[1]
     assert len(one.cloud) == pytest.approx(len(other.cloud), rel=0.1)
     assert replay_log(tmp_path).identical
@@ -102,8 +103,8 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
 @pytest.mark.slow
 def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
     config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
-    planned = plan(config, robot("127.0.9.43"))
-    backend = planned.backend
+    planned = plan_of(config, robot("127.0.9.43"))
+    backend = planned.backend()
     assert isinstance(backend, EmulatedBackend)
     calls = []
 
@@ -112,7 +113,7 @@ def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
         if len(calls) == 200:
             backend.emulator.control.fault("ur", "drop_rst")
 
-    result = Attempt(planned).run((spoil,))
+    result = RecordedRun(planned, backend).run((spoil,))
     assert result.ending is Ending.TRIPPED
     assert isinstance(result.error, DeviceError)
     assert "UR arm at 127.0.9.43" in str(result.error)
@@ -125,7 +126,7 @@ def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
 def test_a_killed_emulator_is_told_and_a_new_start_works():
     config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
     its = robot("127.0.9.44")
-    with build(its, plan(config, its).task).backend as backend:
+    with build(its, plan_of(config, its).task).backend as backend:
         assert isinstance(backend, EmulatedBackend)
         backend.start()
         backend.pacer.start()

@@ -17,7 +17,6 @@ from palpate.robots.truth_numbers import (
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.scene import scene_of
 from palpate.hw.emulators.plant import Plant
@@ -36,6 +35,7 @@ from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
 from palpate.spatial import ZERO
+from support.explore_runs import plan_of
 
 numbers = st.floats(-1e3, 1e3)
 vectors = st.tuples(numbers, numbers, numbers)
@@ -65,7 +65,7 @@ def robot_with(**changed):
 
 
 def task():
-    return plan(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004), robot_with()).task
+    return plan_of(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004), robot_with()).task
 
 
 def scene():
