@@ -1,6 +1,6 @@
 """One short recorded exploration for all."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,15 @@ class Run:
     periods: list[Any]
     path: Path
     log: Log
+
+    @property
+    def scene(self):
+        """What there is to see, without a surface that grows."""
+        return replace(self.planned.view(), surface=None)
+
+    @property
+    def surface(self):
+        return self.planned.view().surface
 
 
 @pytest.fixture(scope="session")
