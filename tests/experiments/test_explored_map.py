@@ -9,6 +9,7 @@ import trimesh
 
 from mapping.raster import cloud_of, sphere_cap
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_contacts import felt_in_scan
 from palpate.experiments.explore.explored_map import MOST_VERTICES, row_distance
 from palpate.experiments.explore.map_budget import map_budget
 from palpate.experiments.explore.named_shape import named_shape
