@@ -6,7 +6,6 @@ from rich.console import Console
 
 from palpate.commands.answer import Answer, ExitCode, report_answer
 from palpate.commands.earlier_run import earlier_told
-from palpate.commands.output_folder import make_folder
 from palpate.commands.progress import doing, run_progress
 from palpate.commands.run_told import kept_if_interrupted, log_writer, run_shown, tell_of, written
 from palpate.commands.said import say
@@ -18,6 +17,7 @@ from palpate.experiments.grasp.plan import GraspPlan, plan
 from palpate.experiments.grasp.report import grasp_report
 from palpate.experiments.grasp.report_page import grasp_table
 from palpate.experiments.grasp.run import Grasp, GraspAttempt, without_spin, write_grasp
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
 

@@ -9,7 +9,6 @@ from typing import Protocol, cast, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from palpate.commands.output_folder import make_folder
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.noted_watch import SlipAlarm
 from palpate.errors import FloatArray
@@ -20,6 +19,7 @@ from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp.plan import GraspPlan, plan
 from palpate.experiments.grasp.robot import hand_backend
 from palpate.experiments.grasp.truth import STAGES, GraspTruth, GraspTruthRecorder, TrueHand
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.runtime import Backend, Ending, Observer, RunResult, Supervisor, Touch, run
 from palpate.runtime.log import Recorder, Sink
 from palpate.sim.fidelity import GRAVITY
