@@ -11,10 +11,10 @@ from palpate.experiments.regulate.run import write_regulation
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import write_exploration
 from palpate.experiments.explore.checks import check_compression
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import write_exploration
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as grasp_plan

@@ -14,10 +14,10 @@ from palpate.experiments.regulate.run import carry_out as regulate
 from palpate.cli import main
 from palpate.commands.doctor.command import run_doctor
 from palpate.commands.doctor.config import DoctorConfig
+from palpate.experiments.explore import carry_out, write_exploration
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import carry_out, write_exploration
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.experiments.regulate.report import regulation_report
