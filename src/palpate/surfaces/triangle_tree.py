@@ -112,7 +112,7 @@ def pseudonormals(vertices: FloatArray, triangles: IndexArray) -> FloatArray:
 def _summed(group: IndexArray, vectors: FloatArray) -> FloatArray:
     """Return for each row the unit sum of the vectors of its group."""
     size = int(group.max()) + 1
-    total = np.stack([np.bincount(group, vectors[:, k], size) for k in range(3)], axis=1)
+    total = np.stack([np.bincount(group, vectors[:, k], size) for k in range(3)], axis=1, dtype=np.float64)
     return np.asarray(_unit(total)[group])
 
 
