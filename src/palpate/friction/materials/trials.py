@@ -160,24 +160,3 @@ def confusion_of_touches(
 def drawn_specimen(material: Material, rng: np.random.Generator) -> FloatArray:
     """Return ln mu_k, ln c, gamma and p of a specimen of a material drawn at random, shape (4,)."""
     return np.asarray(material.parameters + np.sqrt(material.specimen.variances) * rng.normal(size=PARAMETERS))
-
-
-def confusion_trials(
-    library: MaterialLibrary, slips: Sequence[PlannedSlip], trials: int, rng: np.random.Generator
-) -> Confusion:
-    """Return how often each material of a library is taken for which after the same touches.
-
-    Args:
-        library: Of materials.
-        slips: Strokes and twists that are made on every specimen.
-        trials: Specimens of each material.
-        rng: Source of chance.
-    """
-    return confusion(
-        library,
-        (
-            (material.name, recognise(library, drawn_touches(material, slips, rng)))
-            for material in library.materials
-            for _ in range(trials)
-        ),
-    )
