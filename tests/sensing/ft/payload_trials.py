@@ -10,11 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.sensing.compensation import Payload
-from palpate.sensing.ft.payload import PayloadStatus, identify_payload
+from palpate.sensing.ft.payload import TWO_SIDED, PayloadStatus, identify_payload
 from palpate.sensing.ft.poses import specific_force_from_rotations
-
-TWO_SIDED = 1.96
-"""Standard deviations on either side that hold 95 %."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import chdtrc
+from scipy.special import chdtrc, ndtri
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.compensation import Payload
@@ -33,6 +33,9 @@ themselves are known to about 1e-3 rad, which the fit takes as exact."""
 STATIC_TOLERANCE = 0.05
 """Relative deviation from g at which a specific force is taken to be no pose at rest: ten times the spread of g
 over the earth."""
+
+TWO_SIDED = float(ndtri(0.5 + 0.5 * 0.95))
+"""Half-width of a 95 % interval in standard deviations (1.96)."""
 
 INCONSISTENT_PROBABILITY = 1e-4
 """Residuals that noise would explain more rarely than this are held against the model."""
