@@ -10,8 +10,9 @@ from palpate.experiments.robot.in_scene import check
 from palpate.runtime import Ending
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import TurningStageEntry
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.sim import TurningStage
+from robot_file_text import robot_file_text
 
 
 @pytest.mark.slow

@@ -24,9 +24,10 @@ from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere
 from palpate.hw.ur import UrToolSensor
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.spatial import IDENTITY, ZERO
 from rig_cell import ROBOT, robot_file
+from robot_file_text import robot_file_text
 
 STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 

@@ -75,19 +75,17 @@ def drawn_touches(
     material: Material,
     slips: Sequence[PlannedSlip],
     rng: np.random.Generator,
-    errors: SensorErrors | None = None,
     specimen: FloatArray | None = None,
 ) -> list[Touch]:
-    """Return touches of one specimen drawn at random, with the material's scatter and the sensor's errors.
+    """Return touches of one specimen drawn at random, with the scatter of its material and of a Nano17 class sensor.
 
     Args:
         material: That is touched.
         slips: Strokes and twists to make.
         rng: Source of chance.
-        errors: Of the sensor; those of the Nano17 class if not given.
         specimen: ln mu_k, ln c, gamma and p of it, shape (4,); drawn if not given.
     """
-    errors = errors or SensorErrors()
+    errors = SensorErrors()
     if specimen is None:
         specimen = drawn_specimen(material, rng)
     touches = []
