@@ -77,7 +77,7 @@ def drawn_touches(
     rng: np.random.Generator,
     specimen: FloatArray | None = None,
 ) -> list[Touch]:
-    """Return touches of one specimen drawn at random, with the scatter of its material and of a Nano17 class sensor.
+    """Return touches of one specimen drawn at random, as the material scatters and a Nano17 class sensor errs.
 
     Args:
         material: That is touched.
