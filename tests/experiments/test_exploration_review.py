@@ -8,7 +8,6 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.experiments.regulate.run import Attempt, write_regulation
 
 from palpate.controllers import ConstantForce, IdentifyController, IdentifyParameters, LandingModel, force_gain
 from palpate.controllers.identification import PressRecord, identify
@@ -19,10 +18,11 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.run_account import landed_stiffness
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
-from palpate.mapping import TouchCloud, fit_cylinder
+from palpate.mapping import PrimitiveKind, TouchCloud
 from palpate.mapping.compare import TouchedMap, compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mapping.primitives import fit_primitive
 from palpate.mapping.rolling import rolled_curvature
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
@@ -196,7 +196,7 @@ def test_contacts_on_the_axis_of_a_fit_do_no_harm(count):
     position = np.column_stack([np.linspace(0.0, 0.01, count), np.zeros(count), np.zeros(count)])
     facing = np.zeros((count, 3))
     facing[:, 2] = 1.0 - 2.0 * (np.arange(count) % 2)
-    fit = fit_cylinder(felt(position, facing))
+    fit = fit_primitive(felt(position, facing), PrimitiveKind.CYLINDER)
     assert np.isfinite(fit.distance).all()
 
 
