@@ -19,7 +19,6 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as grasp_plan
 from palpate.experiments.grasp.run import write_grasp
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.run import write_regulation
 
 ALL = (ExploreConfig, RegulateConfig, FrictionConfig, GraspConfig)
 
@@ -66,7 +65,7 @@ def test_a_force_that_is_no_number_is_refused_by_name():
             ExploreConfig(force=force)
 
 
-@pytest.mark.parametrize("write", [write_exploration, write_regulation, write_rubbing, write_grasp])
+@pytest.mark.parametrize("write", [write_exploration, write_rubbing, write_grasp])
 def test_results_go_to_a_folder_named_by_a_string(write, tmp_path, monkeypatch):
     class ReachedError(Exception):
         pass
