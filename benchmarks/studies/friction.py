@@ -1,10 +1,10 @@
 """Ways to rub a surface: how long the robot is at it, and how well mu is known afterwards."""
 
 import numpy as np
+from palpate.experiments.friction.run import Attempt
 
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan
-from palpate.experiments.friction.run import Attempt
 from studies.study import Row, Study, Tell
 
 FRICTIONS = (0.3, 0.5, 0.8)

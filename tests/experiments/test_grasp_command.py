@@ -12,7 +12,6 @@ from palpate.cli import main
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.need import least_grip_of_two
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import Finding, FrictionFile, How, friction_file_text
 from palpate.experiments.grasp.belief import COVERED, planned_with
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.heaviest import heaviest_load
@@ -23,6 +22,7 @@ from palpate.experiments.grasp.scene import scene_of, sensor_of
 from palpate.experiments.grasp.text import grasp_text, read_grasp
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.words import outcome
+from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer
 from palpate.runtime import Ending, Phase, Supervisor, Touch, run

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import Finding, FrictionFile, How, LoadFinding, friction_file_text
 from palpate.experiments.grasp.belief import planned_with, slips_of
 from palpate.experiments.grasp.config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
 from palpate.experiments.grasp.figures import compared, key_figures
@@ -25,6 +24,7 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_l
 from palpate.experiments.grasp.surface import USUAL, likely, rubbed_by_plant
 from palpate.experiments.grasp.words import outcome
 from palpate.friction.contact_load import ContactLoad
+from palpate.friction.friction_file import Finding, FrictionFile, How, LoadFinding, friction_file_text
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime import Ending, Supervisor, run
 from palpate.spatial import norm

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from palpate.commands.run_told import STOPPED, kept_if_interrupted, run_shown
+from palpate.experiments.friction.run import Attempt
 from rich.console import Console
 
 from palpate.cli import main
@@ -17,7 +18,6 @@ from palpate.commands.progress import doing, run_progress, step_progress
 from palpate.experiments.friction import command as friction_command
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan
-from palpate.experiments.friction.run import Attempt
 from palpate.experiments.grasp import command as grasp_command
 from palpate.experiments.regulate import command as regulate_command
 from palpate.runtime import Ending

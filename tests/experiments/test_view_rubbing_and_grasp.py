@@ -12,17 +12,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from palpate.commands.run_told import log_writer
+from palpate.commands.view.held import held_poses
+from palpate.experiments.friction.run import Attempt
 from PIL import Image
 
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.held import held_poses
 from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction
-from palpate.experiments.friction.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import GraspAttempt

@@ -7,12 +7,12 @@ import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import Finding, FrictionFile, How, read_friction_file
 from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.strength import at_worst
 from palpate.experiments.grasp.surface import true_surface
 from palpate.experiments.grasp.text import KNOWN_TEXT
+from palpate.friction.friction_file import Finding, FrictionFile, How, read_friction_file
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative
-from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.kit.config_checks import (
     check_not_negative,
     check_positive,
@@ -13,6 +12,7 @@ from palpate.experiments.kit.config_checks import (
     check_size,
     given,
 )
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.settled_values import settle
 
 HeldName = Literal["box", "cylinder", "sphere"]

@@ -1,11 +1,11 @@
 """What is to be known before a grasp begins: how the object rubs, how that was found, and what will not hold."""
 
-from palpate.experiments.friction.file import Finding, FrictionFile, How, read_friction_file
 from palpate.experiments.grasp.belief import LEAST_EXPONENT
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load
 from palpate.experiments.grasp.surface import likely, rubbed_by_plant
 from palpate.experiments.grasp.unit_text import SMALL, bears, in_percent
+from palpate.friction.friction_file import Finding, FrictionFile, How, read_friction_file
 
 SAME = 1e-9
 """By which share two numbers of a surface may differ and still be the same."""

@@ -19,7 +19,6 @@ from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import friction_file_text, load_friction_file
 from palpate.experiments.grasp.belief import (
     NUDGING_GRIP,
     RIPPLE,
@@ -37,6 +36,7 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP, check_weight, takin
 from palpate.experiments.grasp.surface import true_surface, with_surface
 from palpate.experiments.grasp.text import GRASP_TEXT, KNOWN_TEXT, grasp_text, read_grasp
 from palpate.experiments.grasp.unit_text import MILLI
+from palpate.friction.friction_file import friction_file_text, load_friction_file
 from palpate.friction.limit_surface import LimitSurface
 from palpate.robots.values import load_named_robot
 from palpate.runtime import FingerDescription, Limits, Touch

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from palpate.experiments.friction.file import FrictionFile, How, read_friction_file
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.text import KNOWN_TEXT
+from palpate.friction.friction_file import FrictionFile, How, read_friction_file
 from palpate.friction.limit_surface import LimitSurface
 
 USUAL = LimitSurface(friction=0.5, spin_length=0.004)

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from palpate.errors import InvalidValueError, positive
-from palpate.friction import LimitSurface
+from palpate.friction.limit_surface import LimitSurface
 from palpate.strict_decode import decode_file, load
 from palpate.yaml_text import yaml_text
 
@@ -43,6 +43,11 @@ class Finding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
             raise InvalidValueError(
                 f"value = {self.value:g} in [{self.lower:g}, {self.upper:g}]: must be a number within its interval"
             )
+
+    @property
+    def measured(self) -> bool:
+        """Whether it was, not bounded or assumed."""
+        return self.how is How.MEASURED
 
 
 class LoadFinding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -108,9 +113,7 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     def spun_loads(self) -> tuple[float, float] | None:
         """Least and largest normal force at which e was measured [N]: beyond, its growth is a guess."""
         spun = [
-            load.normal_force
-            for load in self.loads
-            if load.spin_length is not None and load.spin_length.how is How.MEASURED
+            load.normal_force for load in self.loads if load.spin_length is not None and load.spin_length.measured
         ]
         return (min(spun), max(spun)) if spun else None
 
