@@ -111,7 +111,7 @@ def csv_fields(line: str, where: str) -> list[str]:
     if '"' not in line:  # much quicker
         return [field.strip() for field in line.split(",")]
     try:
-        return [field.strip() for field in next(csv.reader([line], strict=True))]
+        return [field.strip() for field in next(csv.reader([line.lstrip()], strict=True, skipinitialspace=True))]
     except csv.Error as error:
         raise InvalidValueError(f"{where}: {error}; a quoted field must be closed on its line") from None
 

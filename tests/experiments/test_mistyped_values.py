@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.experiments.friction.run import write_rubbing
-from palpate.experiments.regulate.run import write_regulation
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
@@ -66,7 +65,7 @@ def test_a_force_that_is_no_number_is_refused_by_name():
             ExploreConfig(force=force)
 
 
-@pytest.mark.parametrize("write", [write_exploration, write_regulation, write_rubbing, write_grasp])
+@pytest.mark.parametrize("write", [write_exploration, write_rubbing, write_grasp])
 def test_results_go_to_a_folder_named_by_a_string(write, tmp_path, monkeypatch):
     class ReachedError(Exception):
         pass
