@@ -10,34 +10,50 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from palpate.commands.replay.run import replay_log
-    from palpate.commands.sweep.config import SweepConfig
-    from palpate.commands.sweep.run import sweep
-    from palpate.friction import ContactLoad, LimitSurface, Slip
-    from palpate.grasp import GraspContacts, GraspForceOptimizer
-    from palpate.robots.values import load_named_robot
-    from palpate.runtime import Command, Limits, Observation, Phase, Sample, Supervisor, Touch, run
-    from palpate.runtime.log import read_log
-    from palpate.sensing import Contact, Contacts, ContactStatus, contact_from_wrench, contacts_from_wrenches
-    from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene
-    from palpate.surfaces import (
-        Capsule,
-        CompliantTip,
-        Composite,
-        Cylinder,
-        Ellipsoid,
-        Hyperboloid,
-        ImplicitSurface,
-        MeshSurface,
-        Paraboloid,
-        Patch,
-        Plane,
-        RoundedBox,
-        Sphere,
-        Superellipsoid,
-    )
-    from palpate.surfaces.symbolic import SymbolicSurface
+if TYPE_CHECKING:  # for type checkers: these names are imported when they are used
+    from palpate.commands.replay.run import replay_log as replay_log
+    from palpate.commands.sweep.config import SweepConfig as SweepConfig
+    from palpate.commands.sweep.run import sweep as sweep
+    from palpate.friction import ContactLoad as ContactLoad
+    from palpate.friction import LimitSurface as LimitSurface
+    from palpate.friction import Slip as Slip
+    from palpate.grasp import GraspContacts as GraspContacts
+    from palpate.grasp import GraspForceOptimizer as GraspForceOptimizer
+    from palpate.robots.values import load_named_robot as load_named_robot
+    from palpate.runtime import Command as Command
+    from palpate.runtime import Limits as Limits
+    from palpate.runtime import Observation as Observation
+    from palpate.runtime import Phase as Phase
+    from palpate.runtime import Sample as Sample
+    from palpate.runtime import Supervisor as Supervisor
+    from palpate.runtime import Touch as Touch
+    from palpate.runtime import run as run
+    from palpate.runtime.log import read_log as read_log
+    from palpate.sensing import Contact as Contact
+    from palpate.sensing import Contacts as Contacts
+    from palpate.sensing import ContactStatus as ContactStatus
+    from palpate.sensing import contact_from_wrench as contact_from_wrench
+    from palpate.sensing import contacts_from_wrenches as contacts_from_wrenches
+    from palpate.sim import ContactLaw as ContactLaw
+    from palpate.sim import MujocoBackend as MujocoBackend
+    from palpate.sim import SphereObject as SphereObject
+    from palpate.sim import Tip as Tip
+    from palpate.sim import build_scene as build_scene
+    from palpate.surfaces import Capsule as Capsule
+    from palpate.surfaces import CompliantTip as CompliantTip
+    from palpate.surfaces import Composite as Composite
+    from palpate.surfaces import Cylinder as Cylinder
+    from palpate.surfaces import Ellipsoid as Ellipsoid
+    from palpate.surfaces import Hyperboloid as Hyperboloid
+    from palpate.surfaces import ImplicitSurface as ImplicitSurface
+    from palpate.surfaces import MeshSurface as MeshSurface
+    from palpate.surfaces import Paraboloid as Paraboloid
+    from palpate.surfaces import Patch as Patch
+    from palpate.surfaces import Plane as Plane
+    from palpate.surfaces import RoundedBox as RoundedBox
+    from palpate.surfaces import Sphere as Sphere
+    from palpate.surfaces import Superellipsoid as Superellipsoid
+    from palpate.surfaces.symbolic import SymbolicSurface as SymbolicSurface
 
 __version__ = "0.2.0"
 
@@ -71,7 +87,6 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "surfaces.symbolic": ("SymbolicSurface",),
 }
 """What scripts need, by the module that has it. Every experiment adds what its package offers."""
-
 __all__ = [name for names in _NAMES.values() for name in names]
 
 

@@ -16,13 +16,7 @@ from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.run_account import landed_stiffness
-<<<<<<< HEAD
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan
 from palpate.mapping import PrimitiveKind, TouchCloud
-=======
-from palpate.mapping import TouchCloud, fit_cylinder
->>>>>>> ce69c98b8c733a7b52454c8d4033065077d604fb
 from palpate.mapping.compare import TouchedMap, compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.mapping.compare_surface import TriangleSurface

@@ -7,13 +7,7 @@ import pytest
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import outcome as exploration_outcome
-<<<<<<< HEAD
-from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.report import outcome as regulation_outcome
-=======
-from palpate.experiments.explore.run import explore
-from palpate.experiments.regulate.words import outcome as regulation_outcome
->>>>>>> ce69c98b8c733a7b52454c8d4033065077d604fb
 from palpate.runtime import Ending, Trip
 from support.regulate_runs import regulated
 

@@ -17,12 +17,6 @@ from palpate.experiments.explore import carry_out, write_exploration
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
-<<<<<<< HEAD
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan as plan_regulation
-=======
-from palpate.experiments.explore.run import carry_out, write_exploration
->>>>>>> ce69c98b8c733a7b52454c8d4033065077d604fb
 from palpate.experiments.regulate.report import regulation_report
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
