@@ -19,11 +19,11 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from palpate.commands.run_told import log_writer
 from rich.console import Console
 from rich.table import Table
 
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import exploration_report

@@ -16,12 +16,11 @@ from palpate.experiments.explore.identified import (
     identified_text,
     read_identified,
 )
-from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.pressing import prepared, pressing_of
 from palpate.experiments.explore.report import settings
-from palpate.experiments.explore.run import carry_out
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
+from support.explore_runs import carried_out, plan_of
 
 SMALL = {"width": 0.012, "depth": 0.004, "spacing": 0.004}
 NOISE = {"force_noise": 3.1e-3, "moment_noise": 1.6e-5}
@@ -32,8 +31,8 @@ FOUND = IdentifiedForce(20e3, 30.0, 14e3, 0.00123456789012345, 86.7, 4.1, 8.3, 6
 def both(request):
     """The same exploration with the gain as assumed, and as pressing has found it."""
     config = ExploreConfig(robot=request.param, identify=True, **SMALL, **NOISE)
-    planned = plan(config)
-    return carry_out(planned), carry_out(prepared(plan(config)))
+    planned = plan_of(config)
+    return carried_out(planned), carried_out(prepared(plan_of(config)))
 
 
 @pytest.mark.slow
@@ -88,14 +87,14 @@ def test_what_was_identified_is_read_back_as_it_was_written():
 
 
 def test_changes_of_the_gain_are_checked_against_what_was_identified():
-    planned = plan(ExploreConfig(robot="stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
+    planned = plan_of(ExploreConfig(robot="stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
     with pytest.raises(InvalidValueError, match=r"change after 1 s: force_gain = 0\.0016 m/s/N: must lie between"):
         planned.with_identified(replace(FOUND, mass=0.0, damping=1400.0, delay=0.05))
 
 
 @pytest.mark.parametrize("force", [0.3, 2.0, 15.0])
 def test_it_presses_about_the_set_force_within_touch_and_limit(force):
-    planned = plan(ExploreConfig(robot="stage", force=force, identify=True, **SMALL))
+    planned = plan_of(ExploreConfig(robot="stage", force=force, identify=True, **SMALL))
     pressing = pressing_of(planned)
     assert planned.touch_force < pressing.low < force < pressing.high < planned.limits.force
     assert 2.0 * pressing.swing <= pressing.high - pressing.low

@@ -11,12 +11,12 @@ from palpate.controllers import SineForce
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.layer_picture import LOOKS
-from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report, settings
-from palpate.experiments.explore.run import explore, write_exploration
+from palpate.experiments.explore.run import explore
 from palpate.experiments.explore.tables import layer_rows
 from palpate.mapping.layers import VertexLayer
 from palpate.runtime import Ending
+from support.explore_runs import plan_of
 from support.typed_mistakes import answer_to
 
 SMALL = ExploreConfig(width=0.012, depth=0.004, spacing=0.004)
@@ -86,7 +86,7 @@ def test_the_force_follows_its_swing_and_the_points_stay_on_the_surface(swung, s
 
 
 def test_a_force_that_swings_is_told():
-    planned = plan(replace(SMALL, force_swing=0.5, force_period=2.0))
+    planned = plan_of(replace(SMALL, force_swing=0.5, force_period=2.0))
     assert planned.profile == SineForce(2.0, 0.5, 0.5)
     controller = planned.controller()
     with pytest.raises(InvalidValueError, match="force = 3 N: must lie between 2 and 2 N"):

@@ -10,14 +10,13 @@ import pytest
 import tyro
 from hypothesis import given
 from hypothesis import strategies as st
+from palpate.experiments.explore.options import ExploreOptions, default_options
 from palpate.experiments.kit.experiment_file import config_text, load_overlay, read_config, read_overlay
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
-from palpate.experiments.explore.options import ExploreOptions, default_options
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.run import carry_out, explore
+from palpate.experiments.explore.run import explore
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene
 from palpate.robots.values import on_robot, values_of
@@ -26,6 +25,7 @@ from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime.robot_backend import StageEntry
 from palpate.sim import Stage
 from palpate.surfaces import Sphere
+from support.explore_runs import carried_out, plan_of, planned_again
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NANO17 = load_robot("stage-nano17")
@@ -52,13 +52,13 @@ def felt(planned, periods=50):
 
 
 def test_the_shipped_stage_says_what_holds_without_a_file():
-    default = plan(ExploreConfig()).config
+    default = plan_of(ExploreConfig()).config
     assert values_of(STAGE) == {name: getattr(default, name) for name in values_of(STAGE)}
     assert default.robot == "stage"
     entry = STAGE.file.backend
     assert isinstance(entry, StageEntry)
     assert Stage(entry.mass, entry.bandwidth, entry.leash) == Stage()
-    assert felt(plan(default)) == felt(plan(default, STAGE))
+    assert felt(plan_of(default)) == felt(plan_of(default, STAGE))
 
 
 @pytest.mark.parametrize("name", ["stage-nano17", "turning-stage", "ur5e-sim", "FILE"])
@@ -68,12 +68,14 @@ def test_a_script_that_names_a_robot_gets_what_its_file_says(name, tmp_path):
         (tmp_path / "mine.yaml").write_text(text.replace("radius_m: 0.008", "radius_m: 0.011"))
         name = str(tmp_path / "mine.yaml")
     asked, said = ExploreConfig(robot=name, **SMALL), values_of(load_robot(name))
-    planned = plan(asked)
+    planned = plan_of(asked)
     assert {field: getattr(planned.config, field) for field in said} == said
     assert planned.backend.period == planned.period == said["period"]
     assert planned.asked is asked, "what was asked is known still: a report repeats that"
     own = replace(asked, force_noise=0.004, tip=(0.009,))
-    assert (plan(own).config.force_noise, plan(own).config.tip) == (0.004, (0.009,)), "what is given goes before"
+    assert (plan_of(own).config.force_noise, plan_of(own).config.tip) == (0.004, (0.009,)), (
+        "what is given goes before"
+    )
 
 
 # --- precedence ---
@@ -110,8 +112,8 @@ def test_an_experiment_file_may_name_the_robot_next_to_it(tmp_path):
     options = default_options(["--config", str(tmp_path / "e.yaml")])
     assert options.force == 3.0
     assert options.robot == str(tmp_path / "mine.yaml")
-    assert plan(options.settled).config.tip == (0.011,)
-    assert plan(replace(options.settled, robot="stage")).config.tip == (0.008,)
+    assert plan_of(options.settled).config.tip == (0.011,)
+    assert plan_of(replace(options.settled, robot="stage")).config.tip == (0.008,)
 
 
 def test_values_that_only_fit_together_with_what_is_typed_are_not_refused_too_early(tmp_path):
@@ -220,8 +222,8 @@ def test_a_configuration_names_its_experiment_and_is_refused_without():
 @pytest.mark.parametrize("robot", [STAGE, NANO17], ids=["stage", "nano17"])
 def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
     config = ExploreConfig(robot="gone.yaml", **SMALL, seed=5)
-    planned = plan(config, changed(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
-    again = plan_from_texts(planned.texts())
+    planned = plan_of(config, changed(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
+    again = planned_again(planned)
     assert again.config == planned.config
     assert again.robot == planned.robot
     assert again.parameters == planned.parameters
@@ -249,7 +251,7 @@ def test_what_the_robot_file_says_an_exploration_need_not_be_told():
 
 
 def test_the_robot_file_makes_the_stage():
-    heavy = plan(
+    heavy = plan_of(
         ExploreConfig(),
         changed(
             STAGE,
@@ -258,20 +260,20 @@ def test_the_robot_file_makes_the_stage():
             ("leash_m: 0.0025", "leash_m: 0.003"),
         ),
     )
-    light = plan(ExploreConfig(), STAGE)
+    light = plan_of(ExploreConfig(), STAGE)
     assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
     assert known_scene(heavy.backend).carrier == Stage(8.0, 50.0, 0.003)
     assert heavy.parameters.gain.gain < light.parameters.gain.gain
 
 
 def test_limits_of_the_robot_hold_and_only_its_workspace_is_narrowed():
-    limits = plan(ExploreConfig(robot="stage-nano17"), NANO17).limits
+    limits = plan_of(ExploreConfig(robot="stage-nano17"), NANO17).limits
     assert limits.force == 10.0
     assert limits.spin_torque == 0.1
     for axis in range(3):
         assert -1.0 <= limits.workspace_lower[axis] < limits.workspace_upper[axis] <= 1.0
     narrow = changed(STAGE, ("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.03, 1, 1]"))
-    assert plan(ExploreConfig(), narrow).limits.workspace_upper[0] == 0.03
+    assert plan_of(ExploreConfig(), narrow).limits.workspace_upper[0] == 0.03
 
 
 def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
@@ -280,7 +282,7 @@ def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
         ("center_m: [0, 0, 0]", "center_m: [0, 0, 0.02]"),
         ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 0.02]"),
     )
-    planned = plan(ExploreConfig(), moved)
+    planned = plan_of(ExploreConfig(), moved)
     assert isinstance(planned.finger.surface, Sphere)
     assert planned.finger.surface.center.tolist() == [0.0, 0.0, 0.02]
     assert known_scene(planned.backend).tip.center_of_mass == (0.0, 0.0, 0.02)
@@ -296,7 +298,7 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
         ("center_of_mass_m: [0, 0, 0]", f"center_of_mass_m: [{center}]"),
     )
     config = ExploreConfig(**SMALL)
-    one, other = carry_out(plan(config, STAGE)), carry_out(plan(config, moved))
+    one, other = carried_out(plan_of(config, STAGE)), carried_out(plan_of(config, moved))
     assert other.run.ending is Ending.DONE
     assert abs(len(other.cloud) - len(one.cloud)) <= 2
     assert other.point_rms < 1.2 * one.point_rms
@@ -328,7 +330,7 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
 def test_what_robot_and_experiment_cannot_do_together_is_refused(config, robot, words):
     base = {} if robot.sensors[0] is None else {"force_noise": 0.003125, "moment_noise": 1.5625e-5}
     with pytest.raises(InvalidValueError) as found:
-        plan(ExploreConfig(**{**base, **config}), robot)
+        plan_of(ExploreConfig(**{**base, **config}), robot)
     for word in words:
         assert word in str(found.value)
 

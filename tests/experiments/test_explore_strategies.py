@@ -14,12 +14,11 @@ from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
-from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import outcome
-from palpate.experiments.explore.run import Attempt, carry_out
 from palpate.experiments.explore.strategies import STRATEGY_OPTIONS
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
+from support.explore_runs import carried_out, plan_of
 from support.typed_mistakes import answer_to
 
 SMALL = {
@@ -94,7 +93,7 @@ def commands_of(planned):
 def test_the_same_seed_gives_the_same_run_and_another_seed_another():
     def commands(seed):
         fields = {**BALL, **SMALL["taps"], "strategy": "taps"}
-        return commands_of(plan(ExploreConfig(**fields, force_noise=0.01, seed=seed)))
+        return commands_of(plan_of(ExploreConfig(**fields, force_noise=0.01, seed=seed)))
 
     first, again, other = commands(1), commands(1), commands(2)
     assert np.array_equal(first, again)
@@ -120,7 +119,7 @@ def check_level(found, sense):
 
 @pytest.mark.slow
 def test_a_level_contour_keeps_its_height_and_closes():
-    check_level(carry_out(plan(ExploreConfig(**BALL, strategy="contour", turn="right"))), -1.0)
+    check_level(carried_out(plan_of(ExploreConfig(**BALL, strategy="contour", turn="right"))), -1.0)
 
 
 @pytest.mark.slow
@@ -128,12 +127,12 @@ def test_a_level_contour_keeps_its_height_and_closes():
 def test_a_level_contour_closes_whichever_way_round_and_however_fast(speed):
     for turn, sense in (("left", 1.0), ("right", -1.0)):
         fields = {**BALL, "speed": speed, "strategy": "contour", "turn": turn}
-        check_level(carry_out(plan(ExploreConfig(**fields))), sense)
+        check_level(carried_out(plan_of(ExploreConfig(**fields))), sense)
 
 
 @pytest.mark.slow
 def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked():
-    found = carry_out(plan(ExploreConfig(**BOX, strategy="contour", curve="edge")))
+    found = carried_out(plan_of(ExploreConfig(**BOX, strategy="contour", curve="edge")))
     assert found.run.ending is Ending.DONE
     assert {mark.event for mark in found.marks} == {Event.EDGE}
     corners = np.array([mark.position for mark in found.marks])
@@ -147,7 +146,7 @@ def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked(
 
 @pytest.mark.slow
 def test_taps_feel_no_friction_and_their_map_is_a_map():
-    found = carry_out(plan(ExploreConfig(**BALL, strategy="taps", width=0.01, depth=0.01, period=2e-3)))
+    found = carried_out(plan_of(ExploreConfig(**BALL, strategy="taps", width=0.01, depth=0.01, period=2e-3)))
     assert found.point_rms < 1e-6
     assert np.isnan(found.map.friction.mean).all()
     assert found.map.covered > 0.95
@@ -166,8 +165,8 @@ def test_taps_feel_no_friction_and_their_map_is_a_map():
 def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share):
     region = {"depth": 0.004, "spacing": 0.004, "speed": 0.04, **over}
     with pytest.raises(InvalidValueError, match=r"leaves the part of the box .*\(--beyond\)"):
-        plan(ExploreConfig(**BOX, **region))
-    found = carry_out(plan(ExploreConfig(**BOX, **region, beyond=True)))
+        plan_of(ExploreConfig(**BOX, **region))
+    found = carried_out(plan_of(ExploreConfig(**BOX, **region, beyond=True)))
     assert found.run.ending is Ending.DONE
     assert found.run.stopped
     assert {mark.event for mark in not_felt(found.marks)} <= {Event.UNREACHABLE, Event.STEEP}
@@ -183,10 +182,10 @@ def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share
 @pytest.mark.slow
 def test_an_active_exploration_ends_when_its_time_is_over():
     fields = {**BALL, "strategy": "active", "width": 0.012, "depth": 0.012, "accuracy": 1e-6}
-    short = Attempt(plan(ExploreConfig(**fields, time=3.0))).run()
+    short = Attempt(plan_of(ExploreConfig(**fields, time=3.0))).run()
     assert short.ending is Ending.DONE
     assert 1.0 < short.duration < 8.0
-    assert Attempt(plan(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
+    assert Attempt(plan_of(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
 
 
 @pytest.mark.slow
@@ -200,7 +199,7 @@ def test_an_active_exploration_ends_when_its_time_is_over():
     ids=lambda fields: fields["object"],
 )
 def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes(fields):
-    planned = plan(ExploreConfig(**fields, speed=0.05))
+    planned = plan_of(ExploreConfig(**fields, speed=0.05))
     took = Attempt(planned).run().duration
     assert planned.expected_duration == pytest.approx(took, rel=0.1)
     assert planned.longest_duration > 3.7 * took  # slopes of 60 degrees take twice as long
@@ -209,7 +208,7 @@ def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes
 @pytest.mark.slow
 def test_the_time_foreseen_is_about_that_which_it_takes():
     for strategy in ("raster", "spiral", "taps", "contour"):
-        planned = plan(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))
+        planned = plan_of(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))
         took = Attempt(planned).run().duration
         assert 0.7 * planned.expected_duration < took < 1.4 * planned.expected_duration
         assert took < 0.5 * planned.longest_duration
@@ -306,7 +305,7 @@ OBJECTS = {
 def test_every_strategy_on_every_object_and_both_robots(name, strategy):
     for robot in ("stage", "ur5e-sim"):
         config = ExploreConfig(**OBJECTS[name], **SMALL[strategy], strategy=strategy, robot=robot)
-        found = carry_out(plan(config))
+        found = carried_out(plan_of(config))
         assert found.run.ending is Ending.DONE
         assert found.run.stopped
         assert not not_felt(found.marks)
@@ -319,7 +318,7 @@ def test_every_strategy_on_every_object_and_both_robots(name, strategy):
 @pytest.mark.parametrize("strategy", list(SMALL))
 def test_defaults_work_on_every_object(strategy):
     for name in ("sphere", "ellipsoid", "box", "cylinder", "torus", "bumps"):
-        found = carry_out(plan(ExploreConfig(object=name, strategy=strategy, speed=0.05)))
+        found = carried_out(plan_of(ExploreConfig(object=name, strategy=strategy, speed=0.05)))
         assert found.run.ending is Ending.DONE
         assert not not_felt(found.marks)
         assert found.map.observed_share > 0.95

@@ -4,11 +4,11 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
 from palpate.commands.replay.report import key_figures
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import GraspPlan, plan

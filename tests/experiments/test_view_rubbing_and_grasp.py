@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
 from PIL import Image
 
-from palpate.commands.run_told import log_writer
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig

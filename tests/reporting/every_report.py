@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import trimesh
+from palpate.commands.replay.report_data import ReplayReport
+from palpate.commands.replay.report_page import replay_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.compare.report import comparison_html as mesh_comparison_html
 from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
 from palpate.commands.compare.report_page import comparison_html
-from palpate.commands.replay.report_data import ReplayReport
-from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import report_html as sweep_html
 from palpate.commands.sweep.result import SweepResult

@@ -10,11 +10,11 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction

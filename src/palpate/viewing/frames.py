@@ -242,7 +242,7 @@ def frames_of_log(log: Log, free_poses: FloatArray | None = None) -> Frames:
 
     Args:
         log: The log.
-        free_poses: Where free bodies were, which no log says: position [m] and quaternion (w, x, y, z) of each,
+        free_poses: Where free bodies were: position [m] and quaternion (w, x, y, z) of each,
             base frame, one after the other, shape (n, 7 bodies). Left out: the frames do not say.
 
     Raises:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.config_checks import (
     check_not_negative,
     check_positive,
@@ -12,7 +13,6 @@ from palpate.experiments.kit.config_checks import (
     check_size,
     given,
 )
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.settled_values import settle
 
 HeldName = Literal["box", "cylinder", "sphere"]

@@ -15,4 +15,4 @@ def regulation_scene(planned: RegulationPlan) -> ViewScene:
     if isinstance(target, MovingTarget):
         motions = {f"{OBJECT_GEOM}_{i}": joint.motion for i, joint in enumerate(target.joints)}
     title = f"Force on a {planned.config.object}, {planned.config.surface}, {planned.config.robot}"
-    return scene_view(title, known_scene(planned.backend).model, motions=motions)
+    return scene_view(title, known_scene(planned.ready.backend).model, motions=motions)

@@ -1,4 +1,4 @@
-"""Regulate a force on a simulated surface: configuration in, result, files and report out."""
+"""How a force was regulated: worked out from what was recorded."""
 
 import math
 from dataclasses import dataclass
@@ -6,17 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.commands.output_folder import make_folder
-from palpate.controllers import Identification
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.regulate import Loss
-from palpate.errors import FloatArray, InvalidValueError
+from palpate.errors import FloatArray
 from palpate.experiments.kit.change_account import ChangeAccount
-from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.kit.truth_recorder import TruthRecord
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.file import identified
-from palpate.experiments.regulate.plan import RegulationPlan, plan
+from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.response import (
     FrequencyResponse,
     StepResponse,
@@ -24,8 +20,7 @@ from palpate.experiments.regulate.response import (
     step_response,
 )
 from palpate.robots.known_truth import cost_of
-from palpate.runtime import Observer, Phase, Record, RunResult, Supervisor, Touch, run
-from palpate.runtime.log import Sink
+from palpate.runtime import Phase, Record, RunResult
 from palpate.sim.scene_cost import SceneCost
 
 SETTLED_AFTER = 0.5
@@ -40,7 +35,6 @@ class Regulation:
 
     Attributes:
         planned: What was to be done.
-        identification: What pressing has found before, if it was asked for.
         run: How the run ended, and its timing.
         record: Every period.
         truth: What really happened, every period.
@@ -49,21 +43,18 @@ class Regulation:
         loss: What became of the contact.
         bounces: How often it was lost again before it had settled.
         guard_trips: How often gain and forward feed were halved because the loop swung.
-        cost: Of the simulated scene; None on a robot.
         changes: What became of the changes of live parameters that were asked for beforehand.
     """
 
     planned: RegulationPlan
-    identification: Identification | None
     run: RunResult
     record: Record
-    truth: TruthRecord
+    truth: ContactTruth
     moved: FloatArray
     held_since: float | None
     loss: Loss
     bounces: int
     guard_trips: int
-    cost: SceneCost | None
     changes: tuple[ChangeAccount, ...] = ()
 
     @property
@@ -153,6 +144,31 @@ class Regulation:
         last = error[-max(1, round(1.0 / self.planned.period)) :]
         return float(np.nanmean(last)) if np.isfinite(last).any() else math.nan
 
+    @property
+    def cost(self) -> SceneCost | None:
+        """Of the simulated scene; None on a robot."""
+        return cost_of(self.planned.ready.backend)
+
+    @property
+    def judged_steps(self) -> StepResponse | None:
+        """How the force that is judged answers to the profile's steps; None if it has none."""
+        return self.steps(self.judged_force)
+
+    @property
+    def judged_tones(self) -> FrequencyResponse | None:
+        """Likewise to the profile's sines."""
+        return self.tones(self.judged_force)
+
+    @property
+    def felt_steps(self) -> StepResponse | None:
+        """Likewise of the sensed force, 0 where nothing is felt, to steps."""
+        return self.steps(np.nan_to_num(self.sensed_force, nan=0.0))
+
+    @property
+    def felt_tones(self) -> FrequencyResponse | None:
+        """Likewise to sines."""
+        return self.tones(np.nan_to_num(self.sensed_force, nan=0.0))
+
     def steps(self, force: FloatArray) -> StepResponse | None:
         """Return how a force, shape (n,) [N], answers to the profile's steps; None if it has none."""
         profile, held = self.planned.profile, self.holding
@@ -174,129 +190,33 @@ class Regulation:
         )
 
 
-def regulate(config: RegulateConfig, observers: tuple[Observer, ...] = ()) -> Regulation:
-    """Plan a regulation, press first if that is asked for, and carry it out."""
-    planned, found = prepared(plan(config))
-    return carry_out(planned, found, observers)
-
-
-def prepared(planned: RegulationPlan) -> tuple[RegulationPlan, Identification | None]:
-    """Press first, if that is asked for; return the plan with the gain that follows, and what was found.
-
-    Raises:
-        InvalidValueError: Pressing has found nothing; the message says why.
-    """
-    if not planned.config.identify:
-        return planned, None
-    found = identify_first(planned)
-    return planned.with_identified(identified(found)), found
-
-
-def identify_first(planned: RegulationPlan) -> Identification:
-    """Press on the object while it stands still, and return what that tells.
-
-    Raises:
-        InvalidValueError: It did not get so far.
-    """
-    controller = planned.identifier()
-    result = run(
-        planned.resting(), Touch(planned.finger), controller, Supervisor(planned.limits), duration=LONGEST_PRESSING
+def regulation_in(planned: RegulationPlan, recorded: Recorded) -> Regulation:
+    """Return what came of a run, however it ended."""
+    force = recorded.live_values("force", planned.controller().live)
+    controller = recorded.controller
+    return Regulation(
+        planned,
+        recorded.run,
+        recorded.record(),
+        recorded.contact_truth,
+        np.array(force) - planned.parameters.force,
+        controller.held_since,
+        controller.loss,
+        controller.bounces,
+        controller.guard_trips,
+        recorded.account_of_changes(planned.changes(), Phase.HOLD),
     )
-    try:
-        return controller.result()
-    except InvalidValueError as error:
-        raise InvalidValueError(f"identify: {error} (the run: {result})") from None
 
 
-LONGEST_PRESSING = 120.0
-"""[s] of pressing: it takes about 30."""
-
-
-def carry_out(
-    planned: RegulationPlan,
-    identification: Identification | None = None,
-    observers: tuple[Observer, ...] = (),
-    sinks: tuple[Sink, ...] = (),
-) -> Regulation:
-    """Run a regulation.
-
-    Args:
-        planned: What to do.
-        identification: What pressing has found, for the report.
-        observers: Called every period, for example to show progress.
-        sinks: Where to record it, beside memory.
+def write_forces(regulation: Regulation, path: Path) -> None:
+    """Write the forces over time as CSV.
 
     Raises:
-        KeyboardInterrupt: The robot was stopped. An `Attempt` still knows what was found until then.
+        OSError: It cannot be written.
     """
-    attempt = Attempt(planned, identification)
-    return attempt.found(attempt.run(observers, sinks))
-
-
-class Attempt:
-    """One try at a regulation: it is run once, and what came of it is told, however the run ended.
-
-    Attributes:
-        controller: What moves the robot; its `live` takes requests while it runs.
-    """
-
-    def __init__(self, planned: RegulationPlan, identification: Identification | None = None) -> None:
-        """Take what to do, and what pressing has found before."""
-        self._planned, self._identification = planned, identification
-        self.controller = planned.controller()
-        self._recorded = RecordedRun(planned, self.controller)
-
-    def run(self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> RunResult:
-        """Move the robot; see `carry_out`."""
-        return self._recorded.run(2.0 * self._planned.expected_duration + 20.0, observers, sinks)
-
-    def found(self, result: RunResult) -> Regulation:
-        """Return what came of a run that went like `result`."""
-        planned, controller = self._planned, self.controller
-        force = self._recorded.live_values("force", planned.controller().live)
-        return Regulation(
-            planned,
-            self._identification,
-            result,
-            self._recorded.record(),
-            self._recorded.truth(),
-            np.array(force) - planned.parameters.force,
-            controller.held_since,
-            controller.loss,
-            controller.bounces,
-            controller.guard_trips,
-            cost_of(planned.backend),
-            self._recorded.account_of_changes(Phase.HOLD),
-        )
-
-
-def write_regulation(regulation: Regulation, folder: str | Path) -> tuple[Path, ...]:
-    """Write the report and the forces into a folder, which is made if need be.
-
-    Returns:
-        The files, the report first.
-
-    Raises:
-        InvalidValueError: The folder cannot be made.
-        OSError: A file cannot be written.
-    """
-    from palpate.experiments.regulate.report import regulation_report
-    from palpate.experiments.regulate.report_page import write_regulation_report
-
-    folder = Path(folder)
-    make_folder(folder)
-    report, table = folder / "report.html", folder / "forces.csv"
-    write_regulation_report(regulation_report(regulation), report)
     columns = (regulation.record.time, regulation.set_force, regulation.sensed_force, regulation.true_force)
-    np.savetxt(
-        table,
-        np.column_stack(columns),
-        fmt="%.9g",
-        delimiter=",",
-        header="time_s,set_force_N,sensed_force_N,true_force_N",
-        comments="",
-    )
-    return report, table
+    heading = "time_s,set_force_N,sensed_force_N,true_force_N"
+    np.savetxt(path, np.column_stack(columns), fmt="%.9g", delimiter=",", header=heading, comments="")
 
 
 def _rms(error: FloatArray) -> float:
