@@ -12,7 +12,7 @@ from palpate.sim.hand.mount import PALM
 from palpate.sim.objects.motion import Motion
 from palpate.sim.render.parts import ancestors, body_names, carried_body, descendants, palm_of
 from palpate.sim.tip import SENSOR_SITE
-from palpate.spatial import Matrix, Vector
+from palpate.spatial import Matrix, as_vector
 
 _Joint = mujoco.mjtJoint
 
@@ -141,12 +141,7 @@ class ScenePlacement:
         return tuple(self._pose(int(self.model.jnt_bodyid[joint])) for joint in self._free)
 
     def _pose(self, body: int) -> Pose:
-        return Pose(_vector(self._data.xpos[body]), _matrix(self._data.xmat[body]))
-
-
-def _vector(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
-    x, y, z = row.tolist()
-    return (x, y, z)
+        return Pose(as_vector(self._data.xpos[body]), _matrix(self._data.xmat[body]))
 
 
 def _matrix(flat: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Matrix:

@@ -83,7 +83,7 @@ def test_a_lift_that_gets_nowhere_ends():
     regulate = RegulateController(parameters, ConstantForce(2.0), PERIOD)
     identify_first = IdentifyController(IdentifyParameters(press_distance=1e-4), PERIOD)
     for controller, ending in ((regulate, Phase.DONE), (identify_first, Phase.LOST)):
-        hold = held_down(lambda controller=controller: controller._phase)
+        hold = held_down(lambda controller=controller: controller.contact.phase)
         assert pressed(controller, hold=hold, seconds=30.0)[0] is ending
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.controllers.regulate import Loss
+from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.change_names import REGULATED
@@ -294,7 +294,7 @@ def test_what_was_never_touched_was_never_lost_and_is_not_said_to_be():
         run = RecordedRun(planned())
         with pytest.raises(KeyboardInterrupt):
             run.run((observe,))
-        return run.controller.loss
+        return run.controller.contact.loss
 
     assert stopped(0.05) is Loss.UNMADE
     assert stopped(3.0) is Loss.NEVER

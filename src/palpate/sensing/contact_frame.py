@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, positive
 from palpate.sensing.contact import Contact, ContactStatus
-from palpate.spatial import Matrix, Vector, add_scaled, cross, dot, norm, scale, unit
+from palpate.spatial import Matrix, Vector, add_scaled, as_vector, cross, dot, norm, scale, unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +70,8 @@ def contact_frame(contact: Contact, friction_noise: float, x_before: Vector | No
         raise InvalidValueError(
             f"contact.status = {contact.status.name}: only a contact with status OK has a frame"
         )
-    n = _tuple(contact.normal.tolist())
-    friction = _tuple(contact.tangential_force.tolist())
+    n = as_vector(contact.normal)
+    friction = as_vector(contact.tangential_force)
     size = norm(friction)
     along = size >= 2.0 * friction_noise
     if along:
@@ -83,18 +83,13 @@ def contact_frame(contact: Contact, friction_noise: float, x_before: Vector | No
     z = scale(-1.0, n)
     y = cross(z, x)
     return ContactFrame(
-        origin=_tuple(contact.centroid.tolist()),
+        origin=as_vector(contact.centroid),
         rotation_sensor_contact=((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])),
         friction_force=dot(friction, x),
         normal_force=contact.normal_force,
         spin_torque=-contact.spin_torque,
         is_along_friction=along,
     )
-
-
-def _tuple(values: list[float]) -> Vector:
-    x, y, z = values
-    return (x, y, z)
 
 
 _FLAT = 1e-9

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError
+from palpate.errors import InvalidValueError
 from palpate.kinematics.posture import Posture
 from palpate.sim.render.files import write_gif, write_png
 from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer, camera_on
-from palpate.spatial import Vector, add, rotate
+from palpate.spatial import add, as_vector, rotate
 from palpate.viewing import Frames, ViewScene
 
 INTERVAL = 0.05
@@ -111,11 +111,6 @@ def _picture(renderer: SceneRenderer, scene: ViewScene, frames: Frames, index: i
     for i, body in enumerate(scene.fingers):
         contact, pose = frames.finger(i), poses[body]
         if contact.touching[index]:
-            point = add(pose.position, rotate(pose.rotation, _vector(contact.centroid[index])))
-            forces.append(ContactForce(point, rotate(pose.rotation, _vector(contact.force[index]))))
+            point = add(pose.position, rotate(pose.rotation, as_vector(contact.centroid[index])))
+            forces.append(ContactForce(point, rotate(pose.rotation, as_vector(contact.force[index]))))
     return renderer.picture(posture, forces)
-
-
-def _vector(array: FloatArray) -> Vector:
-    x, y, z = array.tolist()
-    return (x, y, z)

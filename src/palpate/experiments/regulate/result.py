@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.controllers.force_program import StepForce, Tones
-from palpate.controllers.regulate import Loss
+from palpate.controllers.guarded_approach import Loss
 from palpate.errors import FloatArray
 from palpate.experiments.kit.change_account import ChangeAccount
 from palpate.experiments.kit.contact_truth import ContactTruth
@@ -201,9 +201,9 @@ def regulation_in(planned: RegulationPlan, recorded: Recorded) -> Regulation:
         recorded.contact_truth,
         np.array(force) - planned.parameters.force,
         controller.held_since,
-        controller.loss,
-        controller.bounces,
-        controller.guard_trips,
+        controller.contact.loss,
+        controller.contact.bounces,
+        controller.guard.trips,
         recorded.account_of_changes(planned.changes(), Phase.HOLD),
     )
 

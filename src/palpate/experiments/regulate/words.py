@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from palpate.controllers.regulate import Loss
+from palpate.controllers.guarded_approach import Loss
 from palpate.experiments.kit.change_account import change_rows, change_sentences
 from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan

@@ -21,7 +21,7 @@ from scipy.special import chdtrc, ndtri
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.compensation import Payload
 from palpate.sensing.ft.arrays import finite_rows, positive_entries, same_length
-from palpate.spatial import Vector
+from palpate.spatial import Vector, as_vector
 
 FEWEST_POSES = 4
 """Three poses already determine everything; the fourth lets the residuals speak."""
@@ -161,15 +161,15 @@ def identify_payload(
     else:
         center = h / mass
         center_cov = (h_cov + mass_var * np.outer(center, center)) / mass**2
-        payload = Payload(mass, _vector(center))
+        payload = Payload(mass, as_vector(center))
         status = PayloadStatus.OK
     if not (fits_f and fits_m):
         status = PayloadStatus.INCONSISTENT
     center_cov.setflags(write=False)
     return IdentifiedPayload(
         payload=payload,
-        bias_force=_vector(bias_f),
-        bias_moment=_vector(bias_m),
+        bias_force=as_vector(bias_f),
+        bias_moment=as_vector(bias_m),
         mass_sd=math.sqrt(mass_var),
         center_covariance=center_cov,
         bias_covariance=_bias_covariance(mean_a, mass_var, h_cov, sd_f, sd_m, n),
@@ -256,8 +256,3 @@ def _refuse_singular(a: FloatArray, da: FloatArray) -> float:
     # The information on h is sum |da|^2 I - da da' = V diag(sum s^2 - s_i^2) V'.
     information = (s**2).sum() - s**2
     return float(np.sqrt(information.max() / information.min()))
-
-
-def _vector(value: FloatArray) -> Vector:
-    x, y, z = value.tolist()
-    return (x, y, z)

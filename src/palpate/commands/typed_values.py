@@ -14,12 +14,6 @@ from palpate.strict_yaml import read_yaml
 SYMBOLS: Mapping[str, str] = {"mu": "friction", "e": "spin_length", "p": "norm_exponent", "gamma": "load_exponent"}
 """What the literature calls some options."""
 
-OWN: Mapping[str, str] = {
-    "out": "a sweep says where its runs go: --out is its folder",
-    "config": "give it as --config FILE.YAML",
-}
-"""Options of experiments that a sweep has itself, and what to type."""
-
 VARY_FORM = "NAME=VALUE,VALUE or NAME=FIRST:LAST:COUNT, as speed=0.01,0.02"
 """What stands behind --vary."""
 
@@ -43,21 +37,20 @@ class Varied:
     values: tuple[object, ...]
 
 
-def varied_options(words: Sequence[str], kind: type) -> tuple[Varied, ...]:
+def varied_options(words: Sequence[str], kind: type, own: Mapping[str, str]) -> tuple[Varied, ...]:
     """Return the options to vary.
 
     Args:
         words: As typed behind --vary.
-        kind: Configuration of the experiment.
+        kind: The experiment's `Config`.
+        own: Names that cannot be varied so, and what to type instead.
 
     Raises:
         InvalidValueError: A name is not known or stands twice, or a value is none of its option.
     """
     found: dict[str, Varied] = {}
     for word in words:
-        name, text = _parted("--vary", word, VARY_FORM, kind, OWN)
-        if name == "seed":
-            raise InvalidValueError(f"--vary {word}: for runs with other seeds give --seeds and how many")
+        name, text = _parted("--vary", word, VARY_FORM, kind, own)
         if name in found:
             raise InvalidValueError(f"--vary {word}: {name} is varied twice; give all of its values at once")
         values = tuple(_decoded(f"--vary {word}", name, value, kind) for value in _several(word, text))
@@ -70,13 +63,16 @@ def varied_options(words: Sequence[str], kind: type) -> tuple[Varied, ...]:
     return tuple(found.values())
 
 
-def fixed_options(words: Sequence[str], kind: type, own: Mapping[str, str] = OWN) -> dict[str, object]:
-    """Return options that are set to one value, by name; see `varied_options`.
+def set_options(words: Sequence[str], kind: type, own: Mapping[str, str]) -> dict[str, object]:
+    """Return the options that are set, of their types, by name; together they may still be refused.
 
     Args:
         words: As typed behind --set.
-        kind: Configuration of the experiment.
-        own: Options that cannot be set so, and what to type instead.
+        kind: The experiment's `Config`.
+        own: Names that cannot be set so, and what to type instead.
+
+    Raises:
+        InvalidValueError: A name is not known or stands twice, or a value is none of its option.
     """
     fixed: dict[str, object] = {}
     for word in words:
@@ -113,8 +109,8 @@ def _parted(option: str, word: str, form: str, kind: type, own: Mapping[str, str
         raise InvalidValueError(f"{option} {word}: write {form}, without spaces")
     name = typed.strip().lstrip("-").replace("-", "_")
     known = known_keys(kind)
-    if name not in known:
-        name = SYMBOLS.get(name, name)
+    if name not in known and SYMBOLS.get(name) in known:
+        name = SYMBOLS[name]
     if name in own:
         raise InvalidValueError(f"{option} {word}: {own[name]}")
     if name not in known:
