@@ -9,6 +9,7 @@ import sys
 
 import psutil
 import pytest
+from palpate.experiments.regulate.run import regulate
 
 from palpate import extras
 from palpate.cli import main
@@ -16,7 +17,6 @@ from palpate.commands.sweep import picture, regulated, report, run
 from palpate.commands.sweep.record import RunStatus, read_record
 from palpate.commands.sweep.runner import LocalRunner
 from palpate.commands.sweep.store import SweepFolder
-from palpate.experiments.regulate.run import regulate
 from support.sweep_runs import NOT_FIGURES, TYPED, InProcess, planned
 from support.typed_mistakes import answer_to
 from support.waiting import until

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import psutil
 import pytest
-
 from experiments.test_sweep_command import LONG, PATIENCE, figures, kept, started, undisturbed, wait_for
 
 __all__ = ["undisturbed"]

@@ -7,10 +7,10 @@ from itertools import permutations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from palpate.commands.sweep.typed_values import fixed_options, varied_options
 
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import MOST_RUNS, simulated_durations, sweep_plan
-from palpate.commands.sweep.typed_values import fixed_options, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan as plan_exploration

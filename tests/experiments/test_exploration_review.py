@@ -8,6 +8,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from palpate.experiments.regulate.run import Attempt, write_regulation
 
 from palpate.controllers import ConstantForce, IdentifyController, IdentifyParameters, LandingModel, force_gain
 from palpate.controllers.identification import PressRecord, identify
@@ -18,7 +19,6 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.run_account import landed_stiffness
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
-from palpate.experiments.regulate.run import Attempt, write_regulation
 from palpate.mapping import TouchCloud, fit_cylinder
 from palpate.mapping.compare import TouchedMap, compare
 from palpate.mapping.compare_files import read_map, read_reference

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from palpate.experiments.explore.report_page import _growth_parts, _map_parts
+from palpate.experiments.kit.report_advice import advice_on_exploration
+from palpate.experiments.regulate.run import regulate
 
 from palpate.controllers.paths import Enough
 from palpate.errors import InvalidValueError
@@ -16,17 +19,14 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.map_picture import map_picture
 from palpate.experiments.explore.plan import plan as explore_plan
 from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.explore.report_page import _growth_parts, _map_parts
 from palpate.experiments.explore.run import carry_out, explore
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
 from palpate.experiments.kit.change_account import account_of_changes, change_rows, change_sentences
 from palpate.experiments.kit.change_names import EXPLORED, REGULATED
-from palpate.experiments.kit.report_advice import advice_on_exploration
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.figures import margins
 from palpate.experiments.regulate.plan import plan as regulate_plan
 from palpate.experiments.regulate.report import regulation_report
-from palpate.experiments.regulate.run import regulate
 from palpate.experiments.regulate.words import outcome as regulated_outcome
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.force_picture import force_overview

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from palpate.commands.compare.report_data import ComparedFigure
 from palpate.commands.run_told import log_writer
+from palpate.experiments.regulate.run import carry_out
+from palpate.experiments.regulate.run import prepared as pressed
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
-from palpate.commands.compare.report_data import ComparedFigure
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import comparison_report
 from palpate.errors import InvalidValueError
@@ -20,8 +22,6 @@ from palpate.experiments.explore.run import Attempt
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
-from palpate.experiments.regulate.run import carry_out
-from palpate.experiments.regulate.run import prepared as pressed
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 

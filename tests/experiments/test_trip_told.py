@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import pytest
+from palpate.experiments.regulate.run import regulate
 
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import outcome as exploration_outcome
 from palpate.experiments.explore.run import explore
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.report import outcome as regulation_outcome
-from palpate.experiments.regulate.run import regulate
 from palpate.runtime import Ending, Trip
 
 AFTER = "backed off 5.0 mm within 0.31 s, felt at most 31 N and 0 N at the end"

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.experiments.regulate.run import carry_out
 from PIL import Image
 
 from palpate.commands.view import command as view_command
@@ -13,7 +14,6 @@ from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.errors import InvalidValueError
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan, plan
-from palpate.experiments.regulate.run import carry_out
 from palpate.runtime.log import LogWriter, read_log
 from support.shown_player import Shown
 

@@ -9,6 +9,7 @@ from itertools import count
 import numpy as np
 import psutil
 import pytest
+from palpate.experiments.regulate.run import carry_out as regulate
 
 from palpate.cli import main
 from palpate.commands.doctor.command import run_doctor
@@ -20,7 +21,6 @@ from palpate.experiments.explore.run import carry_out, write_exploration
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.experiments.regulate.report import regulation_report
-from palpate.experiments.regulate.run import carry_out as regulate
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess

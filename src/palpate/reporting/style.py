@@ -137,11 +137,6 @@ def rim(width: float) -> Sequence[AbstractPathEffect]:
     return (Stroke(linewidth=width + 1.2, foreground=CARD), Normal())
 
 
-def few_ticks(share: float) -> MaxNLocator:
-    """Ticks of an axis that is `share` of the longest."""
-    return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
-
-
 def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
     """Label `axes` with quantities and units, and give it the common look."""
     axes.set_xlabel(x, fontsize=FONT_SIZE, color=INK)

@@ -109,7 +109,7 @@ class Exploration:
     def _repr_html_(self) -> str:
         """What a notebook shows: how it went, the key figures, and what was felt."""
         from palpate.experiments.explore.report import exploration_report
-        from palpate.experiments.explore.notebook import report_fragment
+        from palpate.reporting.notebook import report_fragment
 
         return report_fragment(exploration_report(self))
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, not_negative
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.config_checks import (
     check_not_negative,
     check_positive,
