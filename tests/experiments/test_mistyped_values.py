@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.experiments.friction.run import write_rubbing
-from palpate.experiments.regulate.run import write_regulation
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
