@@ -12,7 +12,6 @@ from palpate.experiments.kit.config_checks import (
     check_size,
     given,
 )
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.settled_values import settle
 
 HeldName = Literal["box", "cylinder", "sphere"]
