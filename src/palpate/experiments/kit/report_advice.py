@@ -6,7 +6,6 @@ import shlex
 from palpate.commands.replay.run import ReplayedLog
 from palpate.experiments.explore.run import Exploration
 from palpate.experiments.friction.run import FILE_NAME, RubbingRun
-from palpate.experiments.grasp.run import Grasp
 from palpate.experiments.regulate.run import Regulation
 from palpate.reporting.story import NOTHING
 from palpate.runtime import Ending, RunResult
@@ -19,9 +18,6 @@ LEAST_GAIN_MARGIN = 2.0
 
 WIDE = 0.2
 """An interval whose half is more than this share of its value is worth another measurement."""
-
-MUCH_GRIP = 1.5
-"""Times the least grip, from which on a smaller margin would do."""
 
 
 def advice_on_exploration(exploration: Exploration) -> tuple[str, ...]:
@@ -78,22 +74,6 @@ def advice_on_friction(rubbing: RubbingRun) -> tuple[str, ...]:
         elif not math.isfinite(found.upper):
             said.append("It never slipped for long enough: longer strokes (--most-travel) or less load tell mu.")
         said.append(f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}.")
-    return tuple(said)
-
-
-def advice_on_grasp(grasp: Grasp) -> tuple[str, ...]:
-    """Return what to do after a grasp."""
-    said, config = list(_of_ending(grasp.run)), grasp.planned.config
-    if grasp.dropped or (grasp.truth_known and grasp.gave_way):
-        if config.ignore_spin:
-            said.append("Spin was ignored: without --ignore-spin the grip bears the torque, too.")
-        else:
-            said.append(f"It gave way: hold it with more than the present --margin {config.margin:g}.")
-    elif grasp.truth_known and math.isfinite(grasp.grip_ratio) and grasp.grip_ratio > MUCH_GRIP:
-        said.append(
-            f"It was held with {grasp.grip_ratio:.2g} times the least grip: a smaller --margin, or friction known "
-            "better (palpate friction), would do with less."
-        )
     return tuple(said)
 
 
