@@ -70,7 +70,7 @@ platforms: $(VENV)/.build  ## Resolve the dependencies for every platform and Py
 	$(BIN)/python tests/install/platforms.py docs/install.md
 
 bench: $(VENV)/.test $(VENV)/.kernels  ## Measure speed against error of contact sensing, and the cost of a control period
-	$(BIN)/palpate bench
+	$(BIN)/python benchmarks/bench.py
 	$(BIN)/python tests/reference/worst.py
 	$(BIN)/python benchmarks/contact
 	$(BIN)/python benchmarks/every_tip.py

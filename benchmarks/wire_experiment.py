@@ -19,25 +19,25 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from palpate.commands.run_told import log_writer
+from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from rich.console import Console
 from rich.table import Table
 
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import Attempt, Exploration
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.robot import Robot, load_robot
-from palpate.sim.backend import Truth
+from palpate.sim.contact_truth import Truth
 
 MOST_RATIO = 2.0
 """Of the force's RMS error on the wire to that of direct simulation (issue 9)."""

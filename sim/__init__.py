@@ -2,7 +2,7 @@
 
 from palpate.sim import headless as headless
 from palpate.sim import mujoco_version as mujoco_version
-from palpate.sim.backend import MujocoBackend, Truth
+from palpate.sim.backend import MujocoBackend
 from palpate.sim.carriers.arm_carrier import ArmCarrier
 from palpate.sim.carriers.carrier import Carrier, Drive, Load
 from palpate.sim.carriers.fixed import Fixed
@@ -11,6 +11,7 @@ from palpate.sim.carriers.stage import Stage
 from palpate.sim.carriers.turning_stage import TurningStage
 from palpate.sim.carriers.ur5e import Ur5e
 from palpate.sim.contact_law import ContactLaw, PairParameters
+from palpate.sim.contact_truth import Truth
 from palpate.sim.fidelity import Cone, Fidelity, Integrator
 from palpate.sim.objects.body import Mount, ObjectBody
 from palpate.sim.objects.heights import HeightField, bumps, height_field

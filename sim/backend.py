@@ -10,6 +10,7 @@ from palpate.kinematics.pose import Pose
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
+from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth
 from palpate.sim.friction.plant import FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.resultant import resultant
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
@@ -19,32 +20,7 @@ from palpate.sim.scene import OBJECT_GEOM, Scene
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
 from palpate.sim.tip import TIP_GEOM
-from palpate.spatial import ZERO, Vector, rotate_back, subtract
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """What really happens at the contact, for checks; no controller sees it.
-
-    Attributes:
-        touching: Whether tip and object are in contact.
-        position: Force-weighted centroid of the contacts, base frame [m].
-        force: What the object exerts on the tip, base frame [N].
-        torque: Likewise, about `position` [N m].
-        pose_base_object: Where the object is.
-    """
-
-    touching: bool
-    position: Vector
-    force: Vector
-    torque: Vector
-    pose_base_object: Pose
-
-    @property
-    def position_object(self) -> Vector:
-        """Where on the object the contact is: `position` in the object's frame [m]."""
-        pose = self.pose_base_object
-        return rotate_back(pose.rotation, subtract(self.position, pose.position))
+from palpate.spatial import ZERO
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,6 +169,15 @@ class MujocoBackend(Closing):
         found, fx, fy, fz, tx, ty, tz, x, y, z = self._readings_now[15:25]
         # the contact sensor gives what its first geom, the tip, exerts on the object
         return Truth(found > 0.0, (x, y, z), (-fx, -fy, -fz), (-tx, -ty, -tz), pose)
+
+    @property
+    def truth_columns(self) -> tuple[str, ...]:
+        """See `palpate.runtime.truth.TruthSource`."""
+        return CONTACT_COLUMNS
+
+    def truth_row(self) -> tuple[float, ...]:
+        """See `palpate.runtime.truth.TruthSource`."""
+        return numbers_of_truth(self.truth())
 
     def _pose_base_object(self) -> Pose:
         if self._still is not None:

@@ -180,6 +180,7 @@ def test_it_starts_from_the_folder():
         "grasp.py",
         "learning.py",
         "start_up.py",
+        "bench.py",
         "sweep.py",
     ],
 )

@@ -1,4 +1,4 @@
-"""What a shell completes: asked of a real bash, and of the description of the command line."""
+"""What a shell completes, asked of a real bash."""
 
 import os
 import pty
@@ -11,8 +11,6 @@ import sys
 import pytest
 
 from palpate.cli import main
-from palpate.commands.completion.described import first_sentence
-from palpate.runtime.robot import shipped_robots
 from support.cli_samples import leaves
 from support.waiting import until
 
@@ -27,7 +25,6 @@ def script(tmp_path_factory):
     path = folder / "completion.bash"
     with path.open("w") as file:
         subprocess.run([sys.executable, "-m", "palpate", "completion", "bash"], check=True, stdout=file)
-    (folder / "part one.stl").touch()
     (folder / "mine.yaml").touch()
     return path
 
@@ -44,48 +41,32 @@ def completed(script, *words):
 
 @needs_bash
 @pytest.mark.parametrize("name", [name for name, _ in leaves()])
-def test_every_word_and_every_option_of_a_command_is_completed(name, script, capsys):
+def test_every_command_and_every_option_is_completed(name, script, capsys):
     *before, last = name.split()
     assert last in completed(script, *before, last[:2])
-    found = completed(script, *name.split(), "--")
     with pytest.raises(SystemExit):
         main([*name.split(), "--help"])
     told = set(re.findall(r"^[│| ] (?:-h, )?(--[a-z][a-z0-9-]*)", capsys.readouterr().out, re.MULTILINE))
     assert told, "help without options"
-    assert told <= found | ALIASES
-
-
-ALIASES = {"--to", "--speed", "--scale", "--seconds"}
-"""Older names, which are taken and not offered."""
+    assert told <= completed(script, *name.split(), "--")
 
 
 @needs_bash
 @pytest.mark.parametrize(
     ("words", "wanted"),
     [
-        (("explore", "--object", "s"), {"sphere"}),
-        (("explore", "--object", "=", "el"), {"ellipsoid"}),
-        (("explore", "--turn", "="), {"left", "right"}),
-        (("explore", "--robot", "ur5e-s"), {"ur5e-sim"}),
-        (("explore", "--robot", "mi"), {"mine.yaml"}),
-        (("explore", "--file", "pa"), {"part one.stl"}),
+        (("expl",), {"explore"}),
+        (("explore", "--forc"), {"--force", "--force-swing", "--force-period", "--force-noise"}),
+        (("explore", "--strategy", "ra"), {"raster"}),
+        (("explore", "--turn", ""), {"left", "right"}),
         (("explore", "--force", ""), set()),
         (("explore", "--out", "mi"), {"mine.yaml"}),
-        (("friction", "--library", "si"), {"simulated"}),
         (("calibrate", "new", "x.yaml", "--preset", ""), {"nano17", "wrist"}),
-        (("contact", "mi"), {"mine.yaml"}),
-        (("replay", "mi"), {"mine.yaml"}),
-        (("completion", ""), {"bash", "zsh", "fish", "--json", "--help"}),
-        (("log", ""), {"info", "export", "--help"}),
+        (("log", ""), {"info", "export", "--help", "-h"}),
     ],
 )
 def test_values_are_completed_by_what_they_are(words, wanted, script):
     assert completed(script, *words) == wanted
-
-
-@needs_bash
-def test_robots_are_completed_by_name(script):
-    assert set(shipped_robots()) <= completed(script, "robot", "show", "")
 
 
 @needs_bash
@@ -97,13 +78,13 @@ def test_a_real_shell_completes_at_a_tab(script):
         os.execve(BASH, [BASH, "--norc", "--noprofile", "-i"], {**os.environ, "PS1": "$ ", "TERM": "dumb"})
     try:
         os.write(terminal, b"source completion.bash; palpate() { printf '<%s>' \"$@\"; echo .; }\n")
-        os.write(terminal, b"palpate expl\t--obj\tell\t--fi\tpart\t\n")
+        os.write(terminal, b"palpate expl\t--obj\tell\t--file mi\t\n")
         said = bytearray()
 
         def heard():
             if select.select([terminal], [], [], 0.5)[0]:
                 said.extend(os.read(terminal, 65536))
-            return b"<explore><--object><ellipsoid><--file><part one.stl>." in said
+            return b"<explore><--object><ellipsoid><--file><mine.yaml>." in said
 
         until(heard)
     finally:
@@ -117,15 +98,8 @@ def test_a_script_names_every_command_and_reads_as_the_shell_has_it(shell, capsy
     assert main(["completion", shell]) == 0
     text = capsys.readouterr().out
     for name, _ in leaves():
-        assert name in text or "/" + name.replace(" ", "/") in text
+        assert f"'{name.split()[-1]}'" in text
     program = shutil.which(shell)
     if program is not None:
         done = subprocess.run([program, "-n"], input=text, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-
-
-def test_a_long_sentence_is_cut_where_a_word_ends():
-    assert first_sentence("One\nsentence. Another one.") == "One sentence."
-    long = first_sentence("word " * 100)
-    assert len(long) <= 100
-    assert long.endswith("word ...")

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.closing import Closing
-from palpate.runtime.data import Command, Sample
+from palpate.runtime.data import ArmSample, Command, Sample
 from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
@@ -15,10 +15,11 @@ from palpate.sim.hand.grip import Grip, GripState
 from palpate.sim.hand.load import NO_LOAD, Load, LoadDrive
 from palpate.sim.hand.scene import OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
+from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
 from palpate.sim.physics import check_converged, check_motion, set_state, state_of, state_size, whole_steps
 from palpate.sim.sensor.model import SeededSensor
 from palpate.sim.sensor.simulation import SensorState, simulated_sensor
-from palpate.spatial import Wrench
+from palpate.spatial import IDENTITY, ZERO, Wrench
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +86,7 @@ class HandBackend(Closing):
         self._readings = data.sensordata  # a view that lives as long as the data
         self._values: list[float] = []
         self._time = 0.0
+        self._arm = ArmSample(0.0, ZERO, IDENTITY, ZERO, ())
 
     @property
     def period(self) -> float:
@@ -165,6 +167,15 @@ class HandBackend(Closing):
         """How fingertips and object stick and slip at that time, for checks; only a friction plant tells."""
         return () if self._plant is None else self._plant.contacts
 
+    @property
+    def truth_columns(self) -> tuple[str, ...]:
+        """See `palpate.runtime.truth.TruthSource`."""
+        return hand_columns(self.scene.hand.fingers)
+
+    def truth_row(self) -> tuple[float, ...]:
+        """See `palpate.runtime.truth.TruthSource`."""
+        return numbers_of_hand(self.truth(), self.pull, self._arm, self.rubbing, self.scene)
+
     def snapshot(self) -> HandState:
         """Return a copy of all that decides about what comes."""
         physics = state_of(self.scene.model, self._data)
@@ -223,4 +234,5 @@ class HandBackend(Closing):
             # the site sensors give what the tip exerts on the finger, inertia included: the load is the opposite
             wrenches.append(sensor.step(time, (-a, -b, -c, -d, -e, -f), (x, y, z)))
             at += SENSORS_PER_FINGER
-        return Sample(time, self._drive.sample(time, s), tuple(wrenches), self._grip.sample)
+        self._arm = self._drive.sample(time, s)
+        return Sample(time, self._arm, tuple(wrenches), self._grip.sample)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from palpate.experiments.grasp.run import carry_out
 
 from palpate.cli import main
 from palpate.commands.replay.run import replay_log
@@ -28,7 +29,6 @@ from palpate.experiments.friction.text import friction_text, read_friction_confi
 from palpate.experiments.friction.words import rubs_by
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import carry_out
 from palpate.friction import LimitSurface
 from palpate.friction.friction_file import (
     Finding,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from palpate.experiments.grasp.run import SLIPPED, GraspAttempt, carry_out
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
@@ -15,7 +16,6 @@ from palpate.experiments.grasp.clearance import clearance
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.figures import compared, key_figures
 from palpate.experiments.grasp.plan import plan
-from palpate.experiments.grasp.run import SLIPPED, GraspAttempt, carry_out
 from palpate.experiments.grasp.strength import LARGEST_GRIP
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.words import account, outcome

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from palpate.experiments.grasp.run import GraspAttempt, carry_out, grasp, write_grasp
+from palpate.experiments.grasp.text import grasp_text, read_grasp
 
 from palpate.cli import main
 from palpate.controllers.grip.grasp import GraspStage
@@ -17,9 +19,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.heaviest import heaviest_load
 from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
 from palpate.experiments.grasp.plan import PERIOD, plan, plan_from_texts
-from palpate.experiments.grasp.run import GraspAttempt, carry_out, grasp, write_grasp
 from palpate.experiments.grasp.scene import scene_of, sensor_of
-from palpate.experiments.grasp.text import grasp_text, read_grasp
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.words import outcome
 from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text

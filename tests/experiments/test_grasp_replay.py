@@ -4,16 +4,16 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
+from palpate.experiments.grasp.replay import FIXED, GRASPING
+from palpate.experiments.grasp.run import GraspAttempt
 
 from palpate.cli import main
 from palpate.commands.replay.report import key_figures
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import GraspPlan, plan
-from palpate.experiments.grasp.replay import FIXED, GRASPING
-from palpate.experiments.grasp.run import GraspAttempt
 from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log

@@ -6,6 +6,9 @@ from types import SimpleNamespace
 import msgspec
 import numpy as np
 import pytest
+from palpate.experiments.grasp.report_page import grasp_html
+from palpate.experiments.grasp.robot import hand_backend, hand_wires
+from palpate.experiments.grasp.run import Grasp, GraspAttempt
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
@@ -13,9 +16,6 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
 from palpate.experiments.grasp.plan import plan, plan_from_texts
 from palpate.experiments.grasp.report import grasp_report
-from palpate.experiments.grasp.report_page import grasp_html
-from palpate.experiments.grasp.robot import hand_backend, hand_wires
-from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
 from palpate.robots.emulated.hand import GraspOnTheWire

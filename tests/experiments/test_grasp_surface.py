@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from palpate.experiments.grasp.foretold import foretold
+from palpate.experiments.grasp.run import GraspAttempt, carry_out
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.belief import planned_with, slips_of
 from palpate.experiments.grasp.config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
 from palpate.experiments.grasp.figures import compared, key_figures
-from palpate.experiments.grasp.foretold import foretold
 from palpate.experiments.grasp.hand import LIMITS
 from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.plan import nudge_time, plan, plan_from_texts
-from palpate.experiments.grasp.run import GraspAttempt, carry_out
 from palpate.experiments.grasp.scene import hand_of, scene_of
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load, weight_of
 from palpate.experiments.grasp.surface import USUAL, likely, rubbed_by_plant

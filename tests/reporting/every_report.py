@@ -1,24 +1,23 @@
 """A report of every kind, small, with the same text wherever people type one."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import trimesh
+from palpate.commands.replay.report_data import ReplayReport
+from palpate.commands.replay.report_page import replay_html
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.experiments.grasp.report_page import grasp_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.compare.report import comparison_html as mesh_comparison_html
 from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
 from palpate.commands.compare.report_page import comparison_html
-from palpate.commands.replay.report_data import ReplayReport
-from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import report_html as sweep_html
 from palpate.commands.sweep.result import SweepResult
 from palpate.commands.sweep.typed_values import Varied
-from palpate.experiments.bench.report import bench_html
-from palpate.experiments.bench.study import Row, Study
 from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.report_page import report_html
 from palpate.experiments.friction.report_data import (
@@ -29,8 +28,6 @@ from palpate.experiments.friction.report_data import (
     StrokeCurve,
 )
 from palpate.experiments.friction.report_page import friction_html
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
 from palpate.experiments.kit.figure import Figure
 from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
 from palpate.experiments.regulate.report_page import regulation_html
@@ -44,7 +41,7 @@ from reporting.test_replay_report import side
 from reporting.test_report import CAP, cap_mesh, full, series_of, timing_of
 from support.sweep_runs import planned
 
-KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep", "bench")
+KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep")
 TIMING = timing_of(np.full(600, 1e-4), 2e-3)
 
 
@@ -58,7 +55,6 @@ def html_of(kind, typed, folder):
         "replay": _replay,
         "runs": _runs,
         "sweep": _sweep,
-        "bench": _bench,
         "mesh": lambda told: _mesh(told, folder),
     }[kind](typed)
 
@@ -175,16 +171,3 @@ def _sweep(typed):
     )  # fmt: skip
     figures = (Figure("force_rms_n", "true force, RMS error", "N"), Figure("overshoot", "share of the step"))
     return sweep_html(SweepResult(plan, records, figures))
-
-
-def _bench(typed):
-    rows = (
-        Row("palpate", f"palpate {typed}", 1e-6, 1e-9, 1e-8, typed),
-        Row("palpate", "coarse", 1e-7, 1e-6, 1e-5),
-        Row(typed, typed, 2e-6, math.nan, math.nan, "no answer"),
-    )
-    studies = (
-        Study("mapping", typed, typed, "time per fit", "s", "of the radius", "m", rows),
-        Study("contact", typed, typed, "time per contact", "s", "of the centroid, relative", "", rows),
-    )
-    return bench_html(studies, typed, (typed,))

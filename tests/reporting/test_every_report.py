@@ -17,7 +17,7 @@ from reporting.every_report import KINDS, html_of
 from reporting.test_report import parsed
 from viewing.browser import needs_browser, page
 
-QUICK = ("runs", "sweep", "bench")
+QUICK = ("runs", "sweep")
 IN_BROWSER = [QUICK[0], *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != QUICK[0])]
 EVERY = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS]
 

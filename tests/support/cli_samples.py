@@ -90,7 +90,6 @@ SAMPLES = {
     "emulate dynamixel": Sample("--servos 100", ("servos = 100", "from 1 to 16")),
     "emulate netft": Sample("--address here", ("address = 'here'", "IPv4 address, such as 127.0.0.2")),
     "emulate fault": Sample("70000 ur drop_rst", ("port = 70000", "from 1 to 65535")),
-    "bench": Sample("contakt", ("contakt", "contact", "mapping"), "mapping --quick"),
     "warm-up": Sample("everything", ("everything",)),
     "completion": Sample("csh", ("csh", "bash", "zsh", "fish"), "bash"),
 }

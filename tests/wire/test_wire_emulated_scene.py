@@ -8,6 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from palpate.robots.truth_numbers import (
+    hand_of_numbers,
+    numbers_of_hand,
+    numbers_of_truth,
+    truth_of_numbers,
+)
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -21,17 +27,11 @@ from palpate.robots.emulated.scene import simulated_twin
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
 from palpate.robots.in_scene import build
-from palpate.robots.truth_numbers import (
-    hand_of_numbers,
-    numbers_of_hand,
-    numbers_of_truth,
-    truth_of_numbers,
-)
 from palpate.runtime.data import ArmSample, Command
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import EmulatedUr5eEntry
 from palpate.runtime.robot_pace import SimulatedPaceEntry
-from palpate.sim.backend import Truth
+from palpate.sim.contact_truth import Truth
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth

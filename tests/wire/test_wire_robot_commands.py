@@ -10,11 +10,13 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
+from palpate.experiments.grasp.robot import hand_backend
+from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as plan_friction
@@ -22,8 +24,6 @@ from palpate.experiments.friction.run import Attempt as RubbingAttempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.report import grasp_report
-from palpate.experiments.grasp.robot import hand_backend
-from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 from palpate.friction.friction_file import How
 from palpate.robots.devices import with_devices
 from palpate.runtime import Ending

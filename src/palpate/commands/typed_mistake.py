@@ -1,8 +1,12 @@
 """What people may have meant who typed something that the parser refuses."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from palpate.commands.completion.described import Node, described_command
+import tyro
+
 from palpate.nearest_name import nearest
 
 OTHER_NAMES: Mapping[str, str] = {"--mu": "--friction"}
@@ -16,41 +20,40 @@ def advice_on_mistake(kind: type, arguments: Sequence[str]) -> str:
         kind: Of the command's options.
         arguments: That the parser has refused.
     """
-    node = described_command((), "", kind, (), ())
-    choices = {option.name: option.values.choices for option in node.options}
-    before = ""
-    for i, word in enumerate(arguments):
+    plain, marked = get_type_hints(kind), get_type_hints(kind, include_extras=True)
+    places = [each.name for each in fields(kind) if tyro.conf.Positional in get_args(marked[each.name])]
+    hints = {"--" + each.name.replace("_", "-"): plain[each.name] for each in fields(kind)}
+    for word, last in zip(arguments, ("", *arguments), strict=False):
+        name, equals, value = word.partition("=")
+        name, last = name.replace("_", "-"), last.replace("_", "-")  # the parser takes either
+        near = None
         if word.startswith("--"):
-            before, equals, value = word.partition("=")
-            before = before.replace("_", "-")  # the parser takes either
-            if before not in choices and OTHER_NAMES.get(before) in choices:
-                return f"Did you mean {OTHER_NAMES[before]}?"
-            said = _on_choice(value, choices.get(before, ())) if equals else ""
-        elif i and arguments[i - 1].startswith("--") and "=" not in arguments[i - 1]:
-            said = _on_choice(word, choices.get(before, ()))
-            if _is_flag(node, before):
-                said = _on_word(node, word)
-        else:
-            said = _on_choice(word, node.places[0].choices) if i == 0 and node.places else _on_word(node, word)
-        if said:
-            return said
+            if name not in hints and OTHER_NAMES.get(name) in hints:
+                near = OTHER_NAMES[name]
+            elif equals:
+                near = _nearest(value, hints.get(name))
+        elif last.startswith("--") and "=" not in last and hints.get(last) is not bool:
+            near = _nearest(word, hints.get(last))
+        elif not places:
+            for option, hint in hints.items():
+                if word in _choices(hint):
+                    return f"Options have names here: did you mean {option} {word}?"
+        elif not last:
+            near = _nearest(word, plain[places[0]])
+        if near:
+            return f"Did you mean {near}?"
     return ""
 
 
-def _on_choice(word: str, choices: Sequence[str]) -> str:
-    near = None if word in choices else nearest(word, choices)
-    return f"Did you mean {near}?" if near else ""
+def _nearest(word: str, hint: Any) -> str | None:
+    choices = _choices(hint)
+    return None if word in choices else nearest(word, choices)
 
 
-def _on_word(node: Node, word: str) -> str:
-    """What to say of a word that follows no option, where nothing but options are taken."""
-    if node.places:
-        return ""
-    for option in node.options:
-        if word in option.values.choices:
-            return f"Options have names here: did you mean {option.name} {word}?"
-    return ""
-
-
-def _is_flag(node: Node, name: str) -> bool:
-    return any(option.name == name and option.values.none for option in node.options)
+def _choices(hint: Any) -> tuple[str, ...]:
+    """The words that a value of this type can be; empty if it can be any."""
+    if get_origin(hint) is Literal:
+        return get_args(hint)
+    if get_origin(hint) in (Union, UnionType):
+        return tuple(choice for each in get_args(hint) for choice in _choices(each))
+    return ()

@@ -5,7 +5,7 @@ from typing import Protocol, runtime_checkable
 from palpate.errors import InvalidValueError
 from palpate.runtime.protocols import Backend
 from palpate.sim import Scene
-from palpate.sim.backend import Truth
+from palpate.sim.contact_truth import Truth
 from palpate.sim.scene_cost import SceneCost, scene_cost
 
 NOT_KNOWN = "not known on a robot"

@@ -20,6 +20,7 @@ from palpate.runtime.result import Ending, RunResult
 from palpate.runtime.supervision import Supervisor
 from palpate.runtime.timing import RunTiming
 from palpate.runtime.touch import Touch
+from palpate.runtime.truth import truth_source
 from palpate.spatial import norm
 
 Observer = Callable[[Sample, Observation, Command], None]
@@ -126,7 +127,7 @@ class _Run:
         self._touch.start()
         self._now = self._touch.sense(self._sample)
         if self._recorder is not None:
-            self._recorder.start(self._sample, self._now, self._backend.period)
+            self._recorder.start(self._sample, self._now, self._backend.period, truth_source(self._backend))
         self._controller.start(self._now)
 
     def go_on(self, periods: int) -> None:

@@ -29,6 +29,7 @@ from palpate.runtime.protocols import Controller
 from palpate.runtime.result import RunResult
 from palpate.runtime.supervision import Supervisor, Trip
 from palpate.runtime.touch import Touch
+from palpate.runtime.truth import TruthTable
 
 _ENDLESS = 2**40
 """Periods, 35 years at 1 kHz: the samples end first."""
@@ -81,6 +82,27 @@ class ReplayBackend:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Nothing moves."""
+
+
+class ReplayWithTruth(ReplayBackend):
+    """A replay that says again what really happened, too. A `TruthSource`."""
+
+    def __init__(self, samples: Iterable[Sample], period: float, truth: TruthTable) -> None:
+        """Take samples, control period [s], and the truth that belongs to each sample."""
+        super().__init__(samples, period)
+        self.truth_columns = truth.columns
+        self._rows, self._index = truth.rows.tolist(), 0
+
+    def step(self, command: Command) -> Sample:
+        """See `ReplayBackend.step`."""
+        sample = super().step(command)
+        self._index += 1
+        return sample
+
+    def truth_row(self) -> Sequence[float]:
+        """See `TruthSource`."""
+        row: list[float] = self._rows[self._index]
+        return row
 
 
 class RecordedChanges:

@@ -175,7 +175,7 @@ class GraspConfig:
     """How fast their zeros drift [N/s], each axis up or down, and a hundredth of that for moments [N m/s]."""
     seed: int = option(
         0,
-        fixed="the samples are as recorded, with its noise, and what it drew to be believed; set believed_friction",
+        fixed="the samples are as recorded, with its noise and what it drew to be believed; set believed_friction",
     )
     """Of noise, drift, and what is believed: the same seed gives the same run."""
     robot: str | None = option(None, fixed="the samples are as recorded, of the hand that there was")

@@ -70,8 +70,8 @@ def _of_loads(planned: "GraspPlan") -> list[str]:
     if grip <= planned.most_rubbed:
         return []
     text = (
-        f"The grip will rise to about {grip:.2g} N, but the surface was rubbed with {planned.most_rubbed:.2g} N at "
-        "most: what it bears beyond is a guess"
+        f"The grip will rise to about {grip:.2g} N, but the surface was rubbed with {planned.most_rubbed:.2g} N "
+        "at most: what it bears beyond is a guess"
     )
     if planned.believed.load_exponent > SMALL:
         text += ", and e is planned with as if it grew no more"

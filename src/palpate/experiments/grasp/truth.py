@@ -15,10 +15,10 @@ from palpate.experiments.grasp.clearance import clearance
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.kinematics.pose import Pose
 from palpate.robots.hands import HandDescription
-from palpate.robots.truth_numbers import hand_of_numbers
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.truth import TruthSource
 from palpate.sim.hand.truth import FingerTruth, HandTruth
+from palpate.sim.hand.truth_numbers import moment_of_numbers
 from palpate.spatial import Vector, add, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
 
 STAGES = tuple(GraspStage)
@@ -102,7 +102,7 @@ class GraspTruthRecorder:
         """Take who knows the truth.
 
         Args:
-            source: Tells the numbers of a hand (`palpate.robots.truth_numbers`).
+            source: Tells the numbers of a hand (`palpate.sim.hand.truth_numbers`).
             controller: Whose stage and target are kept.
             config: What is held.
             hand: That holds it.
@@ -110,31 +110,31 @@ class GraspTruthRecorder:
             rubbed: Whether the friction plant rubs: then slip and spin are what it tells.
         """
         self._source, self._controller, self._config, self._from = source, controller, config, watched
-        self._hand, self._period, self._rubs = hand.geometry, hand.period, rubbed
+        self._hand = hand.geometry
         self._rows = array("d")
-        self._pulled, self._lifted = (_Way(self._hand.fingers, rubbed=rubbed) for _ in range(2))
+        self._pulled, self._lifted = (_Way(hand, rubbed=rubbed) for _ in range(2))
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append the truth that belongs to this sample."""
-        numbers, controller, hand = self._source.truth_row(), self._controller, self._hand
-        truth, pull = hand_of_numbers(numbers, hand.fingers)
+        controller, hand = self._controller, self._hand
+        moment = moment_of_numbers(self._source.truth_row())
+        truth = moment.hand
         assert truth.pose_base_hand is not None  # of numbers it is
         sensors = [
             truth.pose_base_hand @ hand.pose_hand_sensor(i, f.joint_position) for i, f in enumerate(truth.fingers)
         ]
         center = hand.tip.center_of_mass
         normals = [_normal(center, f, its) for f, its in zip(truth.fingers, sensors, strict=True)]
-        moved = [self._period * speed for speed in numbers[-2 * hand.fingers :]] if self._rubs else ()
         if now.time >= self._from:
-            self._pulled.go_on(truth, sensors, normals, moved)
+            self._pulled.go_on(truth, sensors, normals, moment.slip)
         if controller.stage is GraspStage.LIFT or self._lifted.begun:
-            self._lifted.go_on(truth, sensors, normals, moved)
+            self._lifted.go_on(truth, sensors, normals, moment.slip)
         row = [
             now.time,
             STAGES.index(controller.stage),
             self._wanted(command),
             truth.position[2],
-            *pull,
+            *moment.pull,
             clearance(self._config, truth.position[2], truth.quat_wxyz),
             controller.grip.regrips,
         ]
@@ -181,28 +181,46 @@ class GraspTruthRecorder:
 class _Way:
     """How far the object has slipped and spun over the fingertips since it was first asked to go on."""
 
-    def __init__(self, fingers: int, *, rubbed: bool) -> None:
+    def __init__(self, hand: HandDescription, *, rubbed: bool) -> None:
+        self._period = hand.period
         self._moved: _Moved | None = None
-        self._rubbed = [0.0] * (2 * fingers) if rubbed else None
+        self._rubbed = [(0.0, 0.0)] * hand.geometry.fingers if rubbed else None
 
     @property
     def begun(self) -> bool:
         """Whether it counts already."""
         return self._moved is not None
 
-    def go_on(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector], moved: Sequence[float]) -> None:
-        """Take a period, and how far contacts slipped [m] and spun [rad] in it; from the first one it counts."""
+    def go_on(
+        self,
+        truth: HandTruth,
+        sensors: list[Pose],
+        normals: list[Vector],
+        speeds: Sequence[tuple[float, float]],
+    ) -> None:
+        """Take a period; the first one is where it counts from.
+
+        Args:
+            truth: Where the object is.
+            sensors: Of the fingers, base frame.
+            normals: Of their contacts, base frame.
+            speeds: With which these slip and spin, where the friction plant rubs [m/s, rad/s].
+        """
         if self._moved is None:
             self._moved = _Moved(truth, sensors, normals)
         if self._rubbed is not None:
-            self._rubbed = [way + more for way, more in zip(self._rubbed, moved, strict=True)]
+            dt = self._period
+            self._rubbed = [
+                (slip + speed * dt, spin + rate * dt)
+                for (slip, spin), (speed, rate) in zip(self._rubbed, speeds, strict=True)
+            ]
 
     def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
         """Return slip [m] and spin [rad] over a finger."""
         if self._moved is None:
             return 0.0, 0.0
         if self._rubbed is not None:
-            return self._rubbed[2 * i], self._rubbed[2 * i + 1]
+            return self._rubbed[i]
         return self._moved.of(i, truth, sensor)
 
 

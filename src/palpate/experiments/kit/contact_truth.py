@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.robots.truth_columns import FORCE, POSITION, TORQUE, TOUCHING
 from palpate.runtime.truth import TruthTable
+from palpate.sim.contact_truth import FORCE, POSITION, TORQUE, TOUCHING
 
 
 @dataclass(frozen=True, slots=True, eq=False)

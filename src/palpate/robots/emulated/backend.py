@@ -1,5 +1,6 @@
 """A robot behind emulated devices: starts them in a process of their own, speaks with them as with real ones."""
 
+import math
 import os
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -10,12 +11,11 @@ from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.robots.emulated.truth import TruthTrace, new_memory
-from palpate.robots.truth_numbers import truth_of_numbers
 from palpate.runtime.closing import Closing
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.protocols import Backend
-from palpate.sim.backend import Truth
+from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, truth_of_numbers
 from palpate.sim.scene import Scene
 
 Emulation = Callable[[int, int], Callable[[], Host]]
@@ -28,14 +28,18 @@ class OnTheWire(Closing):
     Its times are the plant's: the rig's, scaled. If this process is killed, the emulators end by themselves.
     """
 
-    def __init__(self, emulation: Emulation, rig: Backend, time_scale: float = 1.0) -> None:
+    def __init__(
+        self, truth_columns: tuple[str, ...], emulation: Emulation, rig: Backend, time_scale: float = 1.0
+    ) -> None:
         """Start nothing yet.
 
         Args:
+            truth_columns: Names of the numbers that the emulators' process tells of the truth.
             emulation: Makes what the emulators' process runs; it must be importable there.
             rig: Speaks with them, once they listen.
             time_scale: Seconds of the plant per second of wall time.
         """
+        self.truth_columns = truth_columns
         self._emulation, self._rig, self._scale = emulation, rig, time_scale
         self._running = ExitStack()
         self._emulator: EmulatorProcess | None = None
@@ -63,10 +67,9 @@ class OnTheWire(Closing):
             raise DeviceError("emulated robot", "it is not started", "call start() first")
         return self._emulator
 
-    @property
-    def numbers(self) -> tuple[float, ...]:
-        """What really happened when the last sample's first wrench was sensed; empty before the start."""
-        return self._numbers
+    def truth_row(self) -> tuple[float, ...]:
+        """Return what really happened when the last sample's first wrench was sensed; NaN before it is known."""
+        return self._numbers[: len(self.truth_columns)] or (math.nan,) * len(self.truth_columns)
 
     def start(self) -> Sample:
         """Start the emulators, then the rig, then the scene; a second start begins from the beginning.
@@ -130,9 +133,9 @@ class EmulatedBackend(OnTheWire):
             rig: Speaks with them.
             time_scale: Seconds of the plant per second of wall time.
         """
-        super().__init__(emulation, rig, time_scale)
+        super().__init__(CONTACT_COLUMNS, emulation, rig, time_scale)
         self.scene = scene
 
     def truth(self) -> Truth:
         """Return what really happened when the last sample's wrench was sensed."""
-        return truth_of_numbers(self.numbers)
+        return truth_of_numbers(self.truth_row())

@@ -27,17 +27,15 @@ from palpate.robots.emulated.backend import Emulation, OnTheWire
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.robots.hand_task import HandTask
-from palpate.robots.truth_numbers import hand_of_numbers, numbers_of_hand
 from palpate.runtime.protocols import Backend
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.urgency import be_urgent
 from palpate.sensing.compensation import Payload
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
-from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.scene import GraspScene
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
-from palpate.sim.hand.truth import HandTruth
+from palpate.sim.hand.truth_numbers import hand_columns
 from palpate.spatial import Vector, Wrench
 
 FOOT = Pose((-0.45, 0.0, 0.0))
@@ -130,9 +128,7 @@ class EmulatedHand:
         grip = scene.grip
         assert isinstance(grip, ServoGrip)
         trace = TruthTrace.of_process(self.process, self.memory)
-        plant = _Lifting(
-            scene, lambda now: numbers_of_hand(scene.truth(), scene.pull, now.arm), trace, _BusServos(grip)
-        )
+        plant = _Lifting(scene, trace, _BusServos(grip))
         arm = UrServer(wires.arm, mounting=Mounting(pose_base_foot=FOOT, pose_flange_tip=FLANGE_HAND))
         boxes = [
             NetFtServer(BoxSettings(address, rate=SENSOR_RATE * wires.time_scale, ranges=RANGES), i)
@@ -143,41 +139,25 @@ class EmulatedHand:
 
 
 class HandOnTheWire(OnTheWire):
-    """A hand's `Backend`, as experiments know it from `HandBackend`: with its scene, and its truth."""
+    """A hand's `Backend`, with the scene behind it, and its truth."""
 
     def __init__(self, scene: GraspScene, emulation: Emulation, rig: Backend, time_scale: float) -> None:
         """Start nothing yet; see `OnTheWire`."""
-        super().__init__(emulation, rig, time_scale)
+        super().__init__(hand_columns(scene.hand.fingers), emulation, rig, time_scale)
         self.scene = scene
-
-    def truth(self) -> HandTruth:
-        """Return what really happened at the time of the last sample."""
-        return hand_of_numbers(self.numbers, self.scene.hand.fingers)[0]
-
-    @property
-    def pull(self) -> Wrench:
-        """What pulled at the object then."""
-        return hand_of_numbers(self.numbers, self.scene.hand.fingers)[1]
-
-    @property
-    def rubbing(self) -> tuple[FrictionContact, ...]:
-        """Nothing: a friction plant's contacts are not told over the wire."""
-        return ()
 
 
 def emulated_hand(task: HandTask, wires: HandWires) -> HandOnTheWire:
     """Return a hand over real wires; nothing runs before it is started.
 
     Raises:
-        InvalidValueError: Another number of F/T boxes than of fingers, or a scene whose truth cannot be told.
+        InvalidValueError: Another number of F/T boxes than of fingers, or a scene that cannot be.
     """
     hand, scene = task.hand, task.scene()
     if len(wires.sensors) != hand.fingers:
         raise InvalidValueError(
             f"sensors = {', '.join(wires.sensors)}: must be {hand.fingers} addresses, one per finger"
         )
-    if scene.rubbing:
-        raise InvalidValueError("the friction plant's slip is not told over the wire: leave it and exponents out")
     scale = wires.time_scale
     period = task.period / scale
     tip = hand.tip

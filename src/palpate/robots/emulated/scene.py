@@ -13,7 +13,6 @@ from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.robots.simulated_stage import RobotInScene, Task
 from palpate.robots.simulated_ur5e import build_ur5e
-from palpate.robots.truth_numbers import numbers_of_truth
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedUr5eEntry, SimulatedUr5eEntry
 from palpate.runtime.robot_pace import SimulatedPaceEntry
@@ -59,7 +58,7 @@ class EmulatedUr5e:
         ready = build_ur5e(simulated_twin(self.robot), replace(self.task, period=CYCLE))
         scene = simulated(ready)
         trace = TruthTrace.of_process(self.process, self.memory)
-        plant = ScenePlant(scene, lambda _: numbers_of_truth(scene.truth()), trace)
+        plant = ScenePlant(scene, trace)
         arm = UrServer(entry.address, mounting=mounting_of(entry))
         force, moment = HEADROOM * limits.force, HEADROOM * limits.moment
         ranges = (force, force, force, moment, moment, moment)

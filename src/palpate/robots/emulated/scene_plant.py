@@ -1,6 +1,5 @@
 """MuJoCo scenes as plants behind emulated devices."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -8,6 +7,7 @@ from palpate.hw.emulators.plant import PlantState, ServoGoal, ServoState
 from palpate.robots.emulated.truth import TruthTrace
 from palpate.runtime.data import Command, Phase, Sample
 from palpate.runtime.protocols import Backend
+from palpate.runtime.truth import TruthSource
 from palpate.spatial import Vector
 
 STILL = Command()
@@ -25,6 +25,10 @@ class Servos(Protocol):
         ...
 
 
+class SceneBackend(Backend, TruthSource, Protocol):
+    """A back end that knows what really happens."""
+
+
 class ScenePlant:
     """A scene, as emulated devices move and measure it. A `Plant`.
 
@@ -34,8 +38,7 @@ class ScenePlant:
 
     def __init__(
         self,
-        backend: Backend,
-        truth: Callable[[Sample], Sequence[float]],
+        backend: SceneBackend,
         trace: TruthTrace | None = None,
         servos: Servos | None = None,
     ) -> None:
@@ -43,11 +46,10 @@ class ScenePlant:
 
         Args:
             backend: Of the scene, as fast as it can be computed: the emulators' host keeps the time.
-            truth: Tells what really happened at a sample, in numbers.
             trace: Where to; None: nobody wants to know, and it begins at once.
             servos: Of its hand; None if it has none.
         """
-        self._backend, self._truth, self._trace, self._servos = backend, truth, trace, servos
+        self._backend, self._trace, self._servos = backend, trace, servos
         self._time = self._stood = 0.0
         self._sample: Sample | None = None
 
@@ -88,7 +90,7 @@ class ScenePlant:
     def _state(self, sample: Sample) -> PlantState:
         self._sample = sample
         if self._trace is not None:
-            self._trace.write(self._truth(sample))
+            self._trace.write(self._backend.truth_row())
         stood = self._stood
         arm = replace(sample.arm, time=sample.arm.time + stood)
         wrenches = tuple(replace(wrench, time=wrench.time + stood) for wrench in sample.wrenches)

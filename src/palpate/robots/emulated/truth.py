@@ -16,7 +16,7 @@ import numpy as np
 ROWS = 4096
 """In the memory: four seconds at 1 kHz, against a sample's age of some milliseconds."""
 
-WIDEST = 68
+WIDEST = 74
 """Numbers in a row: hand and object, what pulls at it, and three fingers."""
 
 _NUMBERS = WIDEST + 3

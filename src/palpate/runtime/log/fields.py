@@ -9,6 +9,9 @@ from palpate.runtime.log.layout import Layout
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.ft.health import Measure
 
+TRUTH = "truth"
+"""Group of the numbers that no sensor tells."""
+
 _XYZ = ("x", "y", "z")
 
 
@@ -105,6 +108,9 @@ def period_groups(layout: Layout, codes: Codes) -> tuple[Group, ...]:
         )
     )
     groups.append(_command(layout.grips, layout.finger_velocities, codes))
+    if layout.truth:
+        numbers = (_number(name, "", "as the simulation knows it") for name in layout.truth)
+        groups.append(_group(TRUTH, "palpate/Truth", *numbers))
     return tuple(groups)
 
 

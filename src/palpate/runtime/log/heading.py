@@ -10,11 +10,8 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.log.fields import Codes
 from palpate.runtime.log.layout import Layout
 
-FORMAT = 3
-"""Goes up with every change that an older palpate would misread."""
-
-WITHOUT_FINGER_VELOCITIES = 2
-"""Format of a log whose commands have none; an older palpate reads it too."""
+FORMAT = 4
+"""Goes up with every change that another palpate would misread."""
 
 LAST_NANOSECOND = (2**31 - 1) * 10**9
 """Latest stamp that builtin_interfaces/Time can hold (the year 2038)."""
@@ -81,8 +78,7 @@ class _Sealed(msgspec.Struct):
 
 def encode_heading(heading: Heading, preceding_crc: int) -> bytes:
     """Return a heading as JSON; every digit is kept."""
-    version = FORMAT if heading.layout.finger_velocities else WITHOUT_FINGER_VELOCITIES
-    return msgspec.json.format(msgspec.json.encode(_Sealed(version, preceding_crc, heading)), indent=2)
+    return msgspec.json.format(msgspec.json.encode(_Sealed(FORMAT, preceding_crc, heading)), indent=2)
 
 
 def decode_heading(data: bytes) -> tuple[Heading, int]:
@@ -93,11 +89,9 @@ def decode_heading(data: bytes) -> tuple[Heading, int]:
     """
     try:
         version = msgspec.json.decode(data, type=_Version).format
-        if not WITHOUT_FINGER_VELOCITIES <= version <= FORMAT:
-            writer = "a newer palpate" if version > FORMAT else "the palpate that wrote it"
-            known = f"{WITHOUT_FINGER_VELOCITIES} to {FORMAT}"
+        if version != FORMAT:
             raise InvalidValueError(
-                f"its format is {version}, and this palpate reads formats {known}: read it with {writer}"
+                f"its format is {version}, and this palpate reads {FORMAT}: read it with the palpate that wrote it"
             )
         sealed = msgspec.json.decode(data, type=_Sealed)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

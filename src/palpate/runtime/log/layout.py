@@ -24,8 +24,8 @@ class Layout:
         hand_joints: Of the hand; None if there is no hand.
         channels: Of each finger's force/torque sensor.
         grips: Largest number of grip forces in a command.
-        finger_velocities: Number of finger velocities in a command that has any; 0: none has. Older logs do not
-            tell it.
+        finger_velocities: Number of finger velocities in a command that has any; 0: none has.
+        truth: Names of the numbers that a simulation tells of the truth; none on a robot.
     """
 
     joints: int
@@ -33,6 +33,7 @@ class Layout:
     channels: tuple[int, ...]
     grips: int
     finger_velocities: int = 0
+    truth: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         counts = (
@@ -42,6 +43,7 @@ class Layout:
             self.grips,
             sum(self.channels),
             self.finger_velocities,
+            len(self.truth),
         )
         if not self.channels or min(*self.channels, self.grips) < 1 or min(counts) < 0 or max(counts) > MOST:
             raise InvalidValueError(
@@ -50,8 +52,8 @@ class Layout:
             )
 
     @staticmethod
-    def of(sample: Sample) -> "Layout":
-        """Return the layout of a run whose first sample is given."""
+    def of(sample: Sample, truth: tuple[str, ...] = ()) -> "Layout":
+        """Return the layout of a run whose first sample is given, and the names of the numbers of its truth."""
         hand_joints = None if sample.hand is None else len(sample.hand.joint_position)
         fingers = len(sample.wrenches)
         # fingers that move sideways have a joint each for that; room that other hands do not use does no harm
@@ -62,4 +64,5 @@ class Layout:
             channels=tuple(len(given.wrench) for given in sample.wrenches),
             grips=max(FEWEST_GRIPS, fingers, hand_joints or 0),
             finger_velocities=fingers if sideways else 0,
+            truth=truth,
         )

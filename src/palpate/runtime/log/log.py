@@ -16,6 +16,8 @@ from palpate.runtime.log.layout import Layout
 from palpate.runtime.log.period_codec import Messages, PeriodCodec
 from palpate.runtime.log.record import Record, record_of
 from palpate.runtime.log.row_reader import commands_of, samples_of
+from palpate.runtime.log.truth_columns import truth_of
+from palpate.runtime.truth import TruthTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +96,11 @@ class Log:
             InvalidValueError: There is no such finger.
         """
         return record_of(self.codec, self.rows, finger)
+
+    @property
+    def truth(self) -> TruthTable:
+        """What really happened in every period; a table without columns on a robot."""
+        return truth_of(self.codec, self.rows)
 
     def samples(self) -> Iterator[Sample]:
         """Yield what the devices said, bit for bit; see `gaps` for what is missing."""

@@ -12,6 +12,8 @@ from palpate.runtime.log.layout import Layout
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.record import Record, record_of
 from palpate.runtime.log.sink import RecordingSummary
+from palpate.runtime.log.truth_columns import truth_of
+from palpate.runtime.truth import TruthTable
 
 _NOTHING = Heading(Layout(0, None, (6,), 2), 1.0, 0.0, 0, "")
 """What a log that was never started looks like."""
@@ -60,6 +62,10 @@ class MemoryLog:
             InvalidValueError: There is no such finger.
         """
         return record_of(self._codec, self._all_rows(), finger)
+
+    def truth(self) -> TruthTable:
+        """Return what really happened in every period; a table without columns on a robot."""
+        return truth_of(self._codec, self._all_rows())
 
     def _all_rows(self) -> FloatArray:
         blocks = [self._codec.rows(block.data) for block in self._blocks]

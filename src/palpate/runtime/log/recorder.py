@@ -14,8 +14,9 @@ from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.log.heading import Heading
 from palpate.runtime.log.layout import Layout
 from palpate.runtime.log.period_codec import PeriodCodec
-from palpate.runtime.log.row_packer import Pack, row_packer
+from palpate.runtime.log.row_packer import Pack, row_packer, with_truth
 from palpate.runtime.log.sink import RecordingSummary, Sink
+from palpate.runtime.truth import TruthSource
 
 BLOCK_TIME = 0.2
 """So many seconds of periods are handed over at once; a process that is killed loses them. At 1 kHz the writer
@@ -48,13 +49,14 @@ class Recorder:
         self._first = self._entry = self._dropped = 0
         self._misfit = ""
 
-    def start(self, first: Sample, now: Observation, period: float) -> None:
+    def start(self, first: Sample, now: Observation, period: float, truth: TruthSource | None = None) -> None:
         """Lay out the rows and start the sinks.
 
         Args:
             first: First sample of the run; all must have as many joints, fingers and channels.
             now: What touch makes of it.
             period: Control period [s].
+            truth: Knows what really happens at each sample; None: nobody does.
 
         Raises:
             InvalidValueError: This recorder was started before, the sample cannot be laid out, or a sink refuses.
@@ -66,7 +68,7 @@ class Recorder:
             raise InvalidValueError(
                 f"{len(now.fingers)} fingers, but {len(first.wrenches)} wrenches: must be as many"
             )
-        layout, start = Layout.of(first), wall_clock.time_ns()
+        layout, start = Layout.of(first, () if truth is None else truth.truth_columns), wall_clock.time_ns()
         heading = Heading(layout, float(period), float(first.time), start, f"palpate {__version__}")
         self._size = PeriodCodec(heading, PERIOD_CHANNEL).row_bytes
         rows = max(1, min(round(BLOCK_TIME / period), LARGEST_BLOCK // self._size))
@@ -75,7 +77,7 @@ class Recorder:
         self._end = rows * self._size
         self._block = bytearray(self._end)
         self._deadline = first.time + LONGEST_WAIT
-        self._pack = row_packer(layout)
+        self._pack = row_packer(layout) if truth is None else with_truth(row_packer(layout), truth)
         self._recording = True
 
     def record(

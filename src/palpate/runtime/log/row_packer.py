@@ -3,11 +3,13 @@
 import math
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from enum import Enum
 
 from palpate.runtime.data import Command, HandSample, Observation, Phase, Sample
 from palpate.runtime.log.fields import Codes, Group, period_groups
 from palpate.runtime.log.layout import Layout
+from palpate.runtime.truth import TruthSource
 from palpate.sensing.ft.health import HEALTHY, Measure
 
 Pack = Callable[[bytearray, int, Sample, Observation, Command, float, float], int]
@@ -29,10 +31,32 @@ _HEALTHY = _MEASURES[Measure.HEALTHY]
 
 
 def row_packer(layout: Layout) -> Pack:
-    """Return what packs periods of one layout, in the order of `period_groups`."""
+    """Return what packs periods of one layout but for their truth, in the order of `period_groups`."""
+    layout = replace(layout, truth=())
     if len(layout.channels) == 1 and layout.hand_joints is None:
         return one_finger_packer(layout)
     return any_packer(layout)
+
+
+def with_truth(pack: Pack, truth: TruthSource) -> Pack:
+    """Return what packs a period as `pack` does, and what really happened at its sample after it."""
+    numbers = struct.Struct(f"{len(truth.truth_columns)}d")
+    pack_numbers, size, row = numbers.pack_into, numbers.size, truth.truth_row
+
+    def packed(
+        block: bytearray,
+        place: int,
+        sample: Sample,
+        now: Observation,
+        command: Command,
+        compute_time: float,
+        lateness: float,
+    ) -> int:
+        place = pack(block, place, sample, now, command, compute_time, lateness)
+        pack_numbers(block, place, *row())
+        return place + size
+
+    return packed
 
 
 def one_finger_packer(layout: Layout) -> Pack:

@@ -34,7 +34,6 @@ class Study:
     """What was measured.
 
     Attributes:
-        name: As on the command line.
         title: Short heading.
         about: What was done, and against which truth, in sentences.
         cost: What `Row.cost` is, in words without its unit.
@@ -44,7 +43,6 @@ class Study:
         rows: In the order of the table.
     """
 
-    name: str
     title: str
     about: str
     cost: str

@@ -8,11 +8,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from palpate.errors import FloatArray
-from palpate.experiments.bench.study import Row, Study, Tell
-from palpate.experiments.bench.turns import timed_in_turns
 from palpate.mapping import TouchCloud
 from palpate.mapping.primitives import fit_ball
 from palpate.mapping.sphere_fit import fit_sphere
+from studies.study import Row, Study, Tell
+from studies.turns import timed_in_turns
 
 RADIUS = 0.02
 POINTS = 200
@@ -27,7 +27,7 @@ ABOUT = (
     f"{POINTS} contacts on a cap of a sphere of {1e3 * RADIUS:g} mm radius, noise of {1e3 * NOISE:g} mm and "
     "half a degree, independent from contact to contact. The error is that of the radius, root mean square and "
     "largest over the seeds. Other shapes, telling them apart, and whole maps: python benchmarks/fits.py and "
-    "benchmarks/mapping_surface, in a checkout."
+    "benchmarks/mapping_surface."
 )
 
 
@@ -88,6 +88,4 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
             rms = float(np.sqrt(np.mean(errors**2)))
             rows.append(Row(name, f"{name}, cap of {cap:g} degrees", taken[name], rms, float(errors.max())))
     rows.sort(key=lambda row: list(METHODS).index(row.series))
-    return Study(
-        "mapping", "A sphere from a cap of it", ABOUT, "time per fit", "s", "of the radius", "m", tuple(rows)
-    )
+    return Study("A sphere from a cap of it", ABOUT, "time per fit", "s", "of the radius", "m", tuple(rows))

@@ -7,8 +7,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
-from palpate.experiments.bench.study import Row, Study
 from palpate.reporting.style import SIDE_BY_SIDE, Picture, Width, dress, legend_above, new_figure
+from studies.study import Row, Study
 
 SHAPES = "o^sDvP"
 FLOOR = 1e-17

@@ -4,11 +4,11 @@ import re
 
 import numpy as np
 
-from palpate.experiments.bench.study import Row, Study, Tell
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
 from palpate.experiments.regulate.run import Attempt
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
+from studies.study import Row, Study, Tell
 
 STEPS = (1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5)
 """[s]; the last one stands for the truth."""
@@ -21,7 +21,7 @@ ABOUT = (
     "contact of 4 kN/m. The cost is that of one control period with all of sensing and control. The error is "
     "how far the true force, period by period, is from that of the same run simulated in steps of 1/16 ms; "
     "root mean square and largest. Other choices, the hand, and what collisions cost: python "
-    "benchmarks/simulation, in a checkout."
+    "benchmarks/simulation."
 )
 
 
@@ -60,7 +60,6 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
         typical, largest = (np.nan, np.nan) if last else (rms, worst)
         rows.append(Row("time step", f"{1e3 * step:g} ms", float(np.median(costs[step])), typical, largest, note))
     return Study(
-        "simulation",
         "The time step of a simulation",
         ABOUT,
         "time per control period",

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from palpate.experiments.bench.study import Row, Study, Tell
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan
 from palpate.experiments.friction.run import Attempt
+from studies.study import Row, Study, Tell
 
 FRICTIONS = (0.3, 0.5, 0.8)
 WAYS: dict[str, dict[str, object]] = {
@@ -19,7 +19,7 @@ ABOUT = (
     "A rubber fingertip on a plate in simulation (mu 0.3, 0.5 and 0.8, e 3 mm), sensor noise of 10 mN and 0.1 "
     "mN m. The cost is how long the robot rubs. The error is that of mu, relative, root mean square and "
     "largest over plates and seeds; beside it how many of the 95 % intervals hold the true mu, and the error "
-    "of e. Slip detection and materials: python benchmarks/friction.py and benchmarks/slip.py, in a checkout."
+    "of e. Slip detection and materials: python benchmarks/friction.py and benchmarks/slip.py."
 )
 
 
@@ -36,13 +36,11 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
                     force_noise=0.01,
                     moment_noise=1e-4,
                     seed=seed + i,
-                    **options,  # type: ignore[arg-type]
+                    **options,
                 )
                 found.append(_rubbed(config))
         rows.append(_row(name, found))
-    return Study(
-        "friction", "Ways to rub a surface", ABOUT, "time of rubbing", "s", "of mu, relative", "", tuple(rows)
-    )
+    return Study("Ways to rub a surface", ABOUT, "time of rubbing", "s", "of mu, relative", "", tuple(rows))
 
 
 def _rubbed(config: FrictionConfig) -> tuple[float, float, bool, float]:

@@ -1,41 +1,36 @@
-"""The report of all studies: one HTML file, and the same as JSON."""
+"""The report of all studies: one HTML file."""
 
 import math
 import os
 import platform
 from collections.abc import Sequence
 
-from palpate.experiments.bench.picture import study_picture
-from palpate.experiments.bench.study import Row, Study
 from palpate.experiments.kit.versions import versions_text
-from palpate.reporting.page import picture_cards, report_page, section, table, text
-from palpate.reporting.story import Story
+from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from palpate.strict_yaml import read_yaml
+from studies.picture import study_picture
+from studies.study import Row, Study
 
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
-def bench_html(studies: Sequence[Study], asked: str, left_out: Sequence[str]) -> str:
-    """Return the report as the text of an HTML document.
+def speed_error_report(studies: Sequence[Study], asked: str) -> Report:
+    """Return the report.
 
     Args:
         studies: That are finished.
         asked: The command that repeats it.
-        left_out: Names of studies that were asked for and not finished.
     """
-    finished = f"{len(studies)} of {len(studies) + len(left_out)} studies finished"
-    missing = f"; interrupted before: {', '.join(left_out)}" if left_out else ""
-    story = Story(
+    return Report(
         title="Speed against error",
         asked="what each method costs on this computer, and how far it is off",
-        outcome=f"{finished}{missing}. Methods took turns: trust the ratios more than the times.",
+        outcome="Methods took turns: trust the ratios more than the times.",
         figures=(),
-        advice=(f"To measure what is missing: palpate bench {' '.join(left_out)}.",) if left_out else (),
+        sections=tuple(map(_section, studies)),
         repeat=(("All of it again:", asked),),
         settings=computer(),
         footer="Errors are against known truths; times are the least of many turns.",
     )
-    return report_page(story, [_part(study) for study in studies])
 
 
 def computer() -> tuple[tuple[str, str], ...]:
@@ -45,36 +40,13 @@ def computer() -> tuple[tuple[str, str], ...]:
     return (("computer", f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"), *versions)
 
 
-def study_facts(study: Study) -> dict[str, object]:
-    """Return a study for JSON: units end its names."""
-    cost = f"cost_{study.cost_unit.replace('/', '_per_')}"
-    unit = f"_{study.error_unit.lower()}" if study.error_unit else ""
-    return {
-        "title": study.title,
-        "about": study.about,
-        "cost": study.cost,
-        "error": study.error,
-        "rows": [
-            {
-                "series": row.series,
-                "method": row.method,
-                cost: row.cost,
-                f"error_typical{unit}": row.typical,
-                f"error_largest{unit}": row.worst,
-                "note": row.note,
-            }
-            for row in study.rows
-        ],
-    }
-
-
-def _part(study: Study) -> str:
+def _section(study: Study) -> Section:
     least = min((row.cost for row in study.rows if math.isfinite(row.cost)), default=math.nan)
     heads = ("method", study.cost, "", f"error {study.error}", "", "")
     rows = [_cells(study, row, least) for row in study.rows]
     columns = ("name", "value", "unit", "value", "unit", "note")
-    parts = [f"<p>{text(study.about)}</p>", picture_cards([study_picture(study)]), table(rows, columns, heads)]
-    return section(study.title, parts)
+    drawn = Pictures(lambda: [study_picture(study)])
+    return Section(study.title, (Paragraph(study.about), drawn, TextTable(rows, columns, heads)))
 
 
 def _cells(study: Study, row: Row, least: float) -> tuple[str, ...]:

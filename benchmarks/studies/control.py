@@ -3,10 +3,10 @@
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.bench.study import Row, Study, Tell
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
 from palpate.experiments.regulate.run import Attempt, Regulation, prepared
+from studies.study import Row, Study, Tell
 
 SPEEDS = (0.005, 0.01, 0.02, 0.04)
 """Largest of the surface [m/s]."""
@@ -23,7 +23,7 @@ ABOUT = (
     "2 N on a plate that goes up and down by 10 mm as a sine, in simulation, with the noise of a Nano17 (3.1 "
     "mN). The error is that of the true force, root mean square and largest, half a second after landing has "
     "settled. There is no time to compare here: speed is the surface's own. What else was asked of force "
-    "control: python benchmarks/control.py, in a checkout."
+    "control: python benchmarks/control.py."
 )
 
 
@@ -41,11 +41,10 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
                 force_noise=0.0031,
                 moment_noise=1.6e-5,
                 seed=seed,
-                **options,  # type: ignore[arg-type]
+                **options,
             )
             rows.append(_row(name, speed, _carried_out(config)))
     return Study(
-        "control",
         "A force on a surface that moves",
         ABOUT,
         "largest speed of the surface",

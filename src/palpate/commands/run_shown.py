@@ -1,49 +1,17 @@
-"""What is said on the terminal of a run, until it is over or interrupted, and where its log is written."""
+"""What is said on the terminal of a run, until it is over or interrupted."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from datetime import datetime
 from pathlib import Path
-from typing import Protocol
 
 from rich.console import Console
 
 from palpate.commands.progress import run_progress
 from palpate.commands.said import say
-from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
-from palpate.runtime.log import LogWriter, new_log_path
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
 """Said at once after a Ctrl-C."""
-
-
-class WithFolder(Protocol):
-    """A configuration that says where files go."""
-
-    @property
-    def out(self) -> Path:
-        """The folder."""
-        ...
-
-
-class Recordable(Protocol):
-    """What of a plan a log needs."""
-
-    @property
-    def config(self) -> WithFolder:
-        """What was asked for."""
-        ...
-
-    def texts(self) -> dict[str, str]:
-        """Everything from which the very same is planned again, by file name."""
-        ...
-
-
-def log_writer(planned: Recordable) -> LogWriter:
-    """Return the writer of a log from which the run can be replayed."""
-    path = new_log_path(planned.config.out, datetime.now())  # local time: people look for it by their clock
-    return LogWriter(path, {**planned.texts(), VERSIONS_TEXT: versions_text()})
 
 
 def run_shown(
@@ -90,13 +58,6 @@ def kept_if_interrupted(result: RunResult) -> Iterator[None]:
         raise KeyboardInterrupt(
             f"interrupted while it was evaluated, which is not finished; the run was over, {rest}; {kept}"
         ) from None
-
-
-def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Return all files of a run: its report and tables, and its log."""
-    recording = result.recording
-    log = None if recording is None else recording.path
-    return files if log is None else (*files, log)
 
 
 def tell_of(console: Console, result: RunResult, files: tuple[Path, ...]) -> None:

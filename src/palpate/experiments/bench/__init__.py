@@ -1,1 +1,0 @@
-"""`palpate bench`: speed against error, one study per topic, all in one report."""

@@ -1,0 +1,112 @@
+"""A run as its log tells it: planned again, and fed again through touch, controller and observer."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from itertools import islice
+from types import MappingProxyType
+from typing import Any
+
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in, read_config
+from palpate.experiments.kit.experiment import Experiment, Plan, Result
+from palpate.experiments.kit.options import spec_of
+from palpate.experiments.kit.recorded_run import RecordedRun, Tell, untold
+from palpate.experiments.kit.registry import experiment_named
+from palpate.robots.values import load_named_robot
+from palpate.runtime import Backend, Ending, RunResult
+from palpate.runtime.live import live_parameters_of
+from palpate.runtime.log import Log, RecordingSummary
+from palpate.runtime.replay import RecordedChanges, ReplayBackend, ReplayWithTruth
+from palpate.runtime.replay_extent import extent_of
+from palpate.runtime.robot import ROBOT_TEXT, Robot, read_robot
+
+NOTHING_SET: Mapping[str, object] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedRun:
+    """What a log is of.
+
+    Attributes:
+        log: As read.
+        experiment: That it is of.
+        config: What was asked for, but for what is of the recorded run alone (live changes, a companion).
+    """
+
+    log: Log
+    experiment: Experiment
+    config: Any
+
+    @classmethod
+    def of(cls, log: Log) -> "LoggedRun":
+        """Return what a log is of.
+
+        Raises:
+            InvalidValueError: Of no experiment, of one that is not installed, or of another version of it.
+        """
+        if EXPERIMENT_TEXT not in log.attachments:
+            raise InvalidValueError(
+                f"{log.path} is no log of an experiment: it has no {EXPERIMENT_TEXT}, so that nobody knows what "
+                "sensed and controlled; palpate.runtime.replay replays any log, if you say what"
+            )
+        text = log.attachments[EXPERIMENT_TEXT]
+        experiment = experiment_named(experiment_in(text))
+        try:
+            config = read_config(text, experiment.Config)
+        except InvalidValueError as error:
+            raise InvalidValueError(
+                f"{log.path}: what it says of the run cannot be understood; another version wrote it? {error}"
+            ) from None
+        once = {each.name: each.default for each in fields(config) if spec_of(each).once}
+        return cls(log, experiment, replace(config, **once))
+
+    def plan(
+        self, config: Any = None, settings: Mapping[str, object] = NOTHING_SET, robot: Robot | None = None
+    ) -> Plan:
+        """Return the run's plan.
+
+        Args:
+            config: Another configuration; the recorded one if not given.
+            settings: What it has otherwise, by name.
+            robot: Another robot than the log's, or than `settings` names.
+
+        Raises:
+            InvalidValueError: It cannot be planned so.
+        """
+        texts = dict(self.log.attachments)
+        for each in fields(self.config):
+            if each.name in settings and spec_of(each).kept:
+                texts.pop(spec_of(each).kept, None)
+        if robot is None and "robot" in settings and settings["robot"] is not None:
+            robot = load_named_robot(str(settings["robot"]))
+        elif robot is None and ROBOT_TEXT in texts:
+            robot = read_robot(texts)
+        return self.experiment.plan(self.config if config is None else config, robot, texts)
+
+    def backend(self) -> Backend:
+        """Return what says again what was sampled, and what really happened if the log knows that.
+
+        Raises:
+            InvalidValueError: There is nothing to replay.
+        """
+        log = self.log
+        samples, period = islice(log.samples(), extent_of(log).count), log.heading.period
+        return ReplayWithTruth(samples, period, log.truth) if log.truth.known else ReplayBackend(samples, period)
+
+    def found(self, tell: Tell = untold) -> Result:
+        """Return what came of the run, worked out from its log alone.
+
+        Raises:
+            InvalidValueError: It cannot be planned again, or tells nothing.
+        """
+        plan = self.plan()
+        run = RecordedRun(plan, self.backend())
+        result = run.run(live=RecordedChanges(live_parameters_of(run.controller), self.log.changes))
+        return self.experiment.found(plan, run.recorded(self._as_it_ended(result), tell=tell))
+
+    def _as_it_ended(self, again: RunResult) -> RunResult:
+        """How the recorded run ended, with the timing of this one."""
+        told = [event.text.removeprefix("ended: ") for event in self.log.events if event.source == "run"]
+        ending = Ending(told[-1]) if told and told[-1] in list(Ending) else Ending.INTERRUPTED
+        kept = RecordingSummary(self.log.path, len(self.log))
+        return replace(again, ending=ending, trip=None, error=None, stopped=True, recording=kept)
