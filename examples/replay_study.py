@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from palpate.commands.run_told import log_writer
 
 from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.run import carry_out

@@ -9,7 +9,6 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.experiments.kit.experiment_file import read_config
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -18,6 +17,7 @@ from palpate.experiments.explore.heights_file import heights_text, load_heights,
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import carry_out
+from palpate.experiments.kit.experiment_file import read_config
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh

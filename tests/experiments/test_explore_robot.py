@@ -10,7 +10,6 @@ import pytest
 import tyro
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.experiments.kit.experiment_file import config_text, load_overlay, read_config, read_overlay
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
@@ -18,6 +17,7 @@ from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
 from palpate.experiments.explore.options import ExploreOptions, default_options
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.run import carry_out, explore
+from palpate.experiments.kit.experiment_file import config_text, load_overlay, read_config, read_overlay
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene
 from palpate.robots.values import on_robot, values_of

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from palpate.experiments.kit.experiment_file import config_text, read_config
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
@@ -18,6 +17,7 @@ from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import outcome
 from palpate.experiments.explore.run import Attempt, carry_out
 from palpate.experiments.explore.strategies import STRATEGY_OPTIONS
+from palpate.experiments.kit.experiment_file import config_text, read_config
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 from support.typed_mistakes import answer_to

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
 from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts

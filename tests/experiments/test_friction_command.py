@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.experiments.grasp.run import carry_out
 
 from palpate.cli import main
 from palpate.commands.replay.run import replay_log
@@ -19,6 +18,14 @@ from palpate.experiments.explore.config import TOUCH_FORCE
 from palpate.experiments.friction.command import run_friction
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.figures import key_figures
+from palpate.friction.friction_file import (
+    Finding,
+    FrictionFile,
+    How,
+    friction_file_text,
+    load_friction_file,
+    read_friction_file,
+)
 from palpate.experiments.friction.library import library_of, library_path
 from palpate.experiments.friction.plan import plan, plan_from_texts
 from palpate.experiments.friction.pooled import growth_of, pooled
@@ -29,15 +36,8 @@ from palpate.experiments.friction.text import friction_text, read_friction_confi
 from palpate.experiments.friction.words import rubs_by
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.grasp.run import carry_out
 from palpate.friction import LimitSurface
-from palpate.friction.friction_file import (
-    Finding,
-    FrictionFile,
-    How,
-    friction_file_text,
-    load_friction_file,
-    read_friction_file,
-)
 from palpate.friction.materials.library import load_materials, simulated_materials
 from palpate.friction.materials.recognition import Answer
 from palpate.friction.rubbing.estimate import Estimate

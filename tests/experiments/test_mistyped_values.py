@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.experiments.grasp.run import write_grasp
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
@@ -18,6 +17,7 @@ from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.run import write_rubbing
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as grasp_plan
+from palpate.experiments.grasp.run import write_grasp
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.run import write_regulation
 

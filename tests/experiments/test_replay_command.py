@@ -12,12 +12,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
 from palpate.commands.replay.report import version_differences
 from palpate.commands.replay.run import replay_log
+from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan

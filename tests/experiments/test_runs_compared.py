@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
 from palpate.commands.compare.report_data import ComparedFigure
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import comparison_report
+from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan

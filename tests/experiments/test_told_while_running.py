@@ -7,13 +7,13 @@ import subprocess
 import sys
 
 import pytest
-from palpate.commands.run_told import STOPPED, kept_if_interrupted, run_shown
 from rich.console import Console
 
 from palpate.cli import main
 from palpate.commands import progress
 from palpate.commands.answer import ExitCode
 from palpate.commands.progress import doing, run_progress, step_progress
+from palpate.commands.run_told import STOPPED, kept_if_interrupted, run_shown
 from palpate.experiments.friction import command as friction_command
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan

@@ -9,11 +9,11 @@ import time
 import urllib.request
 
 import pytest
-from palpate.commands.run_told import log_writer
 from PIL import Image, ImageSequence
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
+from palpate.commands.run_told import log_writer
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.plan import view_scene, watched_plan

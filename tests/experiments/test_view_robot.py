@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from palpate.commands.view.twin import shown_plan
 
 from palpate.commands.view.plan import simulated_model, view_scene
+from palpate.commands.view.twin import shown_plan
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan as plan_exploration
 from palpate.experiments.friction.config import FrictionConfig

@@ -11,10 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.commands.run_told import log_writer
-from palpate.experiments.grasp.run import GraspAttempt
 from PIL import Image
 
+from palpate.commands.run_told import log_writer
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
@@ -26,6 +25,7 @@ from palpate.experiments.friction.plan import plan as plan_friction
 from palpate.experiments.friction.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.grasp.run import GraspAttempt
 from palpate.experiments.kit.scene_view import free_poses_of
 from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from palpate.commands.run_told import log_writer
 
+from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.run import Attempt
