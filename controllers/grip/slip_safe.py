@@ -33,6 +33,8 @@ class SlipSafeGrip:
 
     Attributes:
         live: What may be changed while it runs: `margin` and `least_grip`; the loop moves them on.
+        belief: What the contacts are taken to bear, with what it has learnt.
+        watch: Who tells when a contact begins to slip.
         targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
         regrips: How often a slip was answered.
@@ -62,7 +64,7 @@ class SlipSafeGrip:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
-        self._belief, self._watch = belief, watch or NobodyWatches()
+        self.belief, self.watch = belief, watch or NobodyWatches()
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
@@ -92,8 +94,8 @@ class SlipSafeGrip:
     def start(self, grip: float) -> None:
         """Begin a new grip, of which nothing is known yet, with one that has been commanded so far [N]."""
         self.live.restart()
-        self._belief.start()
-        self._watch.start()
+        self.belief.start()
+        self.watch.start()
         self._plan.start()
         self.regrips = 0
         nothing = self._correction = (0.0,) * self._fingers
@@ -144,11 +146,11 @@ class SlipSafeGrip:
 
     def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
         """Ask who listens for slip, teach what is believed; return whether one begins, and whether one goes on."""
-        onsets = self._watch.step(time, loads)
-        ongoing = self._watch.slipping
+        onsets = self.watch.step(time, loads)
+        ongoing = self.watch.slipping
         # a load under which something goes on slipping was not held
         unknown = ongoing and not any(onsets)
-        self._belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
+        self.belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
         return any(onsets), ongoing
 
     def _towards(self, wanted: Forces, before: Forces) -> Forces:

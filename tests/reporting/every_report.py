@@ -8,6 +8,19 @@ from palpate.commands.compare.report_data import ComparedFigure, ComparisonRepor
 from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.replay.report_data import ReplayReport
 from palpate.commands.replay.report_page import replay_html
+from palpate.commands.replay.report_data import ReplayReport
+from palpate.commands.replay.report_page import replay_html
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.experiments.grasp.report_page import grasp_html
+
+from palpate import LimitSurface
+from palpate.commands.compare.config import CompareConfig
+from palpate.commands.compare.report import comparison_html as mesh_comparison_html
+from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
+from palpate.commands.compare.report_page import comparison_html
+from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.report import report_html as sweep_html
+from palpate.commands.sweep.result import SweepResult
 from palpate.commands.sweep.typed_values import Varied
 from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.report_page import report_html

@@ -11,6 +11,8 @@ import msgspec
 import numpy as np
 import pytest
 from palpate.commands.run_told import log_writer
+from palpate.experiments.grasp.robot import hand_backend
+from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
