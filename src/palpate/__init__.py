@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # for type checkers: these names are imported when they are used
     from palpate.commands.replay.run import replay_log as replay_log
-    from palpate.commands.sweep.config import SweepConfig as SweepConfig
-    from palpate.commands.sweep.run import sweep as sweep
+    from palpate.commands.sweep import SweepConfig as SweepConfig
+    from palpate.commands.sweep import sweep as sweep
     from palpate.friction import ContactLoad as ContactLoad
     from palpate.friction import LimitSurface as LimitSurface
     from palpate.friction import Slip as Slip
@@ -59,8 +59,7 @@ __version__ = "0.2.0"
 
 _NAMES: Mapping[str, tuple[str, ...]] = {
     "commands.replay.run": ("replay_log",),
-    "commands.sweep.config": ("SweepConfig",),
-    "commands.sweep.run": ("sweep",),
+    "commands.sweep": ("SweepConfig", "sweep"),
     "friction": ("ContactLoad", "LimitSurface", "Slip"),
     "grasp": ("GraspContacts", "GraspForceOptimizer"),
     "robots.values": ("load_named_robot",),
