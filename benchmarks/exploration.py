@@ -18,10 +18,10 @@ from rich.table import Table
 
 from palpate.controllers import ExploreController, Raster
 from palpate.controllers.paths import Follow
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import explore
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Command, Finger, MemoryLog, Recorder, Supervisor, Touch
 from palpate.sensing.compensation import Payload

@@ -18,10 +18,10 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from rich.console import Console
 from rich.table import Table
 
-from palpate.commands.recording import log_writer
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
@@ -30,9 +30,9 @@ from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recording import log_writer
 from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log

@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from palpate.commands.recording import log_writer
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recording import log_writer
 from palpate.robots.values import load_named_robot
 
 STUDY = (

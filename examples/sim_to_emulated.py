@@ -13,9 +13,9 @@ real time.
 
 import tyro
 
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration
-from palpate.experiments.explore.run import explore
 
 
 def experiment(robot: str) -> Exploration:

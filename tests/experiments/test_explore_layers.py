@@ -9,11 +9,11 @@ import trimesh
 
 from palpate.controllers import SineForce
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.files import exploration_files
 from palpate.experiments.explore.layer_picture import LOOKS
 from palpate.experiments.explore.report import exploration_report, settings
-from palpate.experiments.explore.run import explore
 from palpate.experiments.explore.tables import layer_rows
 from palpate.mapping.layers import VertexLayer
 from palpate.runtime import Ending

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.cli import main
-from palpate.commands.recording import log_writer
 from palpate.commands.replay.run import replay_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer
 from palpate.robots.finger_sensor import check_age, model_of_finger, sensor_for
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import check_known, described, known_sensor

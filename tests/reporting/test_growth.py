@@ -11,7 +11,6 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.growth_picture import growth_picture
 from palpate.experiments.explore.map_growth import SHOWN, MapGrowth, map_growth
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import explore
 from palpate.experiments.explore.snapshots_picture import snapshots_picture
 from palpate.mapping import SurfaceMap
 from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for

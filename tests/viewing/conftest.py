@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from palpate.commands.recording import log_writer
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer
 from palpate.runtime import Ending
 from palpate.runtime.log import Log, read_log
 from support.explore_runs import plan_of

@@ -15,8 +15,8 @@ import msgspec
 import numpy as np
 import psutil
 import pytest
+from palpate.experiments.grasp.run import GraspAttempt
 
-from palpate.commands.recording import log_writer
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
@@ -24,8 +24,8 @@ from palpate.experiments.explore.exploration import found_by
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import GraspAttempt
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
+from palpate.experiments.kit.recording import log_writer
 from palpate.hw.devices import DeviceError
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
