@@ -9,7 +9,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from palpate.errors import InvalidValueError, positive, shown
-from palpate.experiments.kit.world import WorldMaker
+from palpate.experiments.kit.world import WorldMaker, usual_worlds
 from palpate.learning.guarded_robot import GuardedRobot, approach
 from palpate.learning.observing import Seen, seen, seen_space
 from palpate.learning.picture import WorldPicture
