@@ -200,8 +200,6 @@ class RegulationPlan(PlanDefaults):
         title = f"Force on a {self.config.object}, {self.config.surface}, {self.config.robot}"
         return scene_view(title, known_scene(self.ready.backend).model, motions=motions)
 
-        return regulation_scene(self)
-
     def pressing(self) -> IdentifyParameters:
         """Return how it presses first."""
         return pressing(
