@@ -10,6 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from palpate.version import __version__ as __version__
+
 if TYPE_CHECKING:  # for type checkers: these names are imported when they are used
     from palpate.commands.replay.run import replay_log as replay_log
     from palpate.commands.sweep import SweepConfig as SweepConfig
@@ -54,8 +56,6 @@ if TYPE_CHECKING:  # for type checkers: these names are imported when they are u
     from palpate.surfaces import Sphere as Sphere
     from palpate.surfaces import Superellipsoid as Superellipsoid
     from palpate.surfaces.symbolic import SymbolicSurface as SymbolicSurface
-
-__version__ = "0.2.0"
 
 _NAMES: Mapping[str, tuple[str, ...]] = {
     "commands.replay.run": ("replay_log",),
