@@ -18,6 +18,7 @@ from palpate.commands.compare.report import comparison_html as mesh_comparison_h
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import report_html as sweep_html
 from palpate.commands.sweep.result import SweepResult
+from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.experiments.friction.measured import Measured, table_rows
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture

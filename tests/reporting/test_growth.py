@@ -7,6 +7,7 @@ import pytest
 
 from mapping.raster import RADIUS, sphere_cap
 from palpate.controllers.paths import Event, Mark
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.growth_picture import growth_picture
 from palpate.experiments.explore.map_growth import SHOWN, MapGrowth, map_growth
