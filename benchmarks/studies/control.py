@@ -1,11 +1,13 @@
 """A force held on a surface that goes up and down: the faster it goes, the worse it is held."""
 
 import numpy as np
-from palpate.experiments.regulate.run import Attempt, Regulation, prepared
 
 from palpate.errors import FloatArray
+from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan
+from palpate.experiments.regulate.plan import plan_regulation
+from palpate.experiments.regulate.result import Regulation, regulation_in
+from palpate.robots.values import load_named_robot
 from studies.study import Row, Study, Tell
 
 SPEEDS = (0.005, 0.01, 0.02, 0.04)
@@ -56,9 +58,8 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
 
 
 def _carried_out(config: RegulateConfig) -> Regulation:
-    planned, identification = prepared(plan(config))
-    attempt = Attempt(planned, identification)
-    return attempt.found(attempt.run())
+    planned = plan_regulation(config, load_named_robot(config.robot), {}).prepared()
+    return regulation_in(planned, carry_out(planned))
 
 
 def _row(name: str, speed: float, found: Regulation) -> Row:

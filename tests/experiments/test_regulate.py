@@ -12,6 +12,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.change_names import REGULATED
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.regulate.config import RegulateConfig
@@ -23,8 +24,9 @@ from palpate.experiments.regulate.words import WORDS, limits, outcome
 from palpate.reporting.force_picture import force_overview
 from palpate.reporting.page import report_page
 from palpate.runtime import Ending, Phase
+from palpate.runtime.log import read_log
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
-from support.regulate_runs import REGULATE, carried_out, planned, regulated
+from support.regulate_runs import REGULATE, carried_out, logged, planned, regulated
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
 PLATE = Box((0.2, 0.2, 0.04))
@@ -376,6 +378,17 @@ def test_a_plan_comes_back_from_its_texts_and_does_the_very_same(tmp_path):
     first, second = carried_out(plan), carried_out(again)
     assert first.run.ending is Ending.DONE
     assert np.array_equal(first.record.command, second.record.command)
+
+
+@pytest.mark.parametrize("fields", [{"change": ((1.7, "force", 3.0),)}, {"profile": "step", "hold": 0.4}])
+def test_the_same_is_found_again_from_the_log_alone(fields, tmp_path):
+    path = tmp_path / "run.mcap"
+    found = logged(planned(duration=1.0, **fields), path)
+    again = LoggedRun.of(read_log(path)).found()
+    assert figures_of(REGULATE, again) == pytest.approx(figures_of(REGULATE, found), nan_ok=True)
+    for one in ("true_force", "sensed_force", "set_force"):
+        known = getattr(again, one)  # until the controller was done
+        assert np.array_equal(known, getattr(found, one)[: len(known)], equal_nan=True)
 
 
 @pytest.mark.parametrize("surface", ["sine", "yielding"])
