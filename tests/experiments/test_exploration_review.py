@@ -16,10 +16,11 @@ from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.run_account import landed_stiffness
-from palpate.mapping import TouchCloud, fit_cylinder
+from palpate.mapping import PrimitiveKind, TouchCloud
 from palpate.mapping.compare import TouchedMap, compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mapping.primitives import fit_primitive
 from palpate.mapping.rolling import rolled_curvature
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
@@ -162,7 +163,7 @@ def test_contacts_on_the_axis_of_a_fit_do_no_harm(count):
     position = np.column_stack([np.linspace(0.0, 0.01, count), np.zeros(count), np.zeros(count)])
     facing = np.zeros((count, 3))
     facing[:, 2] = 1.0 - 2.0 * (np.arange(count) % 2)
-    fit = fit_cylinder(felt(position, facing))
+    fit = fit_primitive(felt(position, facing), PrimitiveKind.CYLINDER)
     assert np.isfinite(fit.distance).all()
 
 

@@ -19,13 +19,11 @@ from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.pooled import growth_of, pooled
 from palpate.experiments.friction.strokes import FreeAir
 from palpate.experiments.friction.words import rubs_by
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import carry_out
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.registry import experiment_named
 from palpate.friction import LimitSurface
 from palpate.friction.friction_file import (
     Finding,
@@ -455,11 +453,11 @@ def test_what_rubbing_wrote_holds_an_object_that_is_pulled_at(tmp_path, mu, e):
     assert (held / "report.html").is_file()
     log = read_log(log_in(held))
     assert friction_file_text(load_friction_file(path)) in log.attachments.values()
-    grasp = carry_out(plan_grasp(GraspConfig(friction_file=path, friction=mu, spin_length=e)))
-    assert grasp.slip < 2e-5
-    assert grasp.spin < math.radians(0.2)
+    figures = figures_of(experiment_named("grasp"), LoggedRun.of(log).found())
+    assert figures["slip_m"] < 2e-5
+    assert figures["spin_rad"] < math.radians(0.2)
     # 1.12 of margin, and what 1, the worst that p may be, instead of MuJoCo's 2 costs
-    assert 1.1 < grasp.grip_ratio < 1.75
+    assert 1.1 < figures["grip_ratio"] < 1.75
 
 
 @pytest.mark.slow

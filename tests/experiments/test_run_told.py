@@ -10,18 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.experiments.explore.report_page import _growth_parts, _map_parts
+from palpate.experiments.kit.report_advice import advice_on_exploration
 
 from palpate.controllers.paths import Enough
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import carry_out, explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.map_picture import map_picture
 from palpate.experiments.explore.plan import plan as explore_plan
 from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.explore.run import carry_out, explore
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
 from palpate.experiments.kit.change_account import account_of_changes, change_rows, change_sentences
 from palpate.experiments.kit.change_names import EXPLORED
-from palpate.experiments.kit.report_advice import advice_on_exploration
 from palpate.mapping.layers import VertexLayer
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges

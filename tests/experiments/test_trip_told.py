@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import outcome as exploration_outcome
-from palpate.experiments.explore.run import explore
-from palpate.experiments.regulate.words import outcome as regulation_outcome
+from palpate.experiments.regulate.report import outcome as regulation_outcome
 from palpate.runtime import Ending, Trip
 from support.regulate_runs import regulated
 

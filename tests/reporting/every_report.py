@@ -12,13 +12,11 @@ from palpate.commands.sweep.typed_values import Varied
 from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.report_page import report_html
 from palpate.experiments.friction.report_data import (
-    FrictionReport,
-    MaterialMatch,
     Measured,
-    RecognitionReport,
     StrokeCurve,
 )
-from palpate.experiments.friction.report_page import friction_html
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.experiments.grasp.report_page import grasp_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
@@ -26,8 +24,10 @@ from palpate.commands.compare.report import comparison_html as mesh_comparison_h
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import report_html as sweep_html
 from palpate.commands.sweep.result import SweepResult
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
+from palpate.experiments.friction.confusion_picture import confusion_picture
+from palpate.experiments.friction.measured import Measured, table_rows
+from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
+from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.experiments.kit.figure import Figure
 from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
@@ -108,13 +108,18 @@ def _regulate(typed):
 def _friction(typed):
     stroke = StrokeCurve(2.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
     confusion = Confusion((typed, "b"), (typed, UNKNOWN), np.array([[3, 1], [0, 4]]))
-    known = RecognitionReport(typed, (MaterialMatch(typed, 0.0, 0.9, 0.5),), confusion, typed)
     speeds = (Measured(0.01, 0.5, 0.4, 0.6, 0.5), Measured(0.02, 0.5, 0.45, 0.6, 0.5, why=typed))
-    told = FrictionReport(
-        series=series_of(), timing=TIMING, strokes=(stroke,), friction=LEVEL, lengths=LEVEL, growth=(0.003, 0.2),
-        speeds=speeds, surface=ASSUMED, recognition=known, **said(typed),
-    )  # fmt: skip
-    return friction_html(told)
+
+    def draw():
+        yield stroke_picture((stroke,), LEVEL)
+        yield surface_picture(ASSUMED)
+        yield length_picture(LEVEL, (0.003, 0.2))
+        yield speed_picture(speeds, None)
+        yield confusion_picture(confusion)
+
+    told = said(typed)
+    parts = (Paragraph(typed), TextTable(table_rows(speeds, typed, "mm/s", 1e3)), Pictures(draw))
+    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
 
 
 def _grasp(typed):

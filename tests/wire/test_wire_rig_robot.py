@@ -24,9 +24,10 @@ from palpate.robots.rig_built import assembled, parts_of
 from palpate.robots.values import values_of
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.spatial import IDENTITY, ZERO
 from support.rig_cell import ROBOT, robot_file
+from support.robot_file_text import robot_file_text
 
 STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 
