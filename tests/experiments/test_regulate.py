@@ -9,13 +9,13 @@ import pytest
 from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.change_names import REGULATED
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.regulate.config import LIVE, RegulateConfig
 from palpate.experiments.regulate.identified import Identified, read_identified
 from palpate.experiments.regulate.key_figures import margins
 from palpate.experiments.regulate.motion import motion_text, read_motion
@@ -468,6 +468,11 @@ def test_what_cannot_be_planned_is_refused(fields, words):
         planned(**fields)
 
 
+def test_what_to_type_to_repeat_a_run_with_changes():
+    config = RegulateConfig(change=((2.0, "force", 3.0), (5.0, "force", 2.5)))
+    assert command_line("regulate", config) == "palpate regulate --change 2.0 force 3.0 5.0 force 2.5"
+
+
 @pytest.mark.parametrize("surface", ["still", "sine", "soft", "yielding", "leaving", "missing"])
 def test_a_surface_takes_its_own_options_and_no_others(surface):
     values = {name: 2.0 * getattr(RegulateConfig(), name) for name in SURFACES}
@@ -488,7 +493,7 @@ def test_a_misspelt_change_is_refused_before_anything_is_planned():
     """And nothing is refused that the controller knows."""
     with pytest.raises(InvalidValueError, match="no live parameter is called 'forse'; did you mean"):
         RegulateConfig(change=((5.0, "forse", 4.0),))
-    assert tuple(planned().controller().live.parameters) == REGULATED
+    assert tuple(planned().controller().live.parameters) == LIVE
 
 
 def test_pressing_on_nothing_is_no_identification():
