@@ -3,11 +3,8 @@
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.kit.recorded_run import carry_out
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan_regulation
-from palpate.experiments.regulate.result import Regulation, regulation_in
-from palpate.robots.values import load_named_robot
+from palpate.experiments.regulate import RegulateConfig, regulate
+from palpate.experiments.regulate.result import Regulation
 from studies.study import Row, Study, Tell
 
 SPEEDS = (0.005, 0.01, 0.02, 0.04)
@@ -45,7 +42,7 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
                 seed=seed,
                 **options,
             )
-            rows.append(_row(name, speed, _carried_out(config)))
+            rows.append(_row(name, speed, regulate(config)))
     return Study(
         "A force on a surface that moves",
         ABOUT,
@@ -55,11 +52,6 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
         "N",
         tuple(rows),
     )
-
-
-def _carried_out(config: RegulateConfig) -> Regulation:
-    planned = plan_regulation(config, load_named_robot(config.robot), {}).prepared()
-    return regulation_in(planned, carry_out(planned))
 
 
 def _row(name: str, speed: float, found: Regulation) -> Row:

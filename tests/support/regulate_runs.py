@@ -10,10 +10,10 @@ from palpate.runtime.log import LogWriter
 REGULATE = Regulate()
 
 
-def planned(texts=None, **fields):
-    """The plan of a regulation, with what its log has kept."""
+def planned(**fields):
+    """The plan of a regulation."""
     config = RegulateConfig(**fields)
-    return REGULATE.plan(config, load_named_robot(config.robot), texts or {})
+    return REGULATE.plan(config, load_named_robot(config.robot), {})
 
 
 def carried_out(plan):
