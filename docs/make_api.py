@@ -117,7 +117,7 @@ PAGES = {
     "experiments": Page(
         "Experiments",
         "What the commands do, from a script: a configuration goes in, a result comes out.",
-        ("palpate.experiments.explore.run", "palpate.experiments.explore.config",
+        ("palpate.experiments.explore", "palpate.experiments.explore.config",
          "palpate.experiments.regulate.run", "palpate.experiments.regulate.config",
          "palpate.experiments.friction.run", "palpate.experiments.friction.config",
          "palpate.experiments.friction.file", "palpate.experiments.grasp.run", "palpate.experiments.grasp.config"),

@@ -73,7 +73,7 @@ def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -
     lines: list[int] = []
     for i, line in enumerate(text.removeprefix("\ufeff").split("\n"), 1):
         if not is_comment(line):
-            rows.append(csv_fields(line.removesuffix("\r"), f"{name}, line {i}"))
+            rows.append([field.strip() for field in csv_fields(line.removesuffix("\r"), f"{name}, line {i}")])
             lines.append(i)
             width = width or len(rows[0])
             if len(rows[-1]) != width:
@@ -97,7 +97,7 @@ def is_number(field: str) -> bool:
 
 
 def csv_fields(line: str, where: str) -> list[str]:
-    """Return the fields of a line, without spaces around them.
+    """Return the fields of a line as they stand.
 
     Args:
         line: Without its end.
@@ -109,9 +109,9 @@ def csv_fields(line: str, where: str) -> list[str]:
     if control := _CONTROL.search(line):
         raise InvalidValueError(f"{where}: holds the control character {control.group()!r}; this is not CSV text")
     if '"' not in line:  # much quicker
-        return [field.strip() for field in line.split(",")]
+        return line.split(",")
     try:
-        return [field.strip() for field in next(csv.reader([line], strict=True))]
+        return next(csv.reader([line.lstrip()], strict=True, skipinitialspace=True))
     except csv.Error as error:
         raise InvalidValueError(f"{where}: {error}; a quoted field must be closed on its line") from None
 

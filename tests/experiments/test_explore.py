@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.run import explore
 from palpate.runtime import Ending
 from support.explore_runs import plan_of
 

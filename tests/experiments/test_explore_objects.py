@@ -9,13 +9,13 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.experiments.kit.experiment_file import read_config
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
-from palpate.experiments.explore.report import exploration_report
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.report import true_surface_of
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
@@ -66,9 +66,9 @@ def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
     assert found.force_rms < 0.20
     assert found.point_rms < (1e-6 if name in ("bumps", "torus", "heights") else 1e-5)
     assert np.nanmax(found.true_normal_force) < 3.5
-    report = exploration_report(found)
-    assert np.isfinite(report.true_surface.vertices).all()
-    assert len(report.true_surface.triangles)
+    vertices, triangles = true_surface_of(found)
+    assert np.isfinite(vertices).all()
+    assert len(triangles)
 
 
 @pytest.mark.slow
@@ -265,35 +265,38 @@ def test_a_log_keeps_the_object_itself_so_that_its_file_may_change_or_go(name, t
     copy = tmp_path / "object.stl" if name == "ball" else tmp_path / "object.csv"
     shutil.copy(fields["file"], copy)
     planned = plan_of(ExploreConfig(**{**SMALL, **fields, "width": 0.005, "speed": 0.05, "file": copy}))
-    texts = planned.texts()
+    texts = {"a log": "says more", **planned.texts()}
+
+    def again_with(texts):
+        return plan(planned.config, planned.robot, texts)
+
     assert {MESH_TEXT, HEIGHTS_TEXT} & set(texts) == {MESH_TEXT if name == "ball" else HEIGHTS_TEXT}
     first = carried_out(planned)
     copy.write_text("something else")
-    assert np.array_equal(packed(plan_from_texts(texts)), packed(planned))
+    assert np.array_equal(packed(again_with(texts)), packed(planned))
     copy.unlink()
-    again = plan_from_texts(texts)
+    again = again_with(texts)
     assert np.array_equal(packed(again), packed(planned))
     assert again.limits == planned.limits
-    assert again.texts() == texts
+    assert again.texts() == planned.texts()
     second = carried_out(again)
     assert np.array_equal(second.record.command, first.record.command)
     assert np.array_equal(second.truth.force, first.truth.force)
     assert np.array_equal(second.point_error, first.point_error)
     del texts[MESH_TEXT if name == "ball" else HEIGHTS_TEXT]
     with pytest.raises(InvalidValueError, match=r"object\.\w+' is missing"):
-        plan_from_texts(texts)
+        again_with(texts)
 
 
-def test_an_object_that_its_configuration_describes_needs_no_text_and_old_logs_can_be_read():
-    assert not {MESH_TEXT, HEIGHTS_TEXT} & set(plan_of(ExploreConfig(object="torus")).texts())
-    assert read_config("experiment: explore\nobject: sphere\nsize: [0.04]\n") == ExploreConfig()
+def test_an_object_that_its_configuration_describes_needs_no_text():
+    assert not plan_of(ExploreConfig(object="torus")).texts()
 
 
 @pytest.mark.parametrize("text", ["", "OFF", "OFF\n1 1 0\n0 0 0\n", "OFF\nx y z", "solid"])
 def test_a_damaged_mesh_in_a_log_is_refused(text, files):
-    texts = plan_of(ExploreConfig(**SMALL, **described(files, "ball"))).texts()
+    planned = plan_of(ExploreConfig(**SMALL, **described(files, "ball")))
     with pytest.raises(InvalidValueError, match=r"object\.off"):
-        plan_from_texts({**texts, MESH_TEXT: text})
+        plan(planned.config, planned.robot, {MESH_TEXT: text})
 
 
 # --- what fits ---
@@ -361,14 +364,14 @@ def test_configurations_that_contradict_themselves_are_refused(fields, message):
     ("name", "text", "message"),
     [
         ("gone.csv", None, "cannot be read: No such file"),
-        ("a.csv", "1,2\n3\n", "line 2: 1 numbers, the first row has 2"),
-        ("b.csv", "# width_m=0.1 depth_m=0.1\n1,2\n3,x\n", "line 3: 'x': must be a number"),
+        ("a.csv", "1,2\n3\n", "line 2, '3': has 1 fields: must be 2"),
+        ("b.csv", "# width_m=0.1 depth_m=0.1\n1,2\n3,x\n", "line 3: 'x' is no number"),
         ("c.csv", "x_m,y_m\n0,0\n", "no column z_m: there are x_m, y_m"),
         ("d.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n", "x_m must be numbers that span a grid"),
         ("e.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n1,0,0\n3,1,0\n", "x_m is on no regular grid"),
         ("f.csv", grid_text(), "does not say how large it is; give --size WIDTH DEPTH"),
         ("g.csv", grid_text("# width_m=60 depth_m=40\n"), "60 m across"),
-        ("h.csv", "", "empty, there are no heights in it"),
+        ("h.csv", "", "no line with numbers; write the heights"),
         ("i.csv", "# width_m=0.1 depth_m=0.1\n0,0\n0,0\n", "heights has shape (2, 2)"),
         ("j.npy", "not numpy", "cannot be read as an array of numbers"),
         ("k.csv", "# width_m=0.1 depth_m=0.1\n0,0,0,0\n" + "0,0,nan,0\n" * 3, "heights[1, 2] = nan"),

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from palpate.experiments.kit.experiment_file import config_text, read_config
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
@@ -13,9 +12,13 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
 from palpate.experiments.explore.report import outcome
-from palpate.experiments.explore.strategies import STRATEGY_OPTIONS
+from palpate.experiments.kit.config_file import config_text, read_config
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.options import specs_of
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 from support.explore_runs import carried_out, plan_of
@@ -47,7 +50,7 @@ def words(fields):
 def undrawn():
     """Reports are made but not drawn, which takes seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
+        patch.setattr("palpate.reporting.page.write_report", lambda report, path: path.write_text(report.outcome))
         yield
 
 
@@ -76,16 +79,27 @@ def test_each_strategy_leaves_its_files_and_says_how_it_ended(done):
 def test_each_strategy_replays_bit_for_bit_from_its_log(done):
     strategy, out = done
     log = read_log(out / "latest.mcap")
-    assert plan_from_texts(log.attachments).config.strategy == strategy
+    assert LoggedRun.of(log).config.strategy == strategy
     found = replay_log(log)
     assert found.should_be_identical
     assert found.commands.identical
 
 
+@pytest.mark.slow
+def test_what_was_found_is_found_again_from_the_log_alone(done, tmp_path):
+    strategy, out = done
+    found = LoggedRun.of(read_log(out / "latest.mcap")).found()
+    assert found.config.strategy == strategy
+    for name, write in Explore().files(found).items():
+        write(tmp_path / name)
+        assert (tmp_path / name).read_bytes() == (out / name).read_bytes(), name
+    assert outcome(found) == (out / "report.html").read_text()
+
+
 def commands_of(planned):
     """Every command of a run of a plan, without a map."""
     given = []
-    Attempt(planned).run((lambda sample, now, command: given.append(command.velocity_base_tip),))
+    RecordedRun(planned).run((lambda sample, now, command: given.append(command.velocity_base_tip),))
     return np.array(given)
 
 
@@ -182,10 +196,10 @@ def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share
 @pytest.mark.slow
 def test_an_active_exploration_ends_when_its_time_is_over():
     fields = {**BALL, "strategy": "active", "width": 0.012, "depth": 0.012, "accuracy": 1e-6}
-    short = Attempt(plan_of(ExploreConfig(**fields, time=3.0))).run()
+    short = RecordedRun(plan_of(ExploreConfig(**fields, time=3.0))).run()
     assert short.ending is Ending.DONE
     assert 1.0 < short.duration < 8.0
-    assert Attempt(plan_of(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
+    assert RecordedRun(plan_of(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
 
 
 @pytest.mark.slow
@@ -200,7 +214,7 @@ def test_an_active_exploration_ends_when_its_time_is_over():
 )
 def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes(fields):
     planned = plan_of(ExploreConfig(**fields, speed=0.05))
-    took = Attempt(planned).run().duration
+    took = RecordedRun(planned).run().duration
     assert planned.expected_duration == pytest.approx(took, rel=0.1)
     assert planned.longest_duration > 3.7 * took  # slopes of 60 degrees take twice as long
 
@@ -209,7 +223,7 @@ def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes
 def test_the_time_foreseen_is_about_that_which_it_takes():
     for strategy in ("raster", "spiral", "taps", "contour"):
         planned = plan_of(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))
-        took = Attempt(planned).run().duration
+        took = RecordedRun(planned).run().duration
         assert 0.7 * planned.expected_duration < took < 1.4 * planned.expected_duration
         assert took < 0.5 * planned.longest_duration
 
@@ -217,23 +231,24 @@ def test_the_time_foreseen_is_about_that_which_it_takes():
 @pytest.mark.parametrize("strategy", list(SMALL))
 def test_all_that_is_asked_for_is_kept_in_a_log(strategy):
     config = ExploreConfig(**BALL, **SMALL[strategy], strategy=strategy)
-    assert read_config(config_text(config)) == config
+    assert read_config(config_text("explore", config), ExploreConfig) == config
 
 
 # --- mistakes ---
 
 
-@pytest.mark.parametrize("strategy", list(STRATEGY_OPTIONS))
+@pytest.mark.parametrize("strategy", list(SMALL))
 def test_what_belongs_to_another_strategy_is_refused_with_what_does_not(strategy):
     values = {
         "width": 0.02, "depth": 0.02, "center": (0.01, 0.0), "spacing": 0.003, "radius": 0.01, "curve": "edge",
         "below": 0.003, "turn": "right", "accuracy": 1e-5, "measure": "largest", "area": 0.5, "time": 10.0,
         "beyond": True,
     }  # fmt: skip
-    assert {name for names in STRATEGY_OPTIONS.values() for name in names} == set(values)
-    own = STRATEGY_OPTIONS[strategy]
+    owned = {name: said.choices for name, said in specs_of(ExploreConfig).items() if said.choice == "strategy"}
+    assert set(owned) == set(values)
+    own = {name for name in owned if strategy in owned[name]}
     ExploreConfig(strategy=strategy, **{name: values[name] for name in own if name not in ("below", "curve")})
-    for name in set(values) - set(own):
+    for name in set(values) - own:
         with pytest.raises(InvalidValueError, match=rf"^{name} = .*is for --strategy .*{strategy} takes --"):
             ExploreConfig(strategy=strategy, **{name: values[name]})
 

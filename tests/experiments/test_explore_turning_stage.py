@@ -8,9 +8,10 @@ from palpate.robots.in_scene import check
 from palpate.runtime import Ending
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import TurningStageEntry
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.sim import TurningStage
 from support.explore_runs import carried_out, plan_of, planned_again
+from support.robot_file_text import robot_file_text
 
 
 @pytest.mark.slow

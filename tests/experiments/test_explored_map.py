@@ -8,12 +8,13 @@ import pytest
 import trimesh
 
 from mapping.raster import cloud_of, sphere_cap
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_contacts import felt_in_scan
 from palpate.experiments.explore.explored_map import MOST_VERTICES, row_distance
 from palpate.experiments.explore.map_budget import map_budget
 from palpate.experiments.explore.named_shape import named_shape
 from palpate.experiments.explore.reachable_surface import ReachableSurface
-from palpate.experiments.explore.run import explore
 from palpate.experiments.explore.scans import scan_on
 from palpate.experiments.explore.tables import shape_rows
 from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
 from palpate.commands.replay.run import replay_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer
 from palpate.robots.finger_sensor import check_age, model_of_finger, sensor_for
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import check_known, described, known_sensor
@@ -64,8 +66,8 @@ def config_of(robot, **values):
 
 def felt(planned, periods=80):
     """What the back end says while the tip moves down, bit for bit."""
-    samples = [planned.backend.start()]
-    return samples + [planned.backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods)]
+    backend = planned.backend()
+    return [backend.start(), *(backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods))]
 
 
 def described_of(entry, period=1e-3):
@@ -330,7 +332,8 @@ def test_a_recorded_run_with_every_imperfection_comes_out_bit_for_bit(tmp_path):
     config = replace(config_of(robot, seed=11, out=tmp_path / "o"), robot=str(tmp_path / "all.yaml"))
     planned = plan_of(config, robot)
     (tmp_path / "o").mkdir()
-    assert Attempt(planned).run((), (log_writer(planned),)).ending is Ending.DONE
+    log = log_writer(Explore(), planned, config.out)
+    assert RecordedRun(planned).run((), (log,)).ending is Ending.DONE
     (tmp_path / "all.yaml").unlink()  # the log knows enough
     found = replay_log(tmp_path / "o")
     assert found.identical

@@ -21,9 +21,9 @@ from palpate.commands.answer import ExitCode
 from palpate.commands.replay.report import version_differences
 from palpate.commands.replay.run import replay_log
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import Attempt
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Attempt
 from palpate.experiments.kit.option_words import option_unit
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log

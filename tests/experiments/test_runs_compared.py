@@ -16,9 +16,9 @@ from palpate.commands.answer import ExitCode
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import comparison_report
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import Attempt
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Attempt
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation

@@ -9,8 +9,6 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan as plan_exploration
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.kinematics.posture import Posture
 from palpate.robots.known_truth import scene_of
@@ -18,11 +16,14 @@ from palpate.sim.render.parts import carried_body
 from palpate.sim.render.place import ScenePlacement
 from palpate.viewing import Player
 from palpate.viewing.frames import FrameLayout, Frames
+from support.regulate_runs import planned as plan_regulation
 from support.friction_runs import planned as planned_friction
 
 JOINTS = (0.1, -1.5, 1.6, -1.7, -1.5, 0.2)
 PLANS = {
     "explore": lambda: plan_exploration(ExploreConfig(robot="ur5e-netft", object="box")),
+    "regulate": lambda: plan_regulation(robot="ur5e-netft"),
+    "friction": lambda: plan_friction(FrictionConfig(robot="ur5e-netft", quick=True)),
     "regulate": lambda: plan_regulation(RegulateConfig(robot="ur5e-netft")),
     "friction": lambda: planned_friction(robot="ur5e-netft", quick=True),
 }

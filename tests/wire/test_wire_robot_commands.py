@@ -11,6 +11,8 @@ import msgspec
 import numpy as np
 import pytest
 from palpate.commands.run_told import log_writer
+from palpate.experiments.grasp.robot import hand_backend
+from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
@@ -27,10 +29,10 @@ from palpate.robots.devices import with_devices
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import robot_file_text
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
 from support.emulated_file import changed_file
+from support.robot_file_text import robot_file_text
 from support.friction_runs import FRICTION
 from support.ur_library import needs_ur
 

@@ -1,10 +1,17 @@
-"""A robot over something that it could touch, for whoever only looks at its devices."""
+"""A robot over, or a hand around, something that it could touch, for whoever only looks at its devices."""
 
 from palpate.robots.finger_sensor import model_of_finger
+from palpate.robots.hand_task import HandTask
 from palpate.robots.simulated_stage import Task, only_finger, tip_sizes
 from palpate.runtime.robot import Robot
 from palpate.sim import SeededSensor, SphereObject
+from palpate.sim.hand.contact import GraspContact
+from palpate.sim.hand.hand import Hand
+from palpate.sim.hand.scene import HeldObject
+from palpate.sim.objects.table import Table
 from palpate.sim.presets import EXPLORE
+from palpate.sim.sensor.model import SensorModel
+from palpate.sim.sensor.stages import WhiteNoise, alike
 
 RADIUS = 0.04
 """Of the sphere below the tip [m]."""
@@ -14,6 +21,9 @@ CLEARANCE = 0.003
 
 LEAST_TOUCH_FORCE = 0.2
 """[N]"""
+
+FORCE_NOISE, MOMENT_NOISE = 0.01, 1e-4
+"""[N], [N m] Standard deviations of a fingertip's sensor where nothing else is said: of a Nano17."""
 
 
 def idle_task(robot: Robot) -> Task:
@@ -35,3 +45,11 @@ def idle_task(robot: Robot) -> Task:
         sensor=SeededSensor(model_of_finger(robot.file.fingers[0])),
         touch_force=LEAST_TOUCH_FORCE,
     )
+
+
+def idle_hand_task(hand: Hand) -> HandTask:
+    """Return a task for a hand that only stands there, open around a ball: to examine its devices."""
+    ball = SphereObject(0.5 * hand.opening)
+    noise = WhiteNoise(alike(FORCE_NOISE, MOMENT_NOISE))
+    sensor = SeededSensor(SensorModel(noise=noise))
+    return HandTask(hand, HeldObject(ball), GraspContact(), Table(-ball.radius), sensor=sensor)

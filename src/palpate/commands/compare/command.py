@@ -13,9 +13,9 @@ from rich.text import Text
 from palpate.atomic_file import replacing
 from palpate.commands.answer import Answer
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.output_folder import check_folder, make_folder
 from palpate.commands.said import say
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.output_folder import check_folder, make_folder
 
 if TYPE_CHECKING:
     from palpate.mapping.compare import Comparison, Spread

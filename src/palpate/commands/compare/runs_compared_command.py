@@ -16,9 +16,9 @@ from palpate.commands.compare.runs_compared_report import (
     compared_heads,
     comparison_report,
 )
-from palpate.commands.output_folder import make_folder
 from palpate.commands.progress import doing
 from palpate.commands.said import say
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.reporting.page import write_report
 from palpate.reporting.report import Report
 

@@ -9,9 +9,7 @@ from rich.console import Console
 
 from palpate.commands.answer import Answer, ExitCode
 from palpate.commands.earlier_run import earlier_run
-from palpate.commands.output_folder import make_folder
 from palpate.commands.progress import doing
-from palpate.commands.recording import log_writer, written
 from palpate.commands.run_shown import kept_if_interrupted
 from palpate.commands.said import say
 from palpate.commands.typed_values import set_options
@@ -24,7 +22,9 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer, written
 from palpate.experiments.kit.registry import experiment_named
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until

@@ -96,7 +96,7 @@ def _surface(exploration: Exploration) -> Section:
         if len(cloud):
             yield touched_surface(cloud, found.mesh if found is not None and len(found.mesh.triangles) else None)
             if exploration.truth.known:
-                yield true_surface(cloud, *_true_surface(exploration))
+                yield true_surface(cloud, *true_surface_of(exploration))
 
     return Section("The surface", (Paragraph(nothing), Pictures(draw)))
 
@@ -408,8 +408,8 @@ def _cost(exploration: Exploration) -> SceneCost | None:
     return None if scene is None else scene_cost(scene.model)
 
 
-def _true_surface(exploration: Exploration) -> tuple[FloatArray, npt.NDArray[np.integer]]:
-    """The true upper surface over the touched region, as vertices [m] and triangles."""
+def true_surface_of(exploration: Exploration) -> tuple[FloatArray, npt.NDArray[np.integer]]:
+    """Return the true upper surface over the touched region: vertices [m] and triangles."""
     touched = exploration.cloud.position
     x, y = (np.linspace(touched[:, i].min(), touched[:, i].max(), GRID) for i in (0, 1))
     z = exploration.plan.target.height(*np.meshgrid(x, y))

@@ -120,8 +120,8 @@ class RegulateConfig:
     )
     """Stiffness of the simulated contact [N/m]. Left out: 20e3; 1e3 if the surface is soft."""
     assumed_stiffness: float | None = option(None, "N/m", bound="positive")
-    """Stiffness that the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be off
-    by a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on
+    """Stiffness that the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be
+    off by a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on
     with half of its gain; the report's margins have the numbers."""
     assumed_damping_time: float | None = option(None, "s", bound="not negative")
     """Likewise damping per stiffness [s]: what is damped is pressed with a smaller gain. Left out: that of the

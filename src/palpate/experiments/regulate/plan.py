@@ -14,6 +14,7 @@ from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.pressing import pressing
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.built import built
@@ -168,7 +169,6 @@ class RegulationPlan(PlanDefaults):
         """Return what it would do."""
         config, parameters = self.config, self.parameters
         speed = 0.0 if config.motion == "still" else 1e3 * config.motion_speed
-        pressed = f"before that it presses the surface at rest, for at most {LONGEST_PRESSING:g} s."
         return DryRun(
             f"Regulation of force on a {config.surface} {config.object}",
             (
@@ -183,17 +183,13 @@ class RegulationPlan(PlanDefaults):
                 KeyFigure(
                     "approach distance", 1e3 * parameters.approach_distance, "mm", "where the surface is sought"
                 ),
+                *limit_figures(self.limits),
             ),
             (FORCES_FILE,),
-            (pressed,) if config.identify else (),
         )
 
     def view(self) -> "ViewScene":
-        """Return what there is to see of it.
-
-        Raises:
-            InvalidValueError: It is a robot.
-        """
+        """Return what there is to see of it; of a rig's run, what it was told that there is."""
         from palpate.experiments.regulate.view import regulation_scene  # with MuJoCo's meshes
 
         return regulation_scene(self)

@@ -34,11 +34,8 @@ STATIC_TOLERANCE = 0.05
 """Relative deviation from g at which a specific force is taken to be no pose at rest: ten times the spread of g
 over the earth."""
 
-CONFIDENCE = 0.95
-"""Of every interval here."""
-
-TWO_SIDED = float(ndtri(0.5 + 0.5 * CONFIDENCE))
-"""Half-width of such an interval in standard deviations (1.96)."""
+TWO_SIDED = float(ndtri(0.5 + 0.5 * 0.95))
+"""Half-width of a 95 % interval in standard deviations (1.96)."""
 
 INCONSISTENT_PROBABILITY = 1e-4
 """Residuals that noise would explain more rarely than this are held against the model."""
@@ -91,22 +88,9 @@ class IdentifiedPayload:
     status: PayloadStatus
 
     @property
-    def mass_interval(self) -> tuple[float, float]:
-        """95 % interval of the mass [kg]."""
-        half = TWO_SIDED * self.mass_sd
-        return (self.payload.mass - half, self.payload.mass + half)
-
-    @property
     def center_sd(self) -> FloatArray:
         """Standard deviation of the centre of mass along each axis, shape (3,) [m]."""
         return np.sqrt(np.diag(self.center_covariance))
-
-    @property
-    def center_interval(self) -> FloatArray:
-        """95 % interval of each coordinate of the centre of mass, shape (3, 2): low, high [m]."""
-        half = TWO_SIDED * self.center_sd
-        center = np.array(self.payload.center_of_mass)
-        return np.column_stack([center - half, center + half])
 
 
 def identify_payload(

@@ -1,37 +1,38 @@
 """What is to be known before a grasp begins: how the object rubs, how that was found, and what will not hold."""
 
+from typing import TYPE_CHECKING
+
 from palpate.experiments.grasp.belief import LEAST_EXPONENT
-from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load
 from palpate.experiments.grasp.surface import likely, rubbed_by_plant
 from palpate.experiments.grasp.unit_text import SMALL, bears, in_percent
-from palpate.friction.friction_file import Finding, FrictionFile, How, read_friction_file
+from palpate.friction.friction_file import Finding, FrictionFile, How
+
+if TYPE_CHECKING:  # plans take their notes from here
+    from palpate.experiments.grasp.plan import GraspPlan
 
 SAME = 1e-9
 """By which share two numbers of a surface may differ and still be the same."""
 
 
-def foretold(planned: GraspPlan) -> tuple[str, ...]:
-    """Return what is to be said beforehand, a sentence or two each; empty for a grasp with nothing to it."""
-    said = []
-    if planned.known:
-        found = read_friction_file(planned.known)
-        said = [] if planned.hand.real else [_of_surface(planned, found)]
-        said.append(_of_plan(planned, found))
-        said += _of_loads(planned)
-    config = planned.config
+def notes_on(planned: "GraspPlan") -> tuple[str, ...]:
+    """Return what people should know beforehand, a sentence or two each; empty if there is nothing to it."""
+    notes, found, config = [], planned.found, planned.config
+    if found is not None:
+        notes = [] if planned.hand.real else [_of_surface(planned, found)]
+        notes += [_of_plan(planned, found), *_of_loads(planned)]
     if planned.hand.real:
-        return tuple(said)
+        return tuple(notes)
     needed = grip_for(config, planned.true, largest_load(config))
     if needed > LARGEST_GRIP:
-        said.append(
+        notes.append(
             f"At its largest the load takes {needed:.3g} N of each finger at least, of which at most "
             f"{LARGEST_GRIP:g} N is asked: it will slip. Give a smaller --pull or --offset, or more friction."
         )
-    return tuple(said)
+    return tuple(notes)
 
 
-def _of_surface(planned: GraspPlan, found: FrictionFile) -> str:
+def _of_surface(planned: "GraspPlan", found: FrictionFile) -> str:
     """How the simulated surface and that of the file differ, and what makes them the same."""
     file, true, measured = planned.config.friction_file, planned.true, likely(found)
     told = (
@@ -50,7 +51,7 @@ def _of_surface(planned: GraspPlan, found: FrictionFile) -> str:
     )
 
 
-def _of_plan(planned: GraspPlan, found: FrictionFile) -> str:
+def _of_plan(planned: "GraspPlan", found: FrictionFile) -> str:
     text = (
         f"The grip is planned with {bears(planned.believed)}: what was found, less what its intervals leave open."
     )
@@ -62,15 +63,15 @@ def _of_plan(planned: GraspPlan, found: FrictionFile) -> str:
     return text
 
 
-def _of_loads(planned: GraspPlan) -> list[str]:
+def _of_loads(planned: "GraspPlan") -> list[str]:
     """A warning where the grip will be beyond what was rubbed with."""
     config = planned.config
     grip = (1.0 + config.margin) * grip_for(config, planned.believed, largest_load(config))
-    if grip <= planned.rubbed:
+    if grip <= planned.most_rubbed:
         return []
     text = (
-        f"The grip will rise to about {grip:.2g} N, but the surface was rubbed with {planned.rubbed:.2g} N at "
-        "most: what it bears beyond is a guess"
+        f"The grip will rise to about {grip:.2g} N, but the surface was rubbed with {planned.most_rubbed:.2g} N "
+        "at most: what it bears beyond is a guess"
     )
     if planned.believed.load_exponent > SMALL:
         text += ", and e is planned with as if it grew no more"

@@ -3,9 +3,9 @@
 from datetime import datetime
 from pathlib import Path
 
-from palpate.commands.output_folder import make_folder
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.registry import reference_to
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.reporting.report import Report

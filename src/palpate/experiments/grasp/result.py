@@ -1,29 +1,23 @@
-"""Run a grasp, and say what came of it."""
+"""What came of a grasp."""
 
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate.commands.output_folder import make_folder
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.noted_watch import SlipAlarm
 from palpate.errors import FloatArray
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.felt import GraspFeltRecorder
 from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
-from palpate.experiments.grasp.plan import GraspPlan, plan
-from palpate.experiments.grasp.robot import hand_backend
-from palpate.experiments.grasp.truth import STAGES, GraspTruth, GraspTruthRecorder, TrueHand
-from palpate.runtime import Backend, Ending, Observer, RunResult, Supervisor, Touch, run
-from palpate.runtime.log import Recorder, Sink
+from palpate.experiments.grasp.plan import GraspPlan
+from palpate.experiments.grasp.truth import STAGES, GraspTruth
+from palpate.experiments.kit.recorded_run import Recorded
+from palpate.runtime import Ending, RunResult
 from palpate.sim.fidelity import GRAVITY
-from palpate.sim.hand.truth import HandTruth
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -41,9 +35,6 @@ MEAN = 0.02
 
 NEAR = 2e-5
 """[m] Above the table: so near it may still be held up by it, a bit, and its weight says nothing of the grip."""
-
-SLACK = 20.0
-"""[s] For which a run may go on longer than planned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,6 +192,12 @@ class Grasp:
         return np.asarray(self.truth.loads[:, :, 0].mean(axis=1))
 
     @property
+    def largest_grip(self) -> float:
+        """Largest of that while it was pulled [N]; NaN if it never was held then."""
+        known = self.counted & np.isfinite(self.least) if self.truth_known else self.counted
+        return float(self.felt[known].max()) if known.any() else math.nan
+
+    @property
     def grip_ratio(self) -> float:
         """Mean of the true grip over the mean of the least, while it was pulled; NaN if it was never held."""
         known = self.counted & np.isfinite(self.least)
@@ -266,118 +263,29 @@ class Grasp:
         return self.run.ending is Ending.DONE
 
 
-@runtime_checkable
-class _Telling(Protocol):
-    """A back end that says what really happens: that of a hand is a `TrueHand`."""
-
-    def truth(self) -> HandTruth:
-        """Return what really happened at the last sample."""
-        ...
-
-
-class GraspAttempt:
-    """One try at a grasp: it is run once, and what came of it is told, however the run ended."""
-
-    def __init__(self, planned: GraspPlan, hand: Backend | None = None) -> None:
-        """Take what to do.
-
-        Args:
-            planned: See there.
-            hand: That does it; the one of the plan if not given.
-
-        Raises:
-            InvalidValueError: It cannot be simulated, or not be what its robot file says.
-        """
-        self._planned = planned
-        self._backend = backend = hand or hand_backend(planned)
-        self._watch, self._belief = planned.watch(), planned.belief()
-        self.controller = planned.controller(self._watch, self._belief)
-        config = planned.config
-        self._truth = (
-            GraspTruthRecorder(cast(TrueHand, backend), self.controller, config, planned.times.begin)
-            if isinstance(backend, _Telling)
-            else GraspFeltRecorder(self.controller, config.fingers)
-        )
-
-    def run(
-        self, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = (), touch: Touch | None = None
-    ) -> RunResult:
-        """Move the hand.
-
-        Args:
-            observers: Called every period, for example to show progress.
-            sinks: Where to record it.
-            touch: Another one than planned.
-
-        Raises:
-            KeyboardInterrupt: The hand was stopped; what was found until then is here.
-        """
-        planned = self._planned
-        return run(
-            self._backend,
-            touch or planned.touch(),
-            self.controller,
-            Supervisor(planned.limits),
-            duration=planned.expected_duration + SLACK,
-            recorder=Recorder(*sinks) if sinks else None,
-            observers=(self._truth, *observers),
-        )
-
-    def found(self, result: RunResult, beside: Grasp | None = None) -> Grasp:
-        """Return what came of a run that went like `result`."""
-        watch, control = self._watch, self.controller
-        truth, regrips = self._truth.truth(), control.grip.regrips
-        nudged = self._belief.found if isinstance(self._belief, NotedNudge) else ()
-        return Grasp(self._planned, result, truth, watch.alarms, regrips, beside, control.met_early, nudged)
+def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:
+    """Return what came of a run, and of the one beside it if there was one."""
+    control, other = recorded.controller, planned.companion()
+    watch, belief = control.grip.watch, control.grip.belief
+    beside = None if other is None or recorded.companion is None else grasp_of(other, recorded.companion)
+    return Grasp(
+        planned,
+        recorded.run,
+        recorded.observer.truth(),
+        watch.alarms,
+        control.grip.regrips,
+        beside,
+        control.met_early,
+        belief.found if isinstance(belief, NotedNudge) else (),
+    )
 
 
-def grasp(config: GraspConfig, observers: tuple[Observer, ...] = ()) -> Grasp:
-    """Plan a grasp and carry it out; see `palpate.experiments.grasp.plan.plan` and `carry_out`."""
-    return carry_out(plan(config), observers)
-
-
-def carry_out(planned: GraspPlan, observers: tuple[Observer, ...] = (), sinks: tuple[Sink, ...] = ()) -> Grasp:
-    """Grasp; and once more, ignoring spin, if that is asked for.
-
-    Args:
-        planned: What to do.
-        observers: Called every period, for example to show progress.
-        sinks: Where to record the first of both.
+def write_table(grasp: Grasp, path: Path) -> None:
+    """Write grip, slip and spin over time as CSV.
 
     Raises:
-        InvalidValueError: It cannot be simulated.
-        KeyboardInterrupt: The hand was stopped.
+        OSError: The file cannot be written.
     """
-    attempt = GraspAttempt(planned)
-    result = attempt.run(observers, sinks)
-    return attempt.found(result, without_spin(planned, observers))
-
-
-def without_spin(planned: GraspPlan, observers: tuple[Observer, ...] = ()) -> Grasp | None:
-    """Return the same with a control that ignores spin, if that is asked for."""
-    if not planned.config.against_ignoring_spin:
-        return None
-    attempt = GraspAttempt(planned.ignoring_spin())
-    return attempt.found(attempt.run(observers))
-
-
-def write_grasp(grasp: Grasp, folder: str | Path) -> tuple[Path, ...]:
-    """Write the report and a table over time into a folder, which is made if need be.
-
-    Returns:
-        The files, the report first.
-
-    Raises:
-        InvalidValueError: The folder cannot be made.
-        OSError: A file cannot be written.
-    """
-    from palpate.experiments.grasp.report import grasp_report
-    from palpate.experiments.grasp.report_page import write_grasp_report
-
-    folder = Path(folder)
-    make_folder(folder)
-    report, table = folder / "report.html", folder / "grasp.csv"
-    write_grasp_report(grasp_report(grasp), report)
     truth = grasp.truth
     columns = {"time_s": truth.time, "wanted_grip_N": truth.target}
     if grasp.truth_known:
@@ -385,5 +293,4 @@ def write_grasp(grasp: Grasp, folder: str | Path) -> tuple[Path, ...]:
         columns |= {"true_grip_N": grasp.felt, "least_grip_N": grasp.least, "slip_m": slid, "spin_rad": turned}
     else:
         columns["felt_grip_N"] = grasp.felt
-    np.savetxt(table, np.column_stack(list(columns.values())), "%.9g", ",", header=",".join(columns), comments="")
-    return report, table
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.9g", ",", header=",".join(columns), comments="")
