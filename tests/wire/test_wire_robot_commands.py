@@ -10,7 +10,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from palpate.commands.run_told import log_writer
+from palpate.experiments.kit.recording import log_writer
 from palpate.experiments.grasp.robot import hand_backend
 from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 
