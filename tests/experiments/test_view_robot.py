@@ -23,8 +23,6 @@ JOINTS = (0.1, -1.5, 1.6, -1.7, -1.5, 0.2)
 PLANS = {
     "explore": lambda: plan_exploration(ExploreConfig(robot="ur5e-netft", object="box")),
     "regulate": lambda: plan_regulation(robot="ur5e-netft"),
-    "friction": lambda: plan_friction(FrictionConfig(robot="ur5e-netft", quick=True)),
-    "regulate": lambda: plan_regulation(RegulateConfig(robot="ur5e-netft")),
     "friction": lambda: planned_friction(robot="ur5e-netft", quick=True),
 }
 
