@@ -14,9 +14,18 @@ import math
 from dataclasses import replace
 
 import tyro
-from palpate.experiments.grasp.run import Grasp, grasp
 
 from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.experiment import GraspObject
+from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.kit.recorded_run import carry_out
+
+
+def grasp(config: GraspConfig) -> Grasp:
+    """Plan a grasp of the simulated hand, carry it out, and return what came of it."""
+    experiment = GraspObject()
+    plan = experiment.plan(config, None, {})
+    return experiment.found(plan, carry_out(plan))
 
 
 def report(name: str, done: Grasp) -> None:

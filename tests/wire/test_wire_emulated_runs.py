@@ -16,24 +16,23 @@ import numpy as np
 import psutil
 import pytest
 from palpate.commands.run_told import log_writer
-from palpate.experiments.grasp.run import GraspAttempt
 
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.run import Attempt
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.hw.devices import DeviceError
 from palpate.robots.emulated.backend import EmulatedBackend
-from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
 from palpate.robots.emulated.scene import simulated_twin
 from palpate.robots.in_scene import build
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 from support.emulated_file import unhurried_file
+from support.grasp_runs import found_after, plan_of
 from support.ur_library import needs_ur
 from support.waiting import WITHIN, told, until
 
@@ -164,11 +163,12 @@ def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(tmp_path):
-    planned = for_a_busy_computer(plan_grasp(GraspConfig()))
+@pytest.mark.parametrize("plant", [False, True], ids=["MuJoCo", "friction plant"])
+def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(plant, tmp_path):
+    planned = plan_of(plant=plant)
+    planned = replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.45", ("127.0.9.46", "127.0.9.47"), tmp_path / "bus", SCALE)
-    attempt = GraspAttempt(planned, grasp_on_the_wire(planned, wires))
-    grasp = attempt.found(attempt.run())
+    grasp = found_after(planned, RecordedRun(planned, emulated_hand(planned.task(), wires)))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
     assert not grasp.dropped
     assert grasp.gave_way == ()

@@ -18,14 +18,13 @@ from palpate.robots.truth_numbers import (
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.scene import scene_of
 from palpate.hw.emulators.plant import Plant
 from palpate.kinematics.pose import Pose
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.scene import simulated_twin
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
+from palpate.robots.idle import idle_hand_task
 from palpate.robots.in_scene import build
 from palpate.runtime.data import ArmSample, Command
 from palpate.runtime.robot import load_robot
@@ -33,6 +32,7 @@ from palpate.runtime.robot_backend import EmulatedUr5eEntry
 from palpate.runtime.robot_pace import SimulatedPaceEntry
 from palpate.sim.contact_truth import Truth
 from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.hand import two_finger_hand
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
 from palpate.spatial import ZERO
@@ -176,16 +176,15 @@ def test_a_scene_stands_until_it_may_begin_and_its_clock_runs_on(trace):
 
 
 def held(grip):
-    config = GraspConfig()
-    return HandBackend(scene_of(config), 1e-3, grip=grip) if grip else HandBackend(scene_of(config), 1e-3)
+    scene = idle_hand_task(two_finger_hand()).scene()
+    return HandBackend(scene, 1e-3, grip=grip) if grip else HandBackend(scene, 1e-3)
 
 
 def test_servos_that_get_the_goals_of_a_grip_force_press_with_that_force():
-    config = GraspConfig()
     forced, driven = held(None), held(ServoGrip)
     forced.start()
     driven.start()
-    hand, force = scene_of(config).hand, 2.0
+    hand, force = forced.scene.hand, 2.0
     finger = hand.finger
     goal = ShaftGoal(
         torque_on=True,
