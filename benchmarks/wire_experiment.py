@@ -24,10 +24,10 @@ from rich.console import Console
 from rich.table import Table
 
 from palpate.commands.replay.run import replay_log
+from palpate.experiments.explore import Attempt, Exploration
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import Attempt, Exploration
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.result import Grasp, grasp_of

@@ -302,6 +302,7 @@ def _no_command(word: str, commands: Typed, typed: str) -> str:
 
 def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> Answer | int:
     about = inspect.getdoc(command.config)
+    config: Any
     config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=about)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
     runner = _function(command.document if Flag.JSON in flags and command.document else command.runner)
@@ -346,6 +347,6 @@ def _taken(name: str, what: "Command | Group | Experiment") -> Any:
     if isinstance(what, Command):
         return flagged(what.config, name, (Flag.JSON,))
     if isinstance(what, Group):
-        below = Annotated[_subcommands(what.commands), tyro.conf.OmitSubcommandPrefixes]
-        return make_dataclass(name, [("command", below)])
+        below: Any = _subcommands(what.commands)
+        return make_dataclass(name, [("command", Annotated[below, tyro.conf.OmitSubcommandPrefixes])])
     return flagged(what.Config, name, EXPERIMENT_FLAGS, experiment_file=True)

@@ -23,12 +23,13 @@ from palpate.robots.with_hand import has_hand, robots_with_hand
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.runtime.robot_backend import EmulatedHandEntry
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.wrapped_backend import WrappedBackend
 from support.emulated_file import changed_file
 from support.grasp_runs import plan_of, planned_again
+from support.robot_file_text import robot_file_text
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 

@@ -1,40 +1,41 @@
 """A report of every kind, small, with the same text wherever people type one."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import trimesh
+from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
+from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.replay.report_data import ReplayReport
 from palpate.commands.replay.report_page import replay_html
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
+from palpate.commands.sweep.typed_values import Varied
+from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
+from palpate.experiments.explore.report_page import report_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.compare.report import comparison_html as mesh_comparison_html
-from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
-from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import report_html as sweep_html
 from palpate.commands.sweep.result import SweepResult
-from palpate.commands.sweep.typed_values import Varied
-from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
-from palpate.experiments.explore.report_page import report_html
-from palpate.experiments.friction.report_data import (
-    FrictionReport,
-    MaterialMatch,
-    Measured,
-    RecognitionReport,
-    StrokeCurve,
-)
-from palpate.experiments.friction.report_page import friction_html
+from palpate.experiments.friction.confusion_picture import confusion_picture
+from palpate.experiments.friction.measured import Measured, table_rows
+from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
+from palpate.experiments.friction.stroke_curves import StrokeCurve
+from palpate.experiments.grasp.pictures import grip_picture, load_pictures, slip_picture
 from palpate.experiments.kit.figure import Figure
-from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
-from palpate.experiments.regulate.report_page import regulation_html
+from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
+from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.mapping.compare import compare
 from palpate.mapping.compare_files import read_map, read_reference
+from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure
+from palpate.reporting.force_picture import force_overview
+from palpate.reporting.grasp_force_picture import grasp_force_picture
+from palpate.reporting.page import report_page
+from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
@@ -80,44 +81,68 @@ def _explore(typed):
 
 
 def _regulate(typed):
+    told = said(typed)
     time = np.linspace(0.0, 0.2, 50)
-    steps = StepCurves(time, 1 - np.exp(-50 * time), 1 - np.exp(-60 * time), np.ones((2, 50)), (0.01, 0.04), 0.05)
-    tones = (BodeCurve("true", np.array([1.0, 4.0]), np.array([1.0, 0.6]), np.array([-3.0, -50.0])),)
-    margins = (KeyFigure("gain margin", 3.1, "", typed),)
-    told = RegulationReport(
-        series=series_of(("approach", "hold", "lift")), timing=TIMING, margins=margins, steps=steps, tones=tones,
-        bandwidth=3.0, limits=(typed,), **said(typed),
-    )  # fmt: skip
-    return regulation_html(told)
+    steps = StepResponse(time, 1 - np.exp(-60 * time), np.ones((2, 50)))
+    tones = FrequencyResponse(np.array([1.0, 4.0]), np.array([1.0 - 0.05j, 0.4 - 0.45j]))
+    series = series_of(("approach", "hold", "lift"))
+    pictures = (
+        force_overview(series),
+        error_picture(series),
+        step_picture(steps, steps),
+        bode_picture({"true": tones}),
+    )
+    sections = (
+        Section(
+            typed, (Pictures(lambda: pictures), TextTable(((typed, "0.6", "times", typed),)), Paragraph(typed))
+        ),
+        Section("Margins", (FigureTable((KeyFigure("gain margin", 3.1, "", typed),)),)),
+        computing(TIMING),
+    )
+    return report_page(Report(figures=told.pop("summary"), sections=sections, footer=typed, **told))
 
 
 def _friction(typed):
     stroke = StrokeCurve(2.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
     confusion = Confusion((typed, "b"), (typed, UNKNOWN), np.array([[3, 1], [0, 4]]))
-    known = RecognitionReport(typed, (MaterialMatch(typed, 0.0, 0.9, 0.5),), confusion, typed)
     speeds = (Measured(0.01, 0.5, 0.4, 0.6, 0.5), Measured(0.02, 0.5, 0.45, 0.6, 0.5, why=typed))
-    told = FrictionReport(
-        series=series_of(), timing=TIMING, strokes=(stroke,), friction=LEVEL, lengths=LEVEL, growth=(0.003, 0.2),
-        speeds=speeds, surface=ASSUMED, recognition=known, **said(typed),
-    )  # fmt: skip
-    return friction_html(told)
+
+    def draw():
+        yield stroke_picture((stroke,), LEVEL)
+        yield surface_picture(ASSUMED)
+        yield length_picture(LEVEL, (0.003, 0.2))
+        yield speed_picture(speeds, None)
+        yield confusion_picture(confusion)
+
+    told = said(typed)
+    parts = (Paragraph(typed), TextTable(table_rows(speeds, typed, "mm/s", 1e3)), Pictures(draw))
+    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
 
 
 def _grasp(typed):
     count, time = 400, np.arange(400) * 1e-2
     loads = np.stack([np.full((count, 2), 4.0), np.full((count, 2), 1.0), np.full((count, 2), 2e-3)], axis=2)
     still, held = np.zeros((count, 2)), np.ones(count, dtype=bool)
-    series = GraspSeries(
-        time, ("hold",) * count, np.full(count, 4.0), np.full(count, 4.1), np.full(count, 3.5), still, still,
-        loads, np.zeros((count, 2), dtype=bool), held, held, (1.0,),
+    truth = SimpleNamespace(
+        time=time, stage=np.full(count, 3), target=np.full(count, 4.0), slid=still, turned=still, loads=loads,
+        fingers=2,
     )  # fmt: skip
-    heaviest = HeaviestLoad(1.0, PAIR, FORCES, LOAD, None)
-    told = GraspReport(
-        compared=(("", "with spin", "ignoring spin", ""), ("slip", "0.1", "9", "mm")), account=(typed,),
-        surface=LimitSurface(0.5, 0.004), series=series, beside=series, timing=TIMING, heaviest=heaviest,
-        **said(typed),
+    grasp = SimpleNamespace(
+        truth=truth, felt=np.full(count, 4.1), least=np.full(count, 3.5), counted=held, aloft=held,
+        slipping=np.zeros((count, 2), dtype=bool), alarms_aloft=(SimpleNamespace(time=1.0),),
+        planned=SimpleNamespace(true=LimitSurface(0.5, 0.004)),
     )  # fmt: skip
-    return grasp_html(told)
+
+    def draw():
+        yield grip_picture(grasp, typed)
+        yield slip_picture(grasp, typed)
+        yield from load_pictures(grasp, typed)
+        yield grasp_force_picture(PAIR, FORCES, LOAD)
+
+    told = said(typed)
+    compared = KeyFigure(f"slip, {typed}", 9.0, "mm", typed)
+    parts = (Paragraph(typed), FigureTable((compared,)), Pictures(draw))
+    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
 
 
 def _replay(typed):

@@ -6,10 +6,10 @@ from pathlib import Path
 from mcap.opcode import Opcode
 from rich.console import Console
 
-from palpate.commands.recording import REPORT
 from palpate.commands.said import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
+from palpate.experiments.kit.recording import REPORT
 from palpate.experiments.kit.registry import experiment_named
 from palpate.runtime.log import log_in
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, attachment_of

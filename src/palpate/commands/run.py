@@ -7,15 +7,15 @@ from rich.console import Console
 
 from palpate.commands.answer import Answer, ExitCode, report_answer
 from palpate.commands.earlier_run import earlier_told
-from palpate.commands.output_folder import make_folder
 from palpate.commands.progress import doing, run_progress
-from palpate.commands.recording import log_writer, write_result, written
 from palpate.commands.run_shown import kept_if_interrupted, run_shown, tell_of
 from palpate.commands.said import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
+from palpate.experiments.kit.recording import log_writer, write_result, written
 from palpate.experiments.kit.registry import reference_to
 from palpate.experiments.kit.repeat_words import repeat_commands
 from palpate.reporting.terminal import key_figures

@@ -44,6 +44,11 @@ class Finding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
                 f"value = {self.value:g} in [{self.lower:g}, {self.upper:g}]: must be a number within its interval"
             )
 
+    @property
+    def measured(self) -> bool:
+        """Whether it was, not bounded or assumed."""
+        return self.how is How.MEASURED
+
 
 class LoadFinding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What was found at one load."""
@@ -108,9 +113,7 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     def spun_loads(self) -> tuple[float, float] | None:
         """Least and largest normal force at which e was measured [N]: beyond, its growth is a guess."""
         spun = [
-            load.normal_force
-            for load in self.loads
-            if load.spin_length is not None and load.spin_length.how is How.MEASURED
+            load.normal_force for load in self.loads if load.spin_length is not None and load.spin_length.measured
         ]
         return (min(spun), max(spun)) if spun else None
 

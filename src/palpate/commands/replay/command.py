@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from palpate.commands.answer import Answer, ExitCode, shown_figures
-from palpate.commands.output_folder import make_folder
 from palpate.commands.progress import doing, lively
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.replay.controller import load_controller_maker
@@ -27,6 +26,7 @@ from palpate.commands.replay.run import ReplayedLog, replay_log
 from palpate.commands.said import say
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.reporting.page import write_report
 from palpate.reporting.terminal import figure_table
 from palpate.runtime import Command, Observation, Sample

@@ -2,5 +2,47 @@
 
 What is typed becomes a plan (`plan`). A runner (`runner`, `ray_runner`) carries out its runs, calling the same
 function for each (`attempt`). They are kept one by one as they finish (`store`), and end as tables, a picture and
-a report.
+a report. A script calls `sweep`.
 """
+
+from typing import TYPE_CHECKING
+
+from palpate.commands.sweep.config import SweepConfig
+
+if TYPE_CHECKING:  # --help imports this module
+    from palpate.commands.sweep.result import SweepResult
+    from palpate.runtime.batch import ShowProgress
+
+__all__ = ["SweepConfig", "sweep"]
+
+
+def sweep(config: SweepConfig, progress: "ShowProgress | None" = None) -> "SweepResult":
+    """Do the runs that are not done yet, and write tables, picture and report of all of them.
+
+    Args:
+        config: What to do.
+        progress: Told how far it is; a bar on the terminal after two seconds, if not given;
+            `palpate.runtime.batch.quiet` for nothing.
+
+    Raises:
+        InvalidValueError: Something typed cannot be, or the folder is another sweep's; nothing has run.
+        BatchError: No worker lives long enough to do anything. What is finished is kept.
+        KeyboardInterrupt: Ctrl-C. What is finished is kept.
+        OSError: A file cannot be written.
+    """
+    from palpate.commands.sweep.plan import sweep_plan
+    from palpate.commands.sweep.run import SweepAtWork, check, finished
+    from palpate.commands.sweep.store import SweepFolder
+    from palpate.runtime.batch import progress_bar
+
+    checked = check(sweep_plan(config))
+    folder = SweepFolder(checked.plan.folder)
+    with folder.alone():
+        work = SweepAtWork(checked, folder, finished(checked, folder))
+        if progress is None:
+            with progress_bar() as show:
+                work.carry_out(show)
+        else:
+            work.carry_out(progress)
+        work.write()
+    return work.result

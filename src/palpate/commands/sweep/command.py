@@ -18,8 +18,8 @@ from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
 from palpate.commands.sweep.result import SweepResult, spread_of
 from palpate.commands.sweep.run import SweepAtWork, check, finished
 from palpate.commands.sweep.store import SweepFolder
-from palpate.commands.sweep.typed_values import plain
 from palpate.commands.sweep.words import time_text
+from palpate.commands.typed_values import plain
 from palpate.experiments.kit.figure import Figure, number
 from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, progress_bar
 
@@ -51,7 +51,7 @@ def run_sweep(config: SweepConfig) -> Answer:
         say(console, _foretold(config, checked.expected, len(plan.runs)))
         figures = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
         return Answer(outcome=plan.size, figures=figures, facts={"dry_run": True})
-    folder = SweepFolder(config.folder)
+    folder = SweepFolder(plan.folder)
     with folder.alone():
         work = SweepAtWork(checked, folder, finished(checked, folder))
         try:
@@ -127,7 +127,7 @@ def _tell(console: Console, result: SweepResult) -> None:
         table = Table(title=Text(result.plan.title), caption=Text(result.outcome))
         table.add_column("combination" if result.plan.varied else "", overflow="fold")
         for figure in result.figures:
-            table.add_column(Text(figure.words), justify="right")
+            table.add_column(Text(figure.meaning), justify="right")
         for row in list(zip(*columns, strict=True))[:MOST_LISTED]:
             cells = [f"{value} {unit}".rstrip() + (f" ({note})" if note else "") for _, value, unit, note in row]
             table.add_row(Text(row[0][0]), *map(Text, cells))
@@ -152,7 +152,7 @@ def _list(console: Console, plan: SweepPlan) -> None:
     """List every run."""
     for run in plan.runs:
         name = plan.name_of(run.combination)
-        say(console, f"{run.number:6d}  {name}{', ' if name else ''}seed={run.case.config.seed}")
+        say(console, f"{run.number:6d}  {name}{', ' if name else ''}seed={run.case.seed}")
 
 
 def _foretold(config: SweepConfig, expected: float, runs: int) -> str:

@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import tyro
 
 from palpate.errors import InvalidValueError
-
-ExperimentName = Literal["explore", "regulate", "friction", "grasp"]
 
 MOST_SEEDS, MOST_JOBS = 100_000, 10_000
 """More is a slip of the keyboard."""
@@ -39,10 +37,8 @@ class SweepConfig:
     palpate sweep grasp --vary offset=0:0.01:6 --seeds 20 --ray 10.0.0.1:6379
     """
 
-    experiment: Annotated[
-        ExperimentName, tyro.conf.Positional, tyro.conf.arg(metavar="{explore,regulate,friction,grasp}")
-    ]
-    """What to do."""
+    experiment: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="EXPERIMENT")]
+    """What to do: the name of an experiment; or one of your own, as mine.py:Mine for the class Mine in mine.py."""
     vary: Annotated[
         tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME=VALUES ...")
     ] = ()
@@ -82,11 +78,6 @@ class SweepConfig:
             )
         if self.ray is not None and not self.ray.strip():
             raise InvalidValueError("ray: write auto, local, or the address of a cluster, as 10.0.0.1:6379")
-
-    @property
-    def folder(self) -> Path:
-        """Where everything goes."""
-        return Path(f"runs/sweep-{self.experiment}") if self.out is None else self.out
 
     @property
     def varied_words(self) -> tuple[str, ...]:

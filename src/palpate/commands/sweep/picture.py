@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from palpate.atomic_file import replacing
 from palpate.commands.sweep.result import HIGH, LOW, Spread, SweepResult, numbers_of, spread_of
 from palpate.commands.sweep.scale import Scale, scale_of
-from palpate.commands.sweep.typed_values import Varied, shown_value
+from palpate.commands.typed_values import Varied, shown_value
 from palpate.experiments.kit.figure import Figure, is_share
 from palpate.reporting.style import (
     FONT_SIZE,
@@ -105,7 +105,7 @@ def pictures(result: SweepResult) -> list[Picture]:
         across = min(COLUMNS, len(panels))
         wide = _alone(result, figure, panels, across)
         narrow = _alone(result, figure, panels, 1) if across > 1 else None
-        title = figure.words[:1].upper() + figure.words[1:]
+        title = figure.meaning[:1].upper() + figure.meaning[1:]
         found.append(Picture(title=title, caption=_caption(result, figure, panels), full=wide, narrow=narrow))
     return found
 
@@ -160,7 +160,7 @@ def _draw(
     values = numbers_of(_known(result, figure))
     scale = scale_of(figure.unit, float(np.abs(values).max()) if values.size else 0.0)
     logarithmic = values.size > 0 and values.min() > 0.0 and values.max() >= LOGARITHMIC_FIGURE * values.min()
-    quantity = _quantity(figure.words, scale)
+    quantity = _quantity(figure.meaning, scale)
     all_axes = list(drawing.subplots(rows, across, squeeze=False).ravel())
     for axes, panel in zip(all_axes, panels, strict=False):
         if panel.along is None:
@@ -291,7 +291,7 @@ def _numeric(varied: Varied) -> bool:
 
 def _option_scale(result: SweepResult, varied: Varied) -> Scale:
     numbers = numbers_of([value for value in varied.values if isinstance(value, int | float)])
-    unit = result.plan.swept.unit(varied.name)
+    unit = result.plan.unit(varied.name)
     return scale_of(unit, float(np.abs(numbers).max())) if _numeric(varied) else Scale(1.0, unit)
 
 

@@ -11,11 +11,13 @@ from typing import Any
 
 from palpate.commands.sweep.attempt import RunCase
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.swept import EXPERIMENTS, Swept
-from palpate.commands.sweep.typed_values import Varied, fixed_options, shown_value, varied_options
+from palpate.commands.typed_values import Varied, set_options, shown_value, varied_options
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_checks import LARGEST_SEED
-from palpate.experiments.kit.experiment_file import plain_values
+from palpate.experiments.kit.config_file import NAME_KEY, config_text, load_overlay, plain_values
+from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.options import specs_of
+from palpate.experiments.kit.registry import experiment_named, reference_to
 
 MOST_RUNS = 100_000
 """Each is a small file; more of them are a mistake, or several sweeps."""
@@ -25,6 +27,15 @@ DIGITS = 6
 
 ROBOT = "robot"
 """The option that names a robot file, which may name others."""
+
+OWN: Mapping[str, str] = {
+    "out": "a sweep says where its runs go: --out is its folder",
+    "config": "give it as --config FILE.YAML",
+}
+"""Options of experiments that a sweep has itself, and what to type."""
+
+SEEDS = {"seed": "for runs with other seeds give --seeds and how many"}
+"""Likewise, of --vary."""
 
 NO_PART = ("seed", "out")
 """Options that do not belong to what a combination is."""
@@ -64,27 +75,29 @@ class SweepPlan:
 
     Attributes:
         asked: As typed.
-        swept: What is done.
+        experiment: What is done.
         varied: The options that are varied.
         fixed: Those that are set, typed.
         combinations: Every one, the last option varying fastest.
         seeds: Of each.
         runs: All of them, by number.
+        folder: Where everything goes.
     """
 
     asked: SweepConfig
-    swept: Swept
+    experiment: Experiment
     varied: tuple[Varied, ...]
     fixed: Mapping[str, object]
     combinations: tuple[Combination, ...]
     seeds: range
     runs: tuple[PlannedRun, ...]
+    folder: Path
 
     @property
     def title(self) -> str:
         """What it is, in a few words."""
         names = ", ".join(each.name for each in self.varied)
-        return f"Sweep of {self.swept.name}" + (f" over {names}" if names else " over seeds")
+        return f"Sweep of {self.experiment.name}" + (f" over {names}" if names else " over seeds")
 
     @property
     def size(self) -> str:
@@ -94,6 +107,10 @@ class SweepPlan:
             return f"{len(self.runs)} run{'s' if len(self.runs) > 1 else ''}: {seeds}"
         counts = " x ".join(f"{len(each.values)} {each.name}" for each in self.varied)
         return f"{len(self.runs)} run{'s' if len(self.runs) > 1 else ''}: {counts} x {seeds}"
+
+    def unit(self, option: str) -> str:
+        """Return the unit of an option; empty if it has none."""
+        return specs_of(self.experiment.Config)[option].unit
 
     def name_of(self, combination: Combination) -> str:
         """Return a combination about as people type it."""
@@ -106,9 +123,11 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
     Raises:
         InvalidValueError: A name is not known, a value impossible, or a combination of them; nothing has run.
     """
-    swept = EXPERIMENTS[config.experiment]
-    varied = varied_options(config.varied_words, swept.kind)
-    fixed = fixed_options(config.set_words, swept.kind)
+    experiment = experiment_named(config.experiment)
+    kind, reference = experiment.Config, reference_to(experiment)
+    folder = config.out or Path(f"runs/sweep-{experiment.name}")
+    varied = varied_options(config.varied_words, kind, {**OWN, **SEEDS})
+    fixed = set_options(config.set_words, kind, OWN)
     for each in varied:
         if each.name in fixed:
             raise InvalidValueError(f"{each.name} is varied and set: leave --set {each.name}=... out")
@@ -117,7 +136,7 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
         count *= len(each.values)
     if count > MOST_RUNS:
         raise InvalidValueError(f"{count} runs: at most {MOST_RUNS}; vary less, or make several sweeps")
-    combinations = tuple(_combinations(config, swept, varied, fixed))
+    combinations = tuple(_combinations(config, experiment, varied, fixed))
     first = combinations[0].config.seed
     if first + config.seeds - 1 > LARGEST_SEED:
         raise InvalidValueError(
@@ -127,25 +146,26 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
     runs: list[PlannedRun] = []
     robot_texts = cache(_robot_texts)  # for as long as files are not looked at anew
     for combination in combinations:
-        common = _identity(swept, combination.config, robot_texts)
+        common = _identity(experiment.name, combination.config, robot_texts)
+        text = config_text(reference, combination.config)
         for seed in seeds:
             number = len(runs)
-            out = config.folder.absolute() / "reports" / f"{number:06d}" if config.keep_reports else Path("runs")
-            asked = replace(combination.config, seed=seed, out=out)
+            kept = folder.absolute() / "reports" / f"{number:06d}" if config.keep_reports else None
             digest = hashlib.sha256(f"{common} seed {seed}".encode()).hexdigest()[:16]
-            case = RunCase(number, digest, swept.name, asked, config.keep_reports)
+            case = RunCase(number, digest, reference, text, seed, kept)
             runs.append(PlannedRun(number, combination, case))
-    return SweepPlan(config, swept, varied, fixed, combinations, seeds, tuple(runs))
+    return SweepPlan(config, experiment, varied, fixed, combinations, seeds, tuple(runs), folder)
 
 
 def _combinations(
-    config: SweepConfig, swept: Swept, varied: tuple[Varied, ...], fixed: Mapping[str, object]
+    config: SweepConfig, experiment: Experiment, varied: tuple[Varied, ...], fixed: Mapping[str, object]
 ) -> Iterator[Combination]:
-    defaults = _defaults(config, swept)
+    kind, file = experiment.Config, config.config
+    overlay = {} if file is None else load_overlay(file, experiment.name, kind)
     for values in itertools.product(*(each.values for each in varied)):
-        given = {**fixed, **{each.name: value for each, value in zip(varied, values, strict=True)}}
+        given = {each.name: value for each, value in zip(varied, values, strict=True)}
         try:
-            asked = swept.kind(**{**defaults, **given})
+            asked = kind(**{**overlay, **fixed, **given})
         except InvalidValueError as error:
             where = _named(varied, values)
             raise InvalidValueError(f"with {where}: {error}" if where else str(error)) from None
@@ -155,12 +175,6 @@ def _combinations(
 def _named(varied: Sequence[Varied], values: Sequence[object]) -> str:
     pairs = zip(varied, values, strict=True)
     return ", ".join(f"{each.name}={shown_value(value, DIGITS)}" for each, value in pairs)
-
-
-def _defaults(config: SweepConfig, swept: Swept) -> dict[str, object]:
-    """Return the options that hold if nothing else is said: as the experiment itself would have them."""
-    options = swept.defaults([] if config.config is None else ["--config", str(config.config)])
-    return {field.name: getattr(options, field.name) for field in fields(swept.kind)}
 
 
 def _with_whole_paths(config: Any) -> Any:
@@ -175,7 +189,7 @@ def _with_whole_paths(config: Any) -> Any:
     return replace(config, **whole) if whole else config
 
 
-def _identity(swept: Swept, config: Any, robot_texts: Callable[[str], Mapping[str, str]]) -> str:
+def _identity(experiment: str, config: Any, robot_texts: Callable[[str], Mapping[str, str]]) -> str:
     """Return everything that a run depends on but its seed; of a file what is in it, wherever it lies."""
     values = {name: value for name, value in plain_values(config).items() if name not in NO_PART}
     robot = values.pop(ROBOT, None)
@@ -184,7 +198,7 @@ def _identity(swept: Swept, config: Any, robot_texts: Callable[[str], Mapping[st
     for name, value in values.items():
         if isinstance(value, str) and Path(value).is_absolute() and Path(value).is_file():
             values[name] = hashlib.sha256(Path(value).read_bytes()).hexdigest()
-    return json.dumps({"experiment": swept.name, **values})
+    return json.dumps({NAME_KEY: experiment, **values})
 
 
 def _robot_texts(name: str) -> Mapping[str, str]:
@@ -194,7 +208,7 @@ def _robot_texts(name: str) -> Mapping[str, str]:
     return load_named_robot(name).texts
 
 
-def simulated_durations(plan: SweepPlan) -> list[float]:
+def expected_durations(plan: SweepPlan) -> list[float]:
     """Plan every combination once, with a world of its own; return about how long a run of each is, simulated [s].
 
     Raises:
@@ -203,18 +217,17 @@ def simulated_durations(plan: SweepPlan) -> list[float]:
     from palpate.robots.values import load_named_robot
     from palpate.runtime.robot_backend import SimulatedUr5eEntry, StageEntry, TurningStageEntry
 
-    carrier, durations = plan.swept.carrier, []
+    simulated, durations = StageEntry | TurningStageEntry | SimulatedUr5eEntry, []
     for combination in plan.combinations:
+        config = combination.config
         try:
-            robot = getattr(combination.config, ROBOT, None)
-            if robot is not None:
-                backend = load_named_robot(robot).file.backend
-                if not isinstance(backend, StageEntry | TurningStageEntry | SimulatedUr5eEntry):
-                    raise InvalidValueError(
-                        f"robot = {robot}: a sweep runs many at a time, unwatched: simulated robots only, none "
-                        "that is real or behind a wire; `palpate robot list` names some"
-                    )
-            durations.append(carrier.duration_of(combination.config))
+            robot = None if config.robot is None else load_named_robot(config.robot)
+            if robot is not None and not isinstance(robot.file.backend, simulated):
+                raise InvalidValueError(
+                    f"robot = {config.robot}: a sweep runs many at a time, unwatched: simulated robots only, none "
+                    "that is real or behind a wire; `palpate robot list` names some"
+                )
+            durations.append(plan.experiment.plan(config, robot, {}).expected_duration)
         except InvalidValueError as error:
             where = plan.name_of(combination)
             raise InvalidValueError(f"with {where}: {error}" if where else str(error)) from None

@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,60 +12,45 @@ from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.result import HIGH, LOW, SweepResult, numbers_of, spread_of
 from palpate.commands.sweep.scale import scale_of
-from palpate.commands.sweep.typed_values import shown_value
 from palpate.commands.sweep.words import time_text
+from palpate.commands.typed_values import shown_value
 from palpate.experiments.kit.figure import is_share
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.reporting.data import KeyFigure
-from palpate.reporting.story import Story
+from palpate.reporting.report import Pictures, Report, Section, TextTable
+
+if TYPE_CHECKING:
+    from palpate.reporting.style import Picture
 
 MOST_ROWS = 60
 """Of a table in the report: the rest is in runs.csv."""
 
 
-def write_report(result: SweepResult, path: Path) -> None:
-    """Write the report; a former one is replaced once the new one is whole.
+def sweep_report(result: SweepResult) -> Report:
+    """Return the report."""
 
-    Raises:
-        OSError: The file cannot be written.
-    """
-    from palpate.reporting.page import write_page  # with matplotlib, for which only those who write wait
+    def draw() -> "list[Picture]":
+        from palpate.commands.sweep.picture import pictures  # with matplotlib
 
-    write_page(report_html(result), path)
-
-
-def report_html(result: SweepResult) -> str:
-    """Return the report as the text of an HTML document."""
-    # matplotlib takes a third of a second to import: only those who write a report wait for it.
-    from palpate.commands.sweep.picture import pictures
-    from palpate.reporting.page import COLUMNS, picture_cards, report_page, section, table, text
+        return pictures(result)
 
     plan = result.plan
-    tables = []
-    for i, figure in enumerate(result.figures):
-        share = is_share(result.values(figure, plan.combinations))
-        heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
-        rows = _shortened(combination_rows(result, i), ("", "", "in runs.csv"))
-        tables.append(
-            f"<h3>{text(figure.words[:1].upper() + figure.words[1:])}</h3>\n{table(rows, COLUMNS, heads)}"
-        )
-    failures = table(failure_rows(result), ("name", "value", "note"), ("run", "how it went", "why"))
-    return report_page(
-        Story(
-            plan.title,
-            f"palpate {plan.swept.name}, {plan.size}",
-            result.outcome,
-            key_figures(result),
-            advice(result),
-            repeat_commands(plan),
-            setting_rows(result),
-            "Every run is a row of runs.csv, in SI units.",
+    failures = TextTable(failure_rows(result), ("name", "value", "note"), ("run", "how it went", "why"))
+    return Report(
+        plan.title,
+        result.outcome,
+        key_figures(result),
+        (
+            Section("What came out", (Pictures(draw),)),
+            *(_in_figures(result, i) for i in range(len(result.figures))),
+            Section("Runs that did not get to their end", (failures,)),
         ),
-        [
-            section("What came out", [picture_cards(pictures(result))]),
-            section("By combination" if plan.varied else "In figures", tables),
-            section("Runs that did not get to their end", [failures]),
-        ],
+        asked=f"palpate {plan.asked.experiment}, {plan.size}",
+        advice=advice(result),
+        settings=setting_rows(result),
+        repeat=repeat_commands(plan),
+        footer="Every run is a row of runs.csv, in SI units.",
+        reached=not result.failures,
     )
 
 
@@ -107,6 +92,16 @@ def combination_rows(result: SweepResult, index: int) -> list[tuple[str, str, st
     return rows
 
 
+def _in_figures(result: SweepResult, index: int) -> Section:
+    """The table of a figure that is shown."""
+    figure, plan = result.figures[index], result.plan
+    share = is_share(result.values(figure, plan.combinations))
+    heads = ("combination", "share", "", "") if share else ("combination", "median", "", SPREAD)
+    rows = _shortened(combination_rows(result, index), ("", "", "in runs.csv"))
+    heading = figure.meaning[:1].upper() + figure.meaning[1:] + (", by combination" if plan.varied else "")
+    return Section(heading, (TextTable(rows, heads=heads),))
+
+
 def failure_rows(result: SweepResult) -> Sequence[tuple[str, ...]]:
     """Return the runs that did not get to their end: which, how it went, why."""
     rows = [(run_name(result, record), record.status.value, record.message) for record in result.failures]
@@ -139,11 +134,10 @@ def advice(result: SweepResult) -> tuple[str, ...]:
 
 def repeat_commands(plan: SweepPlan) -> tuple[tuple[str, str], ...]:
     """Return what can be repeated, and the command that does so."""
-    first = plan.runs[0].case.config
-    alone = replace(first, out=plan.swept.kind().out)
+    alone = replace(plan.combinations[0].config, out=plan.experiment.Config().out)
     return (
         ("The same again; in the same folder it goes on with what is left:", typed_command(plan.asked)),
-        ("Its first run alone, with a report and a log of its own:", command_line(plan.swept.name, alone)),
+        ("Its first run alone, with a report and a log of its own:", command_line(plan.asked.experiment, alone)),
     )
 
 
@@ -165,12 +159,12 @@ def setting_rows(result: SweepResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked: name, value."""
     plan = result.plan
     seeds = f"{plan.seeds.start}" + (f" to {plan.seeds[-1]}" if len(plan.seeds) > 1 else "")
-    rows = [("experiment", plan.swept.name)]
+    rows = [("experiment", plan.asked.experiment)]
     for each in plan.varied:
         values = ", ".join(shown_value(value, DIGITS) for value in each.values)
-        rows.append((f"{each.name}, varied", f"{values} {plan.swept.unit(each.name)}".rstrip()))
+        rows.append((f"{each.name}, varied", f"{values} {plan.unit(each.name)}".rstrip()))
     for name, value in shared_options(plan).items():
-        rows.append((name, f"{shown_value(value)} {plan.swept.unit(name)}".rstrip()))
+        rows.append((name, f"{shown_value(value)} {plan.unit(name)}".rstrip()))
     rows.append(("seeds of each combination", seeds))
     versions = next((record.versions for record in result.records if record.versions), {})
     if versions:
@@ -180,10 +174,10 @@ def setting_rows(result: SweepResult) -> tuple[tuple[str, str], ...]:
 
 def shared_options(plan: SweepPlan) -> dict[str, object]:
     """Return the options that all runs share, typed or not as they are by default: by a file, or by the robot."""
-    usual, (first, *others) = plan.swept.kind(), [each.config for each in plan.combinations]
+    usual, (first, *others) = plan.experiment.Config(), [each.config for each in plan.combinations]
     varied = {each.name for each in plan.varied}
     shared = {}
-    for name in (field.name for field in fields(plan.swept.kind)):
+    for name in (field.name for field in fields(plan.experiment.Config)):
         value = getattr(first, name)
         if name in varied or name in NO_PART or any(getattr(other, name) != value for other in others):
             continue

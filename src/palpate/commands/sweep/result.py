@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
@@ -123,9 +124,15 @@ class SweepResult:
             said.append(
                 "All seeds gave the same numbers: nothing in these runs is random (see the options for noise)."
             )
+        words = [figure.column for figure in self.figures if self._is_words(figure)]
+        if words:
+            said.append(f"Of words there is no median: see {' and '.join(words)} in runs.csv.")
         if self.versions:
             said.append(f"Not all runs had the same versions: {'; '.join(self.versions)}.")
         return tuple(said)
+
+    def _is_words(self, figure: Figure) -> bool:
+        return any(isinstance(value, str) for value in self.values(figure, self.plan.combinations))
 
     @property
     def outcome(self) -> str:
@@ -135,40 +142,30 @@ class SweepResult:
         return " ".join((f"{ended} got to {'its' if count == 1 else 'their'} end.", *self.notes))
 
 
-def checked_columns(columns: Sequence[str], figures: Sequence[Figure], words: Sequence[str]) -> tuple[Figure, ...]:
+def checked_columns(columns: Sequence[str], figures: Sequence[Figure]) -> tuple[Figure, ...]:
     """Return the figures of columns that are typed.
 
     Args:
         columns: As typed.
         figures: That there are.
-        words: Columns of them that hold words.
 
     Raises:
-        InvalidValueError: There is no such column, or it holds words.
+        InvalidValueError: There is no such column.
     """
-    known = {figure.column: figure for figure in figures if figure.column not in words}
+    known = {figure.column: figure for figure in figures}
     for column in columns:
         if column not in known:
             near = nearest(column, list(known))
             advice = f"did you mean {near}?" if near else f"there are {', '.join(known)}"
-            raise InvalidValueError(f"--show {column}: there is no such column of numbers; {advice}")
+            raise InvalidValueError(f"--show {column}: there is no such column; {advice}")
     return tuple(known[column] for column in dict.fromkeys(columns))
 
 
-def shown_figures(
-    records: Iterable[RunRecord], figures: Sequence[Figure], merits: Sequence[str]
-) -> tuple[Figure, ...]:
-    """Return the figures to show if nobody says which: those that matter most, of those that any run has."""
-    known = {
-        name
-        for record in records
-        if record.done
-        for name, value in record.figures.items()
-        if isinstance(value, bool | int | float)
-    }
-    by_column = {figure.column: figure for figure in figures}
-    wanted = [name for name in merits if name in known] or [name for name in by_column if name in known]
-    return tuple(by_column[name] for name in wanted[:SHOWN])
+def shown_figures(records: Iterable[RunRecord], figures: Sequence[Figure]) -> tuple[Figure, ...]:
+    """Return the figures to show if nobody says which: the first ones that are numbers in any run."""
+    done = [record.figures for record in records if record.done]
+    known = (f for f in figures if any(isinstance(each.get(f.column), bool | int | float) for each in done))
+    return tuple(islice(known, SHOWN))
 
 
 def numbers_of(values: Sequence[FigureValue]) -> FloatArray:

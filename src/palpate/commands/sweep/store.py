@@ -13,11 +13,11 @@ from pathlib import Path
 import msgspec
 
 from palpate.atomic_file import replacing
-from palpate.commands.output_folder import make_folder
 from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord, read_record, record_text
-from palpate.commands.sweep.typed_values import shown_value
+from palpate.commands.typed_values import shown_value
 from palpate.errors import InvalidValueError, shown
+from palpate.experiments.kit.output_folder import make_folder
 
 SWEEP_FILE = "sweep.json"
 """What was asked."""
@@ -60,7 +60,7 @@ def asked_of(plan: SweepPlan) -> Asked:
     """Return what a plan asks for."""
     return Asked(
         palpate_sweep=VERSION,
-        experiment=plan.swept.name,
+        experiment=plan.experiment.name,
         varied={each.name: [shown_value(value) for value in each.values] for each in plan.varied},
         fixed={name: shown_value(value) for name, value in plan.fixed.items()},
         first_seed=plan.seeds.start,

@@ -9,8 +9,8 @@ from pathlib import Path
 from palpate.atomic_file import replacing
 from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord
-from palpate.commands.sweep.typed_values import plain, shown_value
-from palpate.experiments.kit.figure import Figure, FigureValue
+from palpate.commands.typed_values import plain, shown_value
+from palpate.experiments.kit.figure import FigureValue
 
 FRONT = ("run",)
 """Columns before the options that were varied,"""
@@ -22,16 +22,14 @@ VERSIONS = ("palpate", "python", "numpy", "scipy", "numba", "mujoco")
 """Whose versions stand in the last columns."""
 
 
-def columns_of(plan: SweepPlan, figures: Sequence[Figure]) -> tuple[str, ...]:
+def columns_of(plan: SweepPlan) -> tuple[str, ...]:
     """Return the names of all columns."""
     varied = (each.name for each in plan.varied)
     versions = (f"{name}_version" for name in VERSIONS)
-    return (*FRONT, *varied, *MIDDLE, *(figure.column for figure in figures), *versions)
+    return (*FRONT, *varied, *MIDDLE, *(figure.column for figure in plan.experiment.figures), *versions)
 
 
-def rows_of(
-    plan: SweepPlan, records: Sequence[RunRecord], figures: Sequence[Figure]
-) -> list[dict[str, FigureValue]]:
+def rows_of(plan: SweepPlan, records: Sequence[RunRecord]) -> list[dict[str, FigureValue]]:
     """Return one row per record, by column."""
     rows = []
     for record in records:
@@ -45,7 +43,7 @@ def rows_of(
             "duration_s": record.duration,
             "host": record.host,
         }
-        row |= {figure.column: record.figures.get(figure.column) for figure in figures}
+        row |= {figure.column: record.figures.get(figure.column) for figure in plan.experiment.figures}
         row |= {f"{name}_version": record.versions.get(name) for name in VERSIONS}
         rows.append(row)
     return rows

@@ -1,0 +1,322 @@
+"""`palpate sweep` as it is typed: every run once, whatever comes between; the same numbers whoever does them."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import psutil
+import pytest
+from palpate.experiments.regulate.run import regulate
+
+from palpate import extras
+from palpate.cli import main
+from palpate.commands.sweep import picture, regulated, report, run
+from palpate.commands.sweep.record import RunStatus, read_record
+from palpate.commands.sweep.runner import LocalRunner
+from palpate.commands.sweep.store import SweepFolder
+from support.sweep_runs import NOT_FIGURES, TYPED, InProcess, planned
+from support.typed_mistakes import answer_to
+from support.waiting import until
+
+PATIENCE = 240.0
+"""For a sweep as a process of its own, on a machine that is busy [s]."""
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Runs are done in this process; returns what does them."""
+    runner = InProcess()
+    monkeypatch.setattr(run, "runner_for", lambda config: runner)
+    return runner
+
+
+def table(folder):
+    with (folder / "runs.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def figures(folder):
+    """The rows, without what depends on who did a run."""
+    return [{name: value for name, value in row.items() if name not in NOT_FIGURES} for row in table(folder)]
+
+
+def kept(folder):
+    """When each run was written, by number [ns]."""
+    return {int(path.stem): path.stat().st_mtime_ns for path in (folder / "runs").glob("*.json")}
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pictures take longer than these runs: where nobody looks at them, they are left out."""
+    monkeypatch.setattr(picture, "write_summary", lambda result, path: path.touch())
+    monkeypatch.setattr(report, "write_report", lambda result, path: path.touch())
+
+
+# --- what it leaves
+
+
+def test_a_sweep_leaves_a_row_per_run_with_the_figures_of_the_experiment_itself(here, tmp_path, capsys):
+    assert main([*TYPED, "--out", str(tmp_path)]) == 0
+    rows = table(tmp_path)
+    asked = [(1.0, 0.2), (1.0, 0.4), (2.0, 0.2), (2.0, 0.4)]
+    assert [(float(r["force"]), float(r["friction"]), int(r["seed"])) for r in rows] == [
+        (*pair, seed) for pair in asked for seed in (0, 1)
+    ]
+    assert {row["status"] for row in rows} == {"done"}
+    alone = regulate(planned("force=1,2", "friction=0.2,0.4", seeds=2).runs[5].case.config)
+    assert float(rows[5]["force_rms_n"]) == alone.true_rms
+    assert float(rows[5]["landing_max_n"]) == alone.landing_peak
+    names = {path.name for path in tmp_path.iterdir() if not path.name.startswith(".")}
+    assert names == {"runs", "sweep.json", "runs.csv", "runs.parquet", "summary.png", "report.html"}
+    assert (tmp_path / "summary.png").read_bytes().startswith(b"\x89PNG")
+    assert json.loads((tmp_path / "sweep.json").read_text())["varied"] == {
+        "force": ["1", "2"],
+        "friction": ["0.2", "0.4"],
+    }
+    said = capsys.readouterr().out
+    for word in ("8 runs: 2 force x 2 friction x 2 seeds", "All 8 runs got to their end", "report.html"):
+        assert word in said
+
+
+@pytest.mark.slow
+def test_an_interrupted_sweep_goes_on_where_it_was_and_repeats_nothing(here, undrawn, tmp_path, capsys):
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    main([*TYPED, "--out", str(whole)])
+    here.done.clear()
+    here.interrupted_after = 3
+    assert main([*TYPED, "--out", str(parts)]) == 130
+    assert "3 of 8 runs are kept" in capsys.readouterr().err
+    assert not (parts / "runs.csv").exists()
+    before, here.interrupted_after = kept(parts), None
+    assert main([*TYPED, "--out", str(parts)]) == 0
+    assert "3 of them are there already" in capsys.readouterr().out
+    assert main([*TYPED, "--keep-reports", "--out", str(parts)]) == 0
+    assert "8 of them are there already; --keep-reports is for those still to be done" in capsys.readouterr().out
+    assert here.done == list(range(8)), "each once, over both"
+    assert {number: kept(parts)[number] for number in before} == before
+    assert figures(parts) == figures(whole)
+    assert main([*TYPED, "--out", str(parts)]) == 0
+    assert len(here.done) == 8, "nothing is left to do"
+
+
+@pytest.mark.slow
+def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
+    here, undrawn, tmp_path, monkeypatch, capsys
+):
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    main([*TYPED, "--out", str(whole)])
+    carry_out = regulated.carry_out
+
+    def failing(config, keep):
+        if (config.force, config.friction, config.seed) == (2.0, 0.2, 1):
+            raise ZeroDivisionError("on [purpose]")
+        return carry_out(config, keep)
+
+    monkeypatch.setattr(regulated, "carry_out", failing)
+    assert main([*TYPED, "--out", str(out)]) == 1
+    said = capsys.readouterr().out
+    for word in ("7 of 8 runs got to their end", "run 5:", "on [purpose]", "--repeat-failed"):
+        assert word in said
+    rows = figures(out)
+    assert rows.pop(5)["message"] == "ZeroDivisionError: on [purpose]"
+    others = figures(whole)
+    others.pop(5)
+    assert rows == others
+    record = read_record((out / "runs" / "000005.json").read_bytes())
+    assert record.status is RunStatus.FAILED
+    assert "in failing" in record.traceback
+    # going on leaves it as it is, unless it is to be done again
+    monkeypatch.setattr(regulated, "carry_out", carry_out)
+    here.done.clear()
+    assert main([*TYPED, "--out", str(out)]) == 1
+    assert here.done == []
+    assert main([*TYPED, "--repeat-failed", "--out", str(out)]) == 0
+    assert here.done == [5]
+    assert figures(out) == figures(whole)
+
+
+def test_a_run_that_does_not_get_to_its_end_does_not_count(here, undrawn, tmp_path, capsys):
+    typed = [
+        "sweep",
+        "regulate",
+        "--vary",
+        "surface=still,missing",
+        "--set",
+        "duration=0.6",
+        "--out",
+        str(tmp_path),
+    ]
+    assert main(typed) == 1
+    still, missing = table(tmp_path)
+    assert (still["status"], missing["status"]) == ("done", "unfinished")
+    assert missing["message"]
+    assert missing["contact"] == "nothing was there"
+    assert "1 of 2 runs" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
+    typed = ["sweep", "regulate", "--set", "duration=0.6", "--keep-reports", "--out", str(tmp_path)]
+    assert main(typed) == 0
+    names = {path.suffix for path in (tmp_path / "reports" / "000000").iterdir()}
+    assert {".html", ".csv", ".mcap"} <= names
+
+
+@pytest.mark.slow
+def test_a_program_is_told_the_same(here, undrawn, tmp_path, capsys):
+    assert main([*TYPED, "--json", "--out", str(tmp_path)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["figures"]["runs_done"] == 8
+    by_hand = [float(row["force_rms_n"]) for row in table(tmp_path)[:2]]
+    assert told["combinations"][0]["force_rms_n"]["median"] == pytest.approx(sum(by_hand) / 2.0, rel=1e-12)
+    assert str(tmp_path / "runs.csv") in told["files"]
+
+
+def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
+    assert main([*TYPED, "--dry-run", "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "force=2, friction=0.4, seed=1" in said
+    assert "8 runs to do, about" in said
+    assert here.done == []
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_figures_to_show_are_chosen(here, undrawn, tmp_path, capsys):
+    assert main([*TYPED, "--show", "sensed_rms_n", "--out", str(tmp_path)]) == 0
+    assert "felt force, RMS error" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["regulate", "--vary", "forse=1,2"], ["no option forse", "did you mean force?"]),
+        (["regulate", "--vary", "force=1,20"], ["force=20", "at most 15 N"]),
+        (["explore", "--vary", "friction=0.3,0.005"], ["with friction=0.005", "at least 0.01"]),
+        (["regulate", "--show", "overshot"], ["overshot", "did you mean overshoot?"]),
+        (["regulat"], ["explore", "regulate", "friction", "grasp"]),
+        (["regulate", "--seeds", "0"], ["seeds = 0"]),
+        (["regulate", "--ray", "nowhere"], ["ray = nowhere", "HOST:PORT"]),
+        (["regulate", "--ray", "127.0.0.1:1"], ["ray = 127.0.0.1:1", "cannot be reached", "ray start --head"]),
+        (["regulate", "--config", "no.yaml"], ["no.yaml", "cannot be read"]),
+    ],
+)
+def test_a_mistake_is_refused_before_anything_is_done(typed, words, tmp_path, capsys):
+    said = answer_to(["sweep", *typed, "--out", str(tmp_path / "out")], capsys)
+    for word in words:
+        assert word in said
+    assert "Traceback" not in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_sweep_in_the_same_folder_is_refused(here, tmp_path, capsys):
+    SweepFolder(tmp_path).begin(planned("force=1,3"))
+    said = answer_to([*TYPED, "--out", str(tmp_path)], capsys)
+    assert "holds another sweep" in said
+    assert "force 1,3 there, 1,2 now" in said
+    assert here.done == []
+
+
+def test_without_ray_it_says_what_to_install(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
+    said = answer_to(["sweep", "regulate", "--ray", "local", "--out", str(tmp_path)], capsys)
+    assert 'pip install "palpate[cluster]"' in said
+
+
+# --- processes
+
+
+@pytest.mark.slow
+def test_a_process_of_its_own_gives_the_numbers_of_a_plain_loop(here, undrawn, tmp_path, monkeypatch):
+    main([*TYPED, "--out", str(tmp_path / "loop")])
+    monkeypatch.setattr(run, "runner_for", lambda config: LocalRunner(1))
+    main([*TYPED, "--out", str(tmp_path / "process")])
+    assert figures(tmp_path / "process") == figures(tmp_path / "loop")
+
+
+LONG = ["sweep", "regulate", "--vary", "force=1:3:6", "--set", "duration=25", "force_noise=0.01", "--jobs", "2"]
+"""Six runs of a second or more."""
+
+
+def started(typed, folder):
+    words = [sys.executable, "-m", "palpate", *typed, "--out", str(folder)]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def wait_for(condition):
+    return until(condition, PATIENCE)
+
+
+def working(process):
+    """The workers of a sweep that have computed for a second at least: past their imports, or nearly so."""
+    children = [
+        child
+        for child in psutil.Process(process.pid).children()
+        if "resource_tracker" not in "".join(child.cmdline())
+    ]
+    return [child for child in children if sum(child.cpu_times()[:2]) > 1.0]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """What the long sweep gives if nothing happens to it."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    process = started(LONG, folder)
+    said, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, said
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+def test_a_sweep_that_is_killed_in_the_middle_goes_on_and_repeats_nothing(undisturbed, tmp_path):
+    process = started(LONG, tmp_path)
+    wait_for(lambda: len(kept(tmp_path)) >= 2)
+    children = psutil.Process(process.pid).children()
+    process.kill()
+    process.communicate()
+    before = kept(tmp_path)
+    assert 2 <= len(before) < 6
+    psutil.wait_procs(children, timeout=PATIENCE)
+    assert not any(child.is_running() for child in children), "nobody works on for a sweep that is dead"
+    process = started(LONG, tmp_path)
+    said, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, said
+    assert f"{len(before)} of them are there already" in said
+    after = kept(tmp_path)
+    assert {number: after[number] for number in before} == before, "what was finished was not done again"
+    assert figures(tmp_path) == figures(undisturbed)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+def test_a_worker_that_is_killed_costs_no_run(undisturbed, tmp_path):
+    process = started(LONG, tmp_path)
+    wait_for(lambda: len(kept(tmp_path)) >= 1)
+    os.kill(wait_for(lambda: working(process))[0].pid, signal.SIGKILL)
+    said, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, said
+    assert sorted(kept(tmp_path)) == list(range(6))
+    assert figures(tmp_path) == figures(undisturbed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ["explore", "--vary", "speed=0.03,0.05", "--set", "width=0.01", "depth=0.004", "force_noise=0.01"],
+        ["friction", "--vary", "friction=0.3,0.6", "--set", "quick=true", "force_noise=0.01"],
+        ["grasp", "--vary", "offset=0,0.004", "--set", "rise=0.4", "lift_height=0.02"],
+    ],
+)
+def test_every_experiment_gives_the_same_in_one_process_and_in_two(typed, tmp_path):
+    for jobs in ("1", "2"):
+        process = started(["sweep", *typed, "--seeds", "2", "--jobs", jobs], tmp_path / jobs)
+        said, _ = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 0, said
+    assert figures(tmp_path / "1") == figures(tmp_path / "2")
+    first, second = ({**row, "run": "", "seed": ""} for row in figures(tmp_path / "1")[:2])
+    assert first != second, "seeds matter"

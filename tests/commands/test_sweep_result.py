@@ -1,0 +1,361 @@
+"""What a sweep tells of its runs: nothing lost, nothing scaled wrong, nothing typed that becomes markup."""
+
+import csv
+import itertools
+import math
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec import structs
+from palpate.commands.sweep.swept import EXPERIMENTS
+
+from palpate.commands.sweep.picture import _panels, pictures, summary_picture, write_summary
+from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.report import (
+    advice,
+    combination_rows,
+    failure_rows,
+    repeat_commands,
+    report_html,
+    setting_rows,
+)
+from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
+from palpate.commands.sweep.scale import scale_of
+from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
+from palpate.commands.sweep.words import time_text
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.option_words import UNITS
+from support.sweep_runs import SHORT, planned
+
+FORCE = Figure("force_rms_n", "true force, RMS error", "N")
+FIGURES = EXPERIMENTS["regulate"].carrier.FIGURES
+numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
+
+
+def made(*vary, value=lambda run: 1e-3 * (1 + run.number), status=lambda number: RunStatus.DONE, **more):
+    """A sweep whose runs came to these values."""
+    plan = planned(*vary, **more)
+    records = [
+        RunRecord(
+            run=run.number,
+            digest=run.case.digest,
+            seed=run.case.config.seed,
+            status=status(run.number),
+            message="" if status(run.number) is RunStatus.DONE else "<b>it & fell</b>",
+            duration=0.5,
+            figures={"force_rms_n": value(run)} if status(run.number) is not RunStatus.FAILED else {},
+            versions={"numpy": "2.0"},
+        )
+        for run in plan.runs
+    ]
+    return SweepResult(plan, tuple(records), (FORCE,))
+
+
+# --- spreads
+
+
+@given(st.lists(numbers, min_size=1, max_size=30), st.randoms(use_true_random=False), st.floats(0.01, 100.0))
+def test_a_spread_does_not_depend_on_the_order_and_scales_with_the_unit(values, random, factor):
+    shuffled = values.copy()
+    random.shuffle(shuffled)
+    spread = spread_of(values)
+    assert spread_of([*shuffled, None, "word"]) == spread
+    assert min(values) <= spread.low <= spread.middle <= spread.high <= max(values)
+    scaled = spread_of([factor * value for value in values])
+    size = factor * max(map(abs, values))
+    assert scaled.middle == pytest.approx(factor * spread.middle, abs=1e-12 * size + 1e-300)
+    assert scaled.high == pytest.approx(factor * spread.high, abs=1e-12 * size + 1e-300)
+
+
+def test_what_is_true_or_false_is_a_share_and_nothing_is_no_number():
+    assert spread_of([True, True, False, None]).middle == pytest.approx(2 / 3)
+    nothing = spread_of([None, "word"])
+    assert nothing.count == 0
+    assert math.isnan(nothing.middle)
+
+
+@given(st.sampled_from(["m", "m/s", "N", "s", "rad", "N m", "N/m", "Hz", ""]), st.floats(1e-12, 1e6))
+def test_a_scale_changes_the_unit_by_what_it_multiplies(unit, largest):
+    prefixes = {"": 1.0, "k": 1e3, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
+    scale = scale_of(unit, largest)
+    assert scale.unit.endswith(unit)
+    assert scale.factor * prefixes[scale.unit.removesuffix(unit)] == pytest.approx(1.0)
+
+
+# --- tables
+
+
+def test_tables_hold_every_run_and_floats_read_back_to_the_same_bits(tmp_path):
+    rng = np.random.default_rng(3)
+    values = rng.lognormal(sigma=20.0, size=12).tolist()
+    result = made("force=1,2", "robot=stage,turning-stage", seeds=3, value=lambda run: values[run.number])
+    columns = columns_of(result.plan, FIGURES)
+    rows = rows_of(result.plan, result.records, FIGURES)
+    write_csv(rows, columns, tmp_path / "runs.csv")
+    with (tmp_path / "runs.csv").open(newline="") as file:
+        back = list(csv.DictReader(file))
+    assert [float(row["force_rms_n"]) for row in back] == values
+    assert [(float(r["force"]), r["robot"], int(r["seed"])) for r in back] == [
+        (force, robot, seed) for force in (1.0, 2.0) for robot in ("stage", "turning-stage") for seed in range(3)
+    ]
+    assert {row["bandwidth_hz"] for row in back} == {""}
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert write_parquet(rows, columns, tmp_path / "runs.parquet")
+    table = parquet.read_table(tmp_path / "runs.parquet")
+    assert table.column_names == list(columns)
+    assert table["force_rms_n"].to_pylist() == values
+    assert table["run"].to_pylist() == list(range(12))
+
+
+def test_a_column_of_several_kinds_can_be_kept(tmp_path):
+    result = made("stiffness=null,5e3", "tip=[0.008],[0.008,0.008,0.012]", status=lambda n: list(RunStatus)[n])
+    columns = columns_of(result.plan, FIGURES)
+    rows = rows_of(result.plan, result.records, FIGURES)
+    write_csv(rows, columns, tmp_path / "runs.csv")
+    assert [row["tip"] for row in rows] == ["0.008", "0.008 0.008 0.012"] * 2
+    assert [row["stiffness"] for row in rows] == [None, None, 5e3, 5e3]
+    pytest.importorskip("pyarrow")
+    assert write_parquet(rows, columns, tmp_path / "runs.parquet")
+
+
+@pytest.mark.parametrize("swept", EXPERIMENTS.values(), ids=lambda swept: swept.name)
+def test_no_column_has_the_name_of_another(swept):
+    """Whatever is varied."""
+    plan = planned(experiment=swept.name, fixed=())
+    fixed = columns_of(plan, swept.carrier.FIGURES)
+    options = {name for name in swept.kind.__dataclass_fields__ if name not in ("seed", "out")}
+    assert len(set(fixed)) == len(fixed)
+    assert not options & set(fixed)
+
+
+# --- units
+
+
+@pytest.mark.parametrize("swept", EXPERIMENTS.values(), ids=lambda swept: swept.name)
+def test_a_figures_column_ends_in_its_unit(swept):
+    endings = {"m": "_m", "N": "_n", "s": "_s", "Hz": "_hz", "rad": "_rad"}
+    for figure in swept.carrier.FIGURES:
+        if figure.unit:
+            assert figure.column.endswith(endings[figure.unit])
+        else:
+            assert not figure.column.endswith(tuple(endings.values()))
+        assert len(figure.words) <= 36, "it stands beside an axis"
+
+
+@pytest.mark.parametrize("swept", EXPERIMENTS.values(), ids=lambda swept: swept.name)
+def test_options_have_the_unit_that_their_help_says(swept):
+    """The sentences behind the fields, which people see in --help, against the table of units."""
+    import ast
+    import inspect
+
+    (body,) = [
+        node.body for node in ast.walk(ast.parse(inspect.getsource(swept.kind))) if isinstance(node, ast.ClassDef)
+    ]
+    told = {}
+    for line, words in itertools.pairwise(body):
+        if not (isinstance(line, ast.AnnAssign) and isinstance(words, ast.Expr)):
+            continue
+        if "float" in ast.unparse(line.annotation):
+            told[ast.unparse(line.target)] = re.findall(r"\[([^\]]+)\]", ast.unparse(words))
+    assert len(told) > 10
+    for name, units in told.items():
+        if name != "change":  # a list of names with units of their own
+            assert swept.unit(name) == (units[0] if units else ""), name
+    assert set(UNITS) <= {name for each in EXPERIMENTS.values() for name in each.kind.__dataclass_fields__}
+
+
+# --- which figures
+
+
+def test_figures_to_show_are_known_numbers():
+    assert (
+        checked_columns(["overshoot", "force_rms_n", "overshoot"], FIGURES, ("contact",))[0].column == "overshoot"
+    )
+    with pytest.raises(InvalidValueError, match=r"overshot: .* did you mean overshoot\?"):
+        checked_columns(["overshot"], FIGURES, ())
+    with pytest.raises(InvalidValueError, match="no such column of numbers"):
+        checked_columns(["contact"], FIGURES, ("contact",))
+
+
+def test_figures_are_chosen_among_those_that_there_are():
+    merits = EXPERIMENTS["regulate"].carrier.MERITS
+    result = made("force=1,2")
+    assert [each.column for each in shown_figures(result.records, FIGURES, merits)] == ["force_rms_n"]
+    failed = made("force=1,2", status=lambda number: RunStatus.FAILED)
+    assert shown_figures(failed.records, FIGURES, merits) == ()
+
+
+# --- pictures
+
+SHAPES = {
+    "seeds alone": ((), 5),
+    "one number": (("force=1:5:5",), 3),
+    "one number, no seeds": (("force=1:5:5",), 1),
+    "numbers far apart": (("force=0.01,0.1,1,10",), 2),
+    "one word": (("surface=still,soft,sine",), 3),
+    "a number and a word": (("surface=still,soft", "force=1,2,3"), 3),
+    "two numbers, few": (("friction=0.2,0.5", "force=1,2,3"), 2),
+    "two numbers, many": (("friction=0.1:0.9:8", "force=1:4:9"), 1),
+    "two words": (("surface=still,soft", "object=plate,sphere"), 2),
+    "three": (("friction=0.2,0.5", "surface=still,soft", "force=1,2,3"), 2),
+    "four, one of them with a single value": (
+        ("drift=1,2", "friction=0.2,0.5", "spin_length=0.003", "force=1,2"),
+        1,
+    ),
+    "a robot and a number": (("robot=stage,turning-stage", "force=1,2"), 1),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_whatever_was_varied_there_is_a_picture_that_names_it(shape, tmp_path):
+    vary, seeds = SHAPES[shape]
+    result = made(*vary, seeds=seeds)
+    (picture,) = pictures(result)
+    drawings = [summary_picture(result), picture.full, *([picture.narrow] if picture.narrow else [])]
+    names = [each.name for each in result.plan.varied if len(each.values) > 1] or ["seed"]
+    for drawing in drawings:
+        shown = " ".join(
+            text
+            for axes in drawing.axes
+            for text in (axes.get_xlabel(), axes.get_ylabel(), *map(str, axes.get_legend_handles_labels()[1]))
+        )
+        for name in names:
+            assert name.replace("_", " ") in shown.replace("_", " ")
+    if shape == "two numbers, few":
+        write_summary(result, tmp_path / "summary.png")
+        assert (tmp_path / "summary.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_line_goes_through_the_medians_and_its_band_holds_the_runs():
+    def value(run):
+        return 1e-3 * run.case.config.force * (1.0 + 0.1 * (run.case.config.seed - 2))
+
+    result = made("force=1,2,4", seeds=5, value=value)
+    (axes,) = pictures(result)[0].full.axes
+    (line,) = axes.get_lines()
+    np.testing.assert_allclose(line.get_xdata(), [1.0, 2.0, 4.0])
+    np.testing.assert_allclose(line.get_ydata(), [1.0, 2.0, 4.0])  # in mN
+    assert axes.get_ylabel() == "true force, RMS error [mN]"
+    low, high = axes.collections[0].get_paths()[0].get_extents().get_points()[:, 1]
+    assert 0.8 <= low < 0.9
+    assert 4.0 < high <= 4.8
+
+
+def test_runs_that_did_not_finish_do_not_count():
+    def status(number):
+        return RunStatus.UNFINISHED if number == 0 else RunStatus.DONE
+
+    result = made("force=1,2", seeds=3, value=lambda run: 1e6 if run.number == 0 else 2.0, status=status)
+    ((_, value, unit, note), _) = combination_rows(result, 0)
+    assert (value, unit, note) == ("2", "N", "2 of 3 runs")
+    assert "1 run that did not get to the end left out" in pictures(result)[0].caption
+    assert result.outcome.startswith("5 of 6 runs")
+
+
+def test_with_two_options_the_one_with_more_numbers_lies_along_x():
+    (panel,) = _panels(made("friction=0.1:0.4:4", "force=1,2", "spin_length=0.002"))
+    assert (panel.along.name, panel.lines.name) == ("friction", "force")
+    (panel,) = _panels(made("surface=still,soft,sine", "force=1,2"))
+    assert (panel.along.name, panel.lines.name) == ("force", "surface")
+
+
+# --- report
+
+
+@pytest.mark.slow
+def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path):
+    hostile = '<script>alert("x")</script>&'
+    robot = tmp_path / hostile.replace("/", "_")
+    from palpate.runtime.robot import load_robot
+
+    robot.write_text(next(iter(load_robot("stage").texts.values())))
+    result = made(
+        f"robot=stage,'{robot}'",
+        "force=1,2",
+        status=lambda number: RunStatus.FAILED if number == 3 else RunStatus.DONE,
+    )
+    odd = structs.replace(result.records[0], versions={"numpy": "<i>9</i>"})
+    text = report_html(SweepResult(result.plan, (odd, *result.records[1:]), result.figures))
+    assert "numpy &lt;i&gt;9&lt;/i&gt; and 2.0" in text
+    assert "<i>" not in text
+    assert "<script" not in text
+    assert "<b>it" not in text
+    assert "&lt;b&gt;it &amp; fell&lt;/b&gt;" in text
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert text.startswith("<!DOCTYPE html>")
+
+
+def test_a_report_of_nothing_but_failures_says_so():
+    result = made("force=1,2", status=lambda number: RunStatus.FAILED)
+    text = report_html(SweepResult(result.plan, result.records, ()))
+    assert "0 of 2 runs got to their end" in text
+    assert [row[0] for row in failure_rows(result)] == ["run 0: force=1, seed=0", "run 1: force=2, seed=0"]
+
+
+def test_settings_have_units_and_say_what_was_varied():
+    rows = dict(setting_rows(made("force=1,2", seeds=3)))
+    assert rows["force, varied"] == "1, 2 N"
+    assert rows["duration"] == "0.6 s"
+    assert rows["seeds of each combination"] == "0 to 2"
+
+
+def test_seeds_that_change_nothing_are_told():
+    assert "nothing in these runs is random" in made("force=1,2", seeds=2, value=lambda run: 1.0).outcome
+    assert "random" not in made("force=1,2", seeds=2).outcome
+    assert "random" not in made("force=1,2", value=lambda run: 1.0).outcome
+
+
+def test_times_are_in_units_that_suit_them():
+    assert [time_text(t) for t in (0.123, 45.0, 600.0, 7200.0, 1e6)] == [
+        "0.12 s",
+        "45 s",
+        "10 min",
+        "2 h",
+        "12 days",
+    ]
+
+
+def test_a_report_says_how_to_repeat_it_and_one_run_of_it():
+    result = made("force=1:2:3", seeds=2, out=Path("a folder"))
+    (_, again), (_, alone) = repeat_commands(result.plan)
+    words = shlex.split(again)
+    assert words[:2] == ["palpate", "sweep"]
+    assert words[2:] == [
+        "regulate", "--vary", "force=1:2:3", "--set", *SHORT, "--seeds", "2", "--out", "a folder",
+    ]  # fmt: skip
+    assert shlex.split(alone) == [
+        "palpate", "regulate", "--force", "1.0", "--duration", "0.6", "--force-noise", "0.01",
+    ]  # fmt: skip
+
+
+def test_settings_hold_what_a_file_says_too(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("force: 3\nstiffness: 5000\n")
+    rows = dict(setting_rows(made("friction=0.2,0.4", config=file)))
+    assert rows["force"] == "3 N"
+    assert rows["stiffness"] == "5000 N/m"
+    assert "friction" not in rows
+
+
+def test_what_is_true_or_false_is_shown_as_a_share():
+    dropped = made("force=1,2", seeds=2, value=lambda run: run.number == 0)
+    text = report_html(dropped)
+    share, median = (f'<th class="value">{name}</th>' for name in ("share", "median"))
+    assert share in text
+    assert median not in text
+    assert median in report_html(made("force=1,2", seeds=2))
+
+
+def test_advice_is_given_where_there_is_something_to_do():
+    assert advice(made("force=1,2", seeds=3)) == ()
+    assert "Nothing has to be done" in report_html(made("force=1,2", seeds=3))
+    failed = made("force=1,2", seeds=3, status=lambda n: RunStatus.FAILED if n == 3 else RunStatus.DONE)
+    assert "--repeat-failed" in " ".join(advice(failed))
+    assert "--seeds" in " ".join(advice(made("force=1,2")))
+    assert "One seed of each is enough" in " ".join(advice(made("force=1,2", seeds=2, value=lambda run: 1.0)))

@@ -1,0 +1,114 @@
+"""The smallest experiment, as somebody would write one in a file of their own: it taps a sphere."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Literal
+
+import numpy as np
+
+from palpate.controllers import force_gain, series_stiffness, tracking_delay
+from palpate.controllers.force_profile import ConstantForce
+from palpate.controllers.regulate import Loss, RegulateController
+from palpate.controllers.regulate_parameters import RegulateParameters
+from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.figure import Figure
+from palpate.experiments.kit.options import NOISY, TOUCHED, WRITTEN, check_options, option
+from palpate.experiments.kit.run_checks import check_force
+from palpate.experiments.kit.scene_view import scene_view
+from palpate.reporting.data import KeyFigure
+from palpate.reporting.report import Report, Section, TextTable
+from palpate.robots.finger_sensor import model_with_noise
+from palpate.robots.in_scene import build
+from palpate.robots.simulated_stage import Task, tip_sizes
+from palpate.runtime import Phase
+from palpate.sim import SeededSensor, SphereObject
+from palpate.sim.presets import EXPLORE
+
+TINY = f"{Path(__file__).resolve()}:Tap"
+"""As typed; named so wherever it is used, so that there is one module of it."""
+
+RADIUS, STIFFNESS = 0.04, {"hard": 20e3, "soft": 5e3}
+
+
+@dataclass(frozen=True, slots=True)
+class TapConfig:
+    """Tap a sphere."""
+
+    force: float = option(2.0, "N", bound="positive")
+    """Force to hold [N]."""
+    speed: float = option(0.01, "m/s", bound="positive")
+    """Of landing [m/s]."""
+    time: float = option(0.05, "s", bound="positive")
+    """How long it is held [s]."""
+    reach: float = option(0.01, "m", bound="positive")
+    """How far down the sphere is looked for [m]."""
+    surface: Literal["hard", "soft"] = option("hard", fixed=TOUCHED)
+    """What the sphere is like."""
+    noise: float | None = option(None, "N", fixed=NOISY, bound="not negative")
+    """Of the sensor's forces [N]."""
+    robot: str = option("stage")
+    seed: int = option(0, fixed=NOISY)
+    out: Path = option(Path("runs/tap"), fixed=WRITTEN)
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+
+class TapPlan(SimpleNamespace, PlanDefaults):
+    longest_duration = 5.0
+
+    def backend(self):
+        return build(self.robot, self.task).backend
+
+    def controller(self):
+        return RegulateController(self.parameters, ConstantForce(self.config.force), self.task.period)
+
+    def dry_run(self):
+        return DryRun("Tapping a sphere", (KeyFigure("force", self.config.force, "N"),), ("forces.txt",))
+
+    def view(self):
+        return scene_view("Tapping a sphere", self.backend().scene.model)
+
+
+class Tap:
+    name, summary, Config = "tap", "Tap a sphere.", TapConfig
+    figures = (
+        Figure("force_mean_n", "mean force held", "N", lambda tapped: tapped.force),
+        Figure("held", "share that was held", "", lambda tapped: tapped.contact is Loss.NEVER),
+        Figure("true_mean_n", "true mean force", "N", lambda tapped: tapped.true_force),
+        Figure("contact", "contact", "", lambda tapped: tapped.contact.value),
+    )
+
+    def plan(self, config, robot, texts):
+        limits = robot.file.limits.limits()
+        check_force(config.force, config.force, limits)
+        finger, stiffness, tip = robot.file.fingers[0], STIFFNESS[config.surface], tip_sizes(robot)
+        start = (*(-each for each in finger.surface.center[:2]), RADIUS + max(tip) + 0.001)
+        law, sensor = replace(EXPLORE.law, stiffness=stiffness), model_with_noise(finger, config.noise, None)
+        period, sphere = robot.file.period, SphereObject(RADIUS)
+        seeded, given_way = SeededSensor(sensor, config.seed), 0.5 * config.force / stiffness
+        task = Task(tip, given_way, sphere, law, start, period, seeded, touch_force=0.1)
+        ready = build(robot, task)
+        delay = tracking_delay(period, ready.response, ready.finger.pipeline().delay)
+        gain = force_gain(series_stiffness(stiffness, ready.stiffness), delay)
+        how = {"landing_speed": config.speed, "approach_distance": config.reach, "settle_time": 0.1}
+        parameters = RegulateParameters(gain, delay, config.time, config.force, (0.5, 20.0), **how)
+        plan = TapPlan(config=config, robot=robot, task=task, fingers=(ready.finger,), limits=limits)
+        plan.parameters, plan.expected_duration = parameters, 0.5 + config.time
+        return plan
+
+    def found(self, plan, recorded):
+        record = recorded.record()
+        held = record.phase == Phase.HOLD.value
+        truth = np.linalg.norm(recorded.contact_truth.force, axis=1)
+        mean, true = (values[held].mean() if held.any() else np.nan for values in (record.normal_force, truth))
+        loss = recorded.controller.loss
+        return SimpleNamespace(run=recorded.run, force=float(mean), true_force=float(true), contact=loss)
+
+    def report(self, result):
+        section = Section("Contact", (TextTable([("contact", result.contact.value, "", "")]),))
+        return Report("A tap", str(result.run), (KeyFigure("mean force", result.force, "N"),), (section,))
+
+    def files(self, result):
+        return {"forces.txt": lambda path: path.write_text(f"{result.force!r}\n", encoding="utf-8")}
