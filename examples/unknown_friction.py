@@ -15,17 +15,8 @@ from dataclasses import replace
 
 import tyro
 
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.experiment import GraspObject
+from palpate.experiments.grasp import GraspConfig, grasp_object
 from palpate.experiments.grasp.result import Grasp
-from palpate.experiments.kit.recorded_run import carry_out
-
-
-def grasp(config: GraspConfig) -> Grasp:
-    """Plan a grasp of the simulated hand, carry it out, and return what came of it."""
-    experiment = GraspObject()
-    plan = experiment.plan(config, None, {})
-    return experiment.found(plan, carry_out(plan))
 
 
 def report(name: str, done: Grasp) -> None:
@@ -49,8 +40,8 @@ def main(friction: float = 0.4, spin_length: float = 0.004, pull: float = 3.0, s
         known="nudged",
         seed=seed,  # of sensor noise, and of what is believed at first
     )
-    report("nudged", grasp(true))
-    report("untouched", grasp(replace(true, known="untouched")))
+    report("nudged", grasp_object(true))
+    report("untouched", grasp_object(replace(true, known="untouched")))
 
 
 if __name__ == "__main__":

@@ -5,10 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan
-from palpate.experiments.grasp.result import grasp_of
-from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.grasp import GraspConfig, grasp_object
 
 MU, E = 0.5, 0.004
 
@@ -59,8 +56,7 @@ def estimated(seed: int, load: str = "ramp", margin: float = 0.04) -> Came:
 
 def came(config: GraspConfig) -> Came:
     """Carry it out."""
-    planned = plan(config, None, {})
-    grasp = grasp_of(planned, carry_out(planned))
+    grasp = grasp_object(config)
     return Came(max(grasp.slip, grasp.slip_aloft), grasp.spin, grasp.grip_ratio, grasp.dropped)
 
 
