@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.commands.recording import log_writer
 
 from palpate.cli import main
 from palpate.commands.replay.run import replay_log
