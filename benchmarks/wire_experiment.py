@@ -18,7 +18,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from palpate.experiments.grasp.run import Grasp, GraspAttempt
+from palpate.commands.run_told import log_writer
 from rich.console import Console
 from rich.table import Table
 
@@ -30,10 +30,10 @@ from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.recorded_run import carry_out
-from palpate.experiments.kit.recording import log_writer
-from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.experiments.grasp.result import Grasp, grasp_of
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.robots.emulated.backend import EmulatedBackend
+from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.robot import Robot, load_robot
@@ -86,12 +86,13 @@ def explorations(seed: int, scale: float, folder: Path) -> tuple[dict[str, Explo
 
 def grasps(scale: float, folder: Path) -> dict[str, Grasp]:
     """Return the grasp by the simulated hand, and by the one on the wire."""
-    planned = for_a_busy_computer(plan_grasp(GraspConfig()))
+    planned = plan_grasp(GraspConfig(), None, {})
+    planned = replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.30", ("127.0.9.31", "127.0.9.32"), folder / "bus", scale)
     found = {}
-    for name, hand in (("MuJoCo", None), ("wire", grasp_on_the_wire(planned, wires))):
-        attempt = GraspAttempt(planned, hand)
-        found[name] = attempt.found(attempt.run())
+    for name, hand in (("MuJoCo", None), ("wire", emulated_hand(planned.task(), wires))):
+        run = RecordedRun(planned, hand)
+        found[name] = grasp_of(planned, run.recorded(run.run()))
     return found
 
 

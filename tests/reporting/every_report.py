@@ -1,6 +1,7 @@
 """A report of every kind, small, with the same text wherever people type one."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import trimesh
@@ -23,6 +24,7 @@ from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.experiments.friction.measured import Measured, table_rows
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.stroke_curves import StrokeCurve
+from palpate.experiments.grasp.pictures import grip_picture, load_pictures, slip_picture
 from palpate.experiments.kit.figure import Figure
 from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
@@ -32,6 +34,7 @@ from palpate.mapping.compare_files import read_map, read_reference
 from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.force_picture import force_overview
+from palpate.reporting.grasp_force_picture import grasp_force_picture
 from palpate.reporting.page import report_page
 from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
 from reporting.test_friction_pictures import ASSUMED, LEVEL
@@ -120,17 +123,26 @@ def _grasp(typed):
     count, time = 400, np.arange(400) * 1e-2
     loads = np.stack([np.full((count, 2), 4.0), np.full((count, 2), 1.0), np.full((count, 2), 2e-3)], axis=2)
     still, held = np.zeros((count, 2)), np.ones(count, dtype=bool)
-    series = GraspSeries(
-        time, ("hold",) * count, np.full(count, 4.0), np.full(count, 4.1), np.full(count, 3.5), still, still,
-        loads, np.zeros((count, 2), dtype=bool), held, held, (1.0,),
+    truth = SimpleNamespace(
+        time=time, stage=np.full(count, 3), target=np.full(count, 4.0), slid=still, turned=still, loads=loads,
+        fingers=2,
     )  # fmt: skip
-    heaviest = HeaviestLoad(1.0, PAIR, FORCES, LOAD, None)
-    told = GraspReport(
-        compared=(("", "with spin", "ignoring spin", ""), ("slip", "0.1", "9", "mm")), account=(typed,),
-        surface=LimitSurface(0.5, 0.004), series=series, beside=series, timing=TIMING, heaviest=heaviest,
-        **said(typed),
+    grasp = SimpleNamespace(
+        truth=truth, felt=np.full(count, 4.1), least=np.full(count, 3.5), counted=held, aloft=held,
+        slipping=np.zeros((count, 2), dtype=bool), alarms_aloft=(SimpleNamespace(time=1.0),),
+        planned=SimpleNamespace(true=LimitSurface(0.5, 0.004)),
     )  # fmt: skip
-    return grasp_html(told)
+
+    def draw():
+        yield grip_picture(grasp, typed)
+        yield slip_picture(grasp, typed)
+        yield from load_pictures(grasp, typed)
+        yield grasp_force_picture(PAIR, FORCES, LOAD)
+
+    told = said(typed)
+    compared = KeyFigure(f"slip, {typed}", 9.0, "mm", typed)
+    parts = (Paragraph(typed), FigureTable((compared,)), Pictures(draw))
+    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
 
 
 def _replay(typed):

@@ -12,7 +12,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan_regulation
+from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
 from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere
@@ -29,7 +29,6 @@ from palpate.runtime.truth import truth_source
 from palpate.spatial import IDENTITY, ZERO
 from support.explore_runs import plan_of
 from support.rig_cell import ROBOT, robot_file
-from support.robot_file_text import robot_file_text
 
 STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 
@@ -157,7 +156,7 @@ def test_what_an_experiment_cannot_do_with_it_is_refused(tmp_path):
         plan_of(ExploreConfig(robot=str(tmp_path / "rig.yaml")), type(robot)(file, robot.sensors, robot.texts))
     moving = RegulateConfig(robot=str(tmp_path / "rig.yaml"), surface="sine")
     with pytest.raises(InvalidValueError, match="surface = sine"):
-        plan_regulation(moving, robot, {})
+        plan_regulation(moving, robot)
 
 
 def test_noise_of_an_exploration_is_that_of_the_sensor_file(tmp_path):
