@@ -13,9 +13,9 @@ from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.replay.report_data import ReplayReport
 from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.report import report_html as sweep_html
+from palpate.commands.sweep.report import sweep_report
 from palpate.commands.sweep.result import SweepResult
-from palpate.commands.sweep.typed_values import Varied
+from palpate.commands.typed_values import Varied
 from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.report_page import report_html
 from palpate.experiments.friction.report_data import (
@@ -28,13 +28,13 @@ from palpate.experiments.friction.report_data import (
 from palpate.experiments.friction.report_page import friction_html
 from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
 from palpate.experiments.grasp.report_page import grasp_html
-from palpate.experiments.kit.figure import Figure
 from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
 from palpate.experiments.regulate.report_page import regulation_html
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.mapping.compare import compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.reporting.data import KeyFigure
+from palpate.reporting.page import report_page
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
@@ -165,9 +165,8 @@ def _sweep(typed):
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            figures={"force_rms_n": 1e-3 * (1 + run.number), "overshoot": 0.1 * run.number},
+            figures={"force_mean_n": 1e-3 * (1 + run.number), "held": run.number > 1},
         )
         for run in plan.runs
     )  # fmt: skip
-    figures = (Figure("force_rms_n", "true force, RMS error", "N"), Figure("overshoot", "share of the step"))
-    return sweep_html(SweepResult(plan, records, figures))
+    return report_page(sweep_report(SweepResult(plan, records, plan.experiment.figures[:2])))
