@@ -10,7 +10,7 @@ PART   ?= $(shell expr $$(git rev-list --count HEAD) % $(PARTS) + 1)
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-part test-pythons check format docs build platforms bench pictures clean
+.PHONY: help demo test test-all test-part test-pythons check format api docs build platforms bench pictures clean
 
 help:  ## Show this list
 	@echo "palpate: hybrid force control with the sense of touch"
@@ -36,17 +36,21 @@ test-part: $(VENV)/.test $(VENV)/.kernels  ## Run one of PARTS parts of the long
 test-pythons: $(VENV)/.test  ## Run demo and tests on every other CPython that is installed
 	$(BIN)/python tests/install/every_python.py
 
-check: $(VENV)/.check  ## Lint, check formatting, types and the direction of imports
+check: $(VENV)/.check  ## Lint, check formatting, types, the direction of imports and the pages of docs/api
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 	$(BIN)/lint-imports
 	$(BIN)/python tests/support/no_wall_clock.py tests
+	$(BIN)/python docs/make_api.py --check
 
 format: $(VENV)/.check  ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+api: $(VENV)/.run  ## Make the pages of docs/api anew, from the docstrings
+	$(BIN)/python docs/make_api.py
 
 docs: $(VENV)/.docs $(VENV)/.kernels  ## Build the documents into build/docs; a warning fails
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs

@@ -21,8 +21,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from palpate.experiments.explore import Exploration, explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.run import Exploration, explore
 from palpate.runtime.batch import results_of, run_batch
 
 ASKED = 1.7

@@ -18,9 +18,9 @@ from rich.table import Table
 
 from palpate.controllers import ExploreController, Raster
 from palpate.controllers.paths import Follow
+from palpate.experiments.explore import Exploration, explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Exploration, explore
 from palpate.runtime import Command, Finger, MemoryLog, Recorder, Supervisor, Touch
 from palpate.sensing.compensation import Payload
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene

@@ -24,9 +24,9 @@ from rich.progress import track
 from rich.table import Table
 from unseen_meshes import CASES, MeshCase
 
+from palpate.experiments.explore import Exploration, explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import outcome
-from palpate.experiments.explore.run import Exploration, explore
 
 ROBOTS, STRATEGIES = ("stage", "ur5e"), ("raster", "spiral")
 FORCE_RMS, MAP_RMS, COVERED = 0.05, 1e-5, 0.90

@@ -11,10 +11,10 @@ import numpy as np
 import trimesh
 
 from palpate.errors import FloatArray
+from palpate.experiments.explore import Attempt, Exploration
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import outcome
-from palpate.experiments.explore.run import Attempt, Exploration
 from palpate.robots.finger_sensor import sensor_for
 from palpate.runtime import Ending
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot

@@ -28,7 +28,6 @@ from scipy.stats import beta
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 from palpate.experiments.friction.confusion_picture import confusion_picture
-from palpate.friction.materials.grasp_seed import grasp_seed
 from palpate.friction.materials.library import MaterialLibrary, simulated_materials
 from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.next_touch import candidate_touches, next_touch
@@ -163,7 +162,7 @@ def mujoco_figures(figures, rounds, seed, picture):
         material(f"stranger {i + 1}", mu, c, 0.02, gamma, typical.specimen)
         for i, (mu, c, gamma) in enumerate(STRANGERS)
     ]
-    cases, counts, right, errors = [], [], 0, []
+    cases, counts, right = [], [], 0
     for source in track([*library.materials, *strangers], "in MuJoCo", console=Console(stderr=True)):
         for _ in range(rounds):
             specimen = drawn_specimen(source, rng)
@@ -178,16 +177,9 @@ def mujoco_figures(figures, rounds, seed, picture):
             if source in library.materials:
                 counts.append(len(touches))
                 right += found.best == source.name and found.answer is not Answer.UNKNOWN
-                seed_of = grasp_seed(found)
-                errors.append(
-                    (seed_of.surface.friction / math.exp(specimen[0]) - 1.0,
-                     seed_of.surface.spin_length / math.exp(specimen[1]) - 1.0)
-                )  # fmt: skip
     unknown = sum(found.answer is Answer.UNKNOWN for name, found in cases if name.startswith("stranger"))
     figures.add("library in MuJoCo, right", share(right, len(counts)))
     figures.add("  touches until enough: mean, most", f"{np.mean(counts):.1f}, {max(counts)}")
-    off = 100 * np.quantile(np.abs(errors), 0.95, axis=0)
-    figures.add("  mu and c of the specimen, 95 % of errors below", f"{off[0]:.1f} %, {off[1]:.1f} %")
     figures.add("  strangers said to be unknown", share(unknown, rounds * len(strangers)))
     if picture is not None:
         picture.parent.mkdir(parents=True, exist_ok=True)

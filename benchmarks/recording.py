@@ -20,9 +20,9 @@ from rich.progress import Progress
 from rich.table import Table
 
 from palpate import Sphere
+from palpate.experiments.explore import carry_out
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import carry_out
 from palpate.runtime import ArmSample, Command, Finger, Sample, Touch, WrenchSample
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.log import Heading, Layout, LogWriter, MemoryLog, Recorder

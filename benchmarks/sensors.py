@@ -17,9 +17,9 @@ from rich.progress import track
 from rich.table import Table
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import Exploration, carry_out
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Exploration, carry_out
 from palpate.robots.values import values_of
 from palpate.runtime.robot import Robot, load_robot
 from palpate.runtime.robot_sensor import (

@@ -19,18 +19,18 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from palpate.commands.run_told import log_writer
+from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from rich.console import Console
 from rich.table import Table
 
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
+from palpate.experiments.explore import Attempt, Exploration
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import Attempt, Exploration
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
 from palpate.runtime.data import Command, Observation, Sample

@@ -1,5 +1,6 @@
 """Pure step functions: Observation -> Command."""
 
+from palpate.controllers.bumpless_transfer import BumplessTransfer
 from palpate.controllers.explore import ExploreController
 from palpate.controllers.explore_parameters import ExploreParameters, live_parameters
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
@@ -7,9 +8,10 @@ from palpate.controllers.force_law import Admittance, DirectForce, ForceLaw, Vir
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce, SineForce
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.gains import ForceGain, force_gain, series_stiffness, tracking_delay
+from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.identification import Identification, Measured
 from palpate.controllers.identify import IdentifyController, IdentifyParameters
-from palpate.controllers.landing import Handover, LandingModel
+from palpate.controllers.landing import LandingModel
 from palpate.controllers.margins import LoopMargins
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
@@ -17,7 +19,7 @@ from palpate.controllers.orientation import NormalAxis, Orientation
 from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.raster import Raster
 from palpate.controllers.reference_force import ReferenceForce
-from palpate.controllers.regulate import Loss, RegulateController
+from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.controllers.room import Room
 from palpate.controllers.rub_program import Survey, SurveyWanted
@@ -35,6 +37,7 @@ from palpate.controllers.tangent_motion import CircleMotion, SineMotion, Still, 
 
 __all__ = [
     "Admittance",
+    "BumplessTransfer",
     "CircleMotion",
     "ConstantForce",
     "DirectForce",
@@ -45,7 +48,6 @@ __all__ = [
     "ForceLaw",
     "ForceProfile",
     "GuardSettings",
-    "Handover",
     "Identification",
     "IdentifyController",
     "IdentifyParameters",

@@ -1,22 +1,22 @@
 """Hybrid force/position control that explores a surface leg by leg, as a strategy asks.
 
 In the contact frame given by the centroid's normal, the normal direction is under force control and the tangents
-under motion control (Raibert & Craig 1981). The tip lands slowly, lets the force settle, slides where the leg
-leads (`palpate.controllers.paths`), lifts off and travels above the object to where it lands next. If it loses the
-surface it seeks it, once per leg, slowly and not far. Whatever it does, the commanded velocity changes from one
-period to the next by no more than a slew limit allows.
+under motion control (Raibert & Craig 1981). The tip makes contact by a guarded approach, slides where the leg
+leads (`palpate.controllers.paths`), lifts off and travels above the object to where it lands next. Lost contact is
+searched for once per leg. A slew limit bounds the change of the commanded velocity from period to period.
 
-Force, speed and force gain may be changed while it runs: see `live_parameters`. What else can be had, each of it
-only if asked for: another law of force control than the direct one, a surface that moves (followed), a force that
-follows a profile, and a tip that turns with the surface.
+Force, speed and force gain may be changed while it runs: see `live_parameters`. Optional: another force control
+law than the direct one, following of a moving surface, a force profile, and a tip that turns with the surface.
 """
 
+import math
 from dataclasses import replace
 
 from palpate.controllers.explore_parameters import ExploreParameters, live_parameters
 from palpate.controllers.flight import Airspace, Flight
 from palpate.controllers.force_law import ForceLaw
 from palpate.controllers.force_profile import ForceProfile
+from palpate.controllers.guarded_approach import ContactEvent, GuardedApproach, Loss
 from palpate.controllers.held_force import HeldForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import Orientation, carried_along
@@ -28,11 +28,11 @@ from palpate.controllers.paths.strategy import Strategy
 from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add, add_scaled, dot, norm, rotate, scale, subtract, toward
+from palpate.spatial import ZERO, Vector, add, add_scaled, as_vector, dot, norm, rotate, scale, subtract, toward
 
-FAINT = 0.1
-"""Of the set force: what a tip feels in flight is no touch below it. A sensor's zero moves, and a tip that took
-0.1 N of drift for an object overhead lifted off into the one below (7 N, where 2 N were set)."""
+LEAST_TOUCH_IN_FLIGHT = 0.1
+"""Lower bound, as a share of the set force, on what counts as a touch in flight. A sensor's zero drifts, and a tip
+that took 0.1 N of drift for an object overhead lifted off into the one below (7 N, where 2 N were set)."""
 
 
 class ExploreController:
@@ -46,6 +46,7 @@ class ExploreController:
         live: What may be changed while it runs: force, speed and force gain.
         strategy: What decides where the tip goes; its marks tell what there is besides the surface.
         leg: That is being carried out; None before the start and after the end.
+        contact: Phase and contact history; the history is that of the present leg.
     """
 
     def __init__(
@@ -80,22 +81,22 @@ class ExploreController:
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
         self._force = HeldForce(parameters, period, law, follow, profile)
         self._orientation = orientation
+        self.contact = GuardedApproach(
+            parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.SCAN, math.inf
+        )
         self._most_change = parameters.slew * period
         self._braking = parameters.acceleration * period
         self._forget()
 
     def _forget(self) -> None:
         self._command = Command()
-        self._phase = Phase.APPROACH
-        self._since = 0.0
-        self._from: Vector = ZERO
         self._state = TipState(0.0, ZERO, ZERO, False, ZERO, ZERO)
         self._space = Airspace(self._parameters, self._plane, self._period, 0.0)
         self._low = 0.0  # height at which the tip travels from touch to touch
         self._begin: Point = (0.0, 0.0)  # where the present leg begins, if all went well
         self._ending: LegEnd | None = None  # of the present leg, while the tip comes to rest
         self._ended: LegEnd | None = None  # of the last leg
-        self._swept = self._sought = self._landing = False
+        self._swept = False
         self._slide: Slide | None = None
         self._along: Vector = ZERO
         self._flight: Flight | None = None
@@ -104,6 +105,7 @@ class ExploreController:
     def start(self, first: Observation) -> None:
         """Begin with the first leg from where the tip is, from rest."""
         self._forget()
+        self.contact.start(first.time, first.arm.position_base_tip)
         self.live.restart()
         self._tracker.reset()
         self._force.start()
@@ -120,6 +122,7 @@ class ExploreController:
     def step(self, now: Observation) -> Command:
         """Return the velocity for the next period; a final phase only once that is zero."""
         self._state = state = self._sensed(now)
+        self.contact.sense(state.time, state.position, state.touching)
         if state.touching:
             self._tracker.update(state.normal)
         if self._ending is None:
@@ -132,21 +135,19 @@ class ExploreController:
             velocity = add(velocity, along)
         velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
         # the run ends with the final phase: first come to rest as gently as ever
-        braking = self._phase.is_final and (velocity != ZERO or turn != ZERO)
-        self._command = Command(velocity, self._command.phase if braking else self._phase, None, turn)
+        braking = self.contact.phase.is_final and (velocity != ZERO or turn != ZERO)
+        self._command = Command(velocity, self._command.phase if braking else self.contact.phase, None, turn)
         return self._command
 
     def _sensed(self, now: Observation) -> TipState:
         arm, finger, before = now.arm, now.fingers[0], self._state
         normal, lever, tip = before.normal, before.lever, arm.position_base_tip
         touching = finger.touching
-        if touching and self._phase in (Phase.LIFT, Phase.TRAVEL):
-            touching = norm(finger.wrench[:3]) >= FAINT * self.live.value("force")
+        if touching and self.contact.phase in (Phase.LIFT, Phase.TRAVEL):
+            touching = norm(finger.wrench[:3]) >= LEAST_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
-            x, y, z = finger.contact.normal.tolist()
-            normal = rotate(arm.rotation_base_tip, (x, y, z))
-            x, y, z = finger.contact.centroid.tolist()
-            lever = rotate(arm.rotation_base_tip, (x, y, z))
+            normal = rotate(arm.rotation_base_tip, as_vector(finger.contact.normal))
+            lever = rotate(arm.rotation_base_tip, as_vector(finger.contact.centroid))
         if self._orientation is not None:
             pivot = self._orientation.pivot
             tip = add(tip, subtract(rotate(arm.rotation_base_tip, pivot), pivot))
@@ -154,7 +155,7 @@ class ExploreController:
 
     def _pressing(self, state: TipState) -> bool:
         """Whether force control acts."""
-        return state.touching and self._phase in (Phase.SETTLE, Phase.SCAN)
+        return state.touching and self.contact.phase in (Phase.SETTLE, Phase.SCAN)
 
     def _turn(self, now: Observation, state: TipState, orientation: Orientation) -> tuple[Vector, Vector]:
         """Angular velocity that keeps the tip normal, and velocity that keeps the contact in place meanwhile."""
@@ -163,28 +164,31 @@ class ExploreController:
         turn = orientation.turn(now.arm.rotation_base_tip, self._tracker.predicted)
         return turn, carried_along(turn, state.lever)
 
-    def _enter(self, phase: Phase, state: TipState) -> None:
-        self._phase, self._since, self._from = phase, state.time, state.position
-
     def _go_on(self, state: TipState) -> None:
-        phase = self._phase
-        if phase is Phase.SCAN:
-            if state.touching:
-                self._slide_on(state)
-            else:
-                self._lose(state)
-        elif phase is Phase.SETTLE:
-            self._settle(state)
-        elif phase in (Phase.APPROACH, Phase.SEEK):
-            self._look(state)
-        elif self._flight is not None:
+        contact = self.contact
+        if contact.phase in (Phase.LIFT, Phase.TRAVEL) and self._flight is not None:
             self._flight.step(state)
             self._fly(self._flight, state)
+            return
+        event = contact.step(self._travel(state))
+        if event is ContactEvent.TOUCHED:
+            self._force.touch(state.time)
+        elif event is ContactEvent.BOUNCED:
+            self._tracker.reset()
+        elif event is ContactEvent.LOST:
+            self._lose(state)
+        elif event is ContactEvent.SETTLED and isinstance(self.leg, Hop):
+            self._conclude(LegEnd.REACHED)
+        elif event is ContactEvent.SETTLED or contact.phase is Phase.SCAN:
+            self._slide_on(state)
+        if contact.loss.is_final:
+            self._conclude(LegEnd.MISSED if contact.loss is Loss.MISSING else LegEnd.LOST)
 
     # from leg to leg
 
     def _begin_leg(self, leg: Leg | None, state: TipState) -> None:
-        self.leg, self._slide, self._along, self._sought = leg, None, ZERO, False
+        self.leg, self._slide, self._along = leg, None, ZERO
+        self.contact.renew()
         if leg is None:
             self._finish(state)
         elif isinstance(leg, Hop):
@@ -197,7 +201,7 @@ class ExploreController:
             self._slide_on(state)
         else:  # the way along the surface begins on it
             self._begin = self._place(state)
-            self._approach(state)
+            self._approach()
 
     def _finish(self, state: TipState) -> None:
         self._outcome = Phase.DONE if self._swept and self._ended is not LegEnd.LOST else Phase.LOST
@@ -237,64 +241,40 @@ class ExploreController:
         """Go on flying, or do what the flight was for."""
         self._flight = flight
         if flight.arrived is None:
-            if flight.phase is not self._phase:
-                self._enter(flight.phase, state)
+            if flight.phase is not self.contact.phase:
+                self.contact.enter(flight.phase)
         elif self._outcome is not None:
-            self._enter(self._outcome, state)
+            self.contact.enter(self._outcome)
         elif not flight.arrived:
             self._conclude(LegEnd.BLOCKED)
         elif isinstance(self.leg, Touch) and self._slide is not None:  # it has touched and is back
             self._low = min(self._plane.flat(state.tip)[2], self._space.top)
             self._conclude(LegEnd.REACHED)
         else:
-            self._approach(state)
+            self._approach()
 
-    def _approach(self, state: TipState) -> None:
-        self._landing = True
+    def _approach(self) -> None:
         self._tracker.reset()
-        self._enter(Phase.APPROACH, state)
+        self.contact.approach()
 
-    def _look(self, state: TipState) -> None:
-        """Go on towards the surface until it is there, or not."""
-        wanted = self._parameters
-        if state.touching:
-            self._force.touch(state.time)
-            self._enter(Phase.SETTLE, state)
-        elif self._phase is Phase.SEEK:
-            if norm(subtract(state.position, self._from)) > wanted.seek_distance or not self._in_room(state):
-                self._conclude(LegEnd.LOST)
-        else:
-            down = self._space.top - self._plane.flat(state.tip)[2]
-            if down > wanted.approach_distance or not self._in_room(state):
-                self._conclude(LegEnd.MISSED)
+    def _travel(self, state: TipState) -> float:
+        """How far the present approach or search has gone [m]; unbounded where the tip would leave its room."""
+        if not self._in_room(state):
+            return math.inf
+        if self.contact.phase is Phase.APPROACH:
+            return self._space.top - self._plane.flat(state.tip)[2]
+        return self.contact.travel
 
     # on the surface
 
-    def _settle(self, state: TipState) -> None:
-        if not state.touching:
-            self._lose(state)
-        elif state.time - self._since > self._parameters.settle_time:
-            self._landing = False
-            if isinstance(self.leg, Hop):
-                self._conclude(LegEnd.REACHED)
-            else:
-                self._slide_on(state)
-
     def _lose(self, state: TipState) -> None:
-        if self._landing:  # a knock, noise or a bounce: the approach goes on
-            self._approach(state)
-        elif isinstance(self.leg, Touch):  # it was felt, which is all that was wanted
+        if isinstance(self.leg, Touch):  # it was felt, which is all that was wanted
             self._retreat(self.leg, state)
-        else:
-            if self._slide is not None:
-                self._slide.stop()
-            self._force.lose()
-            self._along = ZERO
-            if self._sought:
-                self._conclude(LegEnd.LOST)
-            else:
-                self._sought = True
-                self._enter(Phase.SEEK, state)
+            return
+        if self._slide is not None:
+            self._slide.stop()
+        self._force.lose()
+        self._along = ZERO
 
     def _slide_on(self, state: TipState) -> None:
         leg = self.leg
@@ -309,9 +289,9 @@ class ExploreController:
         if along is LegEnd.STEEP:
             self._conclude(along)
             return
-        if self._phase is not Phase.SCAN:
+        if self.contact.phase is not Phase.SCAN:
             self._force.sweep(state.time)
-            self._enter(Phase.SCAN, state)
+            self.contact.enter(Phase.SCAN)
         self._swept = True
         found = self.strategy.feel(Felt(state.tip, contact, scale(-1.0, state.normal)))
         if isinstance(along, LegEnd):
@@ -339,7 +319,7 @@ class ExploreController:
     # velocities
 
     def _velocity(self, now: Observation, state: TipState) -> Vector:
-        wanted, phase = self._parameters, self._phase
+        wanted, phase = self._parameters, self.contact.phase
         if self._pressing(state):
             return self._on_surface(now, state)
         if self._ending is not None or phase.is_final:
@@ -355,7 +335,7 @@ class ExploreController:
 
     def _on_surface(self, now: Observation, state: TipState) -> Vector:
         normal, force = self._tracker.predicted, self._force
-        control = force.settling if self._phase is Phase.SETTLE else force.sweeping
+        control = force.settling if self.contact.phase is Phase.SETTLE else force.sweeping
         push = control(now, self._tracker.normal, state.lever, self.live)
         if self._ending is not None:  # come to rest along the surface
             self._along = toward(self._along, ZERO, self._braking)

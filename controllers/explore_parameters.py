@@ -97,7 +97,6 @@ def live_parameters(parameters: ExploreParameters) -> LiveParameters:
     """
     force, speed, gain = parameters.force, parameters.speed, parameters.gain
     (least, most), (slowest, fastest) = parameters.force_range, parameters.speed_range
-    weakest, strongest = gain.live_range
     force_rate = FORCE_RATE * min(least, force) / gain.delay
     return LiveParameters(
         LiveParameter(
@@ -112,13 +111,5 @@ def live_parameters(parameters: ExploreParameters) -> LiveParameters:
             "m/s",
             "speed along the surface",
         ),
-        LiveParameter(
-            "force_gain",
-            gain.gain,
-            weakest,
-            strongest,
-            gain.live_rate,
-            "m/s/N",
-            "normal velocity per force error",
-        ),
+        gain.live,
     )

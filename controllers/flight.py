@@ -1,8 +1,9 @@
-"""The tip off the surface: lifted, raised and carried above the object, round what stands in the way."""
+"""Collision-tolerant motion in free space: lift off, rise, and travel above the object."""
 
 from dataclasses import dataclass
 
 from palpate.controllers.explore_parameters import ExploreParameters
+from palpate.controllers.guarded_approach import lift_over
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.travel import NEAR, Travel
 from palpate.controllers.tip_state import TipState
@@ -10,10 +11,7 @@ from palpate.runtime.data import Phase
 from palpate.spatial import ZERO, Vector, add, dot, norm, scale, subtract
 
 MOST_BUMPS = 8
-"""What stands in the way of one flight is avoided so often; then it ends as blocked."""
-
-LIFT_TIMES = 2.0
-"""A lift ends after so many times as long as it should take: between two walls the tip gets nowhere."""
+"""Bound on the collisions of one flight that are avoided; then it ends as blocked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +79,8 @@ class Flight:
         """Take one period."""
         self._free = self._free or not state.touching
         if self.phase is Phase.LIFT:
-            late = state.time - self._since > LIFT_TIMES * self._distance / self._space.parameters.lift_speed
-            if norm(subtract(state.position, self._from)) > self._distance or late:
+            travel, elapsed = norm(subtract(state.position, self._from)), state.time - self._since
+            if lift_over(travel, elapsed, self._distance, self._space.parameters.lift_speed):
                 self._set_off(state)
         elif self._travel is not None:
             if state.touching and self._in_the_way(self._travel, state):

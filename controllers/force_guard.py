@@ -58,7 +58,7 @@ class ForceGuard:
 
     Attributes:
         share: Of gain and forward feed that may act now, 1 at first, never more again until `reset`.
-        trips: How often it was halved.
+        trips: How often a swing has halved it.
     """
 
     def __init__(self, settings: GuardSettings) -> None:
@@ -101,11 +101,11 @@ class ForceGuard:
         self._slow_ones = self._slow_ones + 1 if not fast and peak > SLOW_GROWTH * before > 0.0 else 0
         self._before, self._last = self._last, peak
         if self._fast_ones >= FAST_SWINGS or (self._slow_ones >= SLOW_SWINGS and large):
+            self.trips += self._target > LEAST_SHARE
             self.lower()
 
     def lower(self) -> None:
         """Halve the share; watch anew."""
         if self._target > LEAST_SHARE:
             self._target *= 0.5
-            self.trips += 1
         self._restart()

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.runtime.live import LiveParameter
 
 LOOP_GAIN = 0.5
 """Default k K T: phase margin 61 degrees, gain margin 3.1, and next to no overshoot."""
@@ -67,9 +68,11 @@ class ForceGain:
         return min(LEAST_LIVE_LOOP_GAIN * unit, self.gain), max(MOST_LIVE_LOOP_GAIN * unit, self.gain)
 
     @property
-    def live_rate(self) -> float:
-        """How fast the gain may be changed while it controls [m/s/N per second]."""
-        return LIVE_LOOP_GAIN_RATE / (self.stiffness * self.delay)
+    def live(self) -> LiveParameter:
+        """The live parameter `force_gain`: bounded by `live_range`, and in its rate of change."""
+        (least, most), rate = self.live_range, LIVE_LOOP_GAIN_RATE / (self.stiffness * self.delay)
+        what = "normal velocity per force error"
+        return LiveParameter("force_gain", self.gain, least, most, rate, "m/s/N", what)
 
     @property
     def gain_margin(self) -> float:

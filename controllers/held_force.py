@@ -1,22 +1,15 @@
-"""The force on a surface from touch to loss: handed over, then held or led by a profile, the surface followed."""
+"""Normal force control from touch to loss: bumpless transfer, then set point or profile; follows the surface."""
 
+from palpate.controllers.bumpless_transfer import BumplessTransfer
 from palpate.controllers.explore_parameters import ExploreParameters
 from palpate.controllers.force_law import DirectForce, ForceLaw
 from palpate.controllers.force_profile import ForceProfile
-from palpate.controllers.landing import SETTLING_PUSH, Handover
+from palpate.controllers.landing import FASTEST_SETTLING_PUSH, IMPACT_DELAYS
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.surface_motion import FASTEST_SURFACE, SurfaceFilter
 from palpate.runtime.data import ArmSample, Observation
 from palpate.runtime.live import LiveParameters
 from palpate.spatial import Vector, add, cross, dot
-
-HANDOVER = 0.5
-"""Of the settling time, in which the set force goes from what is felt at the touch to what is wanted: half of it
-is left to settle."""
-
-WATCH_AFTER = 3.0
-"""Delays of force control after a touch, until which what the contact does is not taken for the surface's motion:
-by then the knock of landing has died down."""
 
 
 class HeldForce:
@@ -34,8 +27,8 @@ class HeldForce:
         gain = parameters.gain
         self._parameters = parameters
         self._force = NormalForce(law or DirectForce(gain), gain.stiffness, gain.delay, period, follow)
-        self._handover = Handover(HANDOVER * parameters.settle_time)
-        self._follows, self._watch_after = follow is not None, WATCH_AFTER * gain.delay
+        self._transfer = BumplessTransfer(parameters.settle_time)
+        self._follows, self._impact_time = follow is not None, IMPACT_DELAYS * gain.delay
         self._profile = profile
         self.start()
 
@@ -46,8 +39,8 @@ class HeldForce:
         self._sweeping_since: float | None = None
 
     def touch(self, time: float) -> None:
-        """The tip has touched [s]: the set force is led from what it feels to what is wanted."""
-        self._handover.reset()
+        """The tip has touched [s]: bumpless transfer begins."""
+        self._transfer.reset()
         self._force.lift()
         self._touched = time
 
@@ -69,15 +62,15 @@ class HeldForce:
         """Return the velocity into the object while the force settles [m/s]; arguments as for `sweeping`."""
         felt = now.fingers[0].contact.normal_force
         wanted, _ = self._wanted(now.time, live)
-        if self._follows and now.time - self._touched >= self._watch_after:
+        if self._follows and now.time - self._touched >= self._impact_time:
             self._watch(felt, normal, now.arm, lever)
-        wanted = self._handover.force(now.time, felt, wanted)
-        # what landed slowly, because the surface moves, has to come after it; a force that is too large is given
-        # way to as fast as any surface comes
-        fastest = max(self._parameters.landing_speed, SETTLING_PUSH if self._follows else 0.0)
+        wanted = self._transfer.force(now.time, felt, wanted)
+        # after a slow landing on a moving surface the tip must be able to follow it, and must yield to too large a
+        # force as fast as any surface approaches
+        fastest = max(self._parameters.landing_speed, FASTEST_SETTLING_PUSH if self._follows else 0.0)
         push = self._force.step(wanted, felt, live.value("force_gain"), fastest, give_way=FASTEST_SURFACE)
-        # a surface that is taken for stiffer than it is seems to come on while the tip draws back from it: where
-        # too little is felt already, following that would let go
+        # a contact softer than assumed seems to approach while the tip retreats; where the force is too small
+        # already, following that would break contact
         return max(push, 0.0) if felt < wanted else push
 
     def sweeping(self, now: Observation, normal: Vector, lever: Vector, live: LiveParameters) -> float:

@@ -12,14 +12,12 @@ from enum import Enum
 
 import numpy as np
 
-from palpate.controllers.flight import LIFT_TIMES
+from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach
 from palpate.controllers.identification import Identification, PressRecord, identify
 from palpate.controllers.tone import Tone
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, dot, norm, rotate, scale, subtract, toward
-
-DOWN: Vector = (0.0, 0.0, -1.0)
+from palpate.spatial import ZERO, Vector, as_vector, dot, rotate, scale, toward
 
 GROWTH_TIME = 0.2
 """Time in which the speed of the first ramp grows e-fold [s]: an order above any delay, so that it grows no
@@ -133,14 +131,15 @@ class IdentifyController:
     def __init__(self, parameters: IdentifyParameters, period: float) -> None:
         """Take how it is pressed, and the control period [s]."""
         self._parameters = parameters
+        self.contact = GuardedApproach(parameters.settle_time, parameters.approach_distance, most_bounces=math.inf)
         self._period = positive("period", period, "s")
         self._most_change = parameters.slew * period
         # a slow loop samples no sine faster than this well enough
         self._frequencies = tuple(f for f in FREQUENCIES if f * period <= 0.2)
-        self._restart(ZERO)
+        self._restart(0.0, ZERO)
 
-    def _restart(self, position: Vector) -> None:
-        self._phase, self._since, self._from, self._start = Phase.APPROACH, 0.0, position, position
+    def _restart(self, time: float, position: Vector) -> None:
+        self.contact.start(time, position)
         self._outcome = Phase.DONE
         self._command = Command()
         self._normal = DOWN
@@ -157,15 +156,15 @@ class IdentifyController:
 
     def start(self, first: Observation) -> None:
         """Begin the approach from where the tip is, from rest."""
-        self._restart(first.arm.position_base_tip)
-        self._since = first.time
+        self._restart(first.time, first.arm.position_base_tip)
 
     def step(self, now: Observation) -> Command:
         """Return the velocity for the next period; a final phase only once that is zero."""
+        self.contact.sense(now.time, now.arm.position_base_tip, now.fingers[0].touching)
         self._change_phase(now)
         velocity = toward(self._command.velocity_base_tip, self._velocity(now), self._most_change)
-        braking = self._phase.is_final and velocity != ZERO
-        self._command = Command(velocity, self._command.phase if braking else self._phase)
+        braking = self.contact.phase.is_final and velocity != ZERO
+        self._command = Command(velocity, self._command.phase if braking else self.contact.phase)
         self._wanted += self._period * dot(self._normal, velocity)
         return self._command
 
@@ -177,46 +176,33 @@ class IdentifyController:
         """
         if self._tone < len(self._tones) or self._outcome is Phase.LOST:
             raise InvalidValueError(
-                f"nothing was identified: it ended in {self._phase.value!r}, doing {self._doing.value!r}; "
+                f"nothing was identified: it ended in {self.contact.phase.value!r}, doing {self._doing.value!r}; "
                 "let it land on a surface that stands still, and give it time"
             )
         force, depth, told = (np.array(rows) for rows in (self._force, self._depth, self._told))
         record = PressRecord(force, depth, told, np.array(self._steady, dtype=bool), self._period)
         return identify(record, self._tones, self._parameters.sensing_delay)
 
-    def _enter(self, phase: Phase, now: Observation) -> None:
-        self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip
-
     def _change_phase(self, now: Observation) -> None:
-        wanted, phase, finger = self._parameters, self._phase, now.fingers[0]
-        gone = norm(subtract(now.arm.position_base_tip, self._from))
-        if phase is Phase.APPROACH:
-            if finger.touching:
-                self._enter(Phase.SETTLE, now)
-            elif gone > wanted.approach_distance:
-                self._enter(Phase.LOST, now)
-        elif phase is Phase.SETTLE:
-            if not finger.touching:
-                self._enter(Phase.APPROACH, now)
-                self._from = self._start
-            elif now.time - self._since > wanted.settle_time:
-                x, y, z = finger.contact.normal.tolist()
-                self._normal = rotate(now.arm.rotation_base_tip, (x, y, z))
-                self._wanted = 0.0
-                self._at_touch = (finger.contact.normal_force, 0.0)
-                self._enter(Phase.HOLD, now)
-        elif phase is Phase.HOLD:
+        wanted, contact, finger = self._parameters, self.contact, now.fingers[0]
+        if contact.phase is Phase.HOLD:
             if finger.touching:
                 self._touched = now.time
-            if gone > wanted.press_distance or self._lost(now.time):
+            if contact.travel > wanted.press_distance or self._lost(now.time):
                 self._outcome = Phase.LOST
-                self._enter(Phase.LIFT, now)
+                contact.enter(Phase.LIFT)
             elif self._tone == len(self._tones):
-                self._enter(Phase.LIFT, now)
-        elif phase is Phase.LIFT:
-            late = now.time - self._since > LIFT_TIMES * wanted.lift_distance / wanted.lift_speed
-            if gone > wanted.lift_distance or late:
-                self._enter(self._outcome, now)
+                contact.enter(Phase.LIFT)
+        elif contact.phase is Phase.LIFT:
+            if contact.lifted(wanted.lift_distance, wanted.lift_speed):
+                contact.enter(self._outcome)
+        elif contact.step() is ContactEvent.SETTLED:
+            self._normal = rotate(now.arm.rotation_base_tip, as_vector(finger.contact.normal))
+            self._wanted = 0.0
+            self._at_touch = (finger.contact.normal_force, 0.0)
+            contact.enter(Phase.HOLD)
+        elif contact.loss.is_final:
+            contact.enter(Phase.LOST)
 
     def _lost(self, time: float) -> bool:
         """Whether nothing is left to press on; the first ramp may still be on its way back to a faint touch."""
@@ -226,7 +212,7 @@ class IdentifyController:
         return time - self._touched > longest
 
     def _velocity(self, now: Observation) -> Vector:
-        wanted, phase = self._parameters, self._phase
+        wanted, phase = self._parameters, self.contact.phase
         if phase is Phase.APPROACH:
             return scale(wanted.landing_speed, DOWN)
         if phase is Phase.HOLD:

@@ -1,4 +1,4 @@
-"""Touching down: how fast, and how force control takes over.
+"""Landing: how fast the tip may touch for a bounded peak of the force.
 
 A tip that touches at speed v goes on for the delay T in which nothing that is commanded can act, and presses into
 K: the force reaches K v T. What moves has a mass m, too, and is brought to rest by the contact: an elastic one
@@ -16,12 +16,15 @@ from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError, not_negative, positive
 
-SETTLING_PUSH = 0.005
-"""How fast a tip may press until it has settled, if it landed more slowly [m/s]: what is met near its turning
-point goes away faster than a slow landing comes after it."""
+FASTEST_SETTLING_PUSH = 0.005
+"""Bound on the pressing speed until the force has settled, after a slower landing [m/s]: a surface that is met
+near its turning point recedes faster than a slow landing could follow."""
 
-EXCESS = 1.0
-"""By how much landing may exceed the set force, if nothing else is said [N]."""
+IMPACT_DELAYS = 3.0
+"""Duration of the landing's impact, in delays of force control; only after it the surface's motion is tracked."""
+
+LANDING_OVERSHOOT = 1.0
+"""Bound on how much the landing peak may exceed the set force, if nothing else is said [N]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +65,7 @@ class LandingModel:
             "speed", speed, "m/s"
         )
 
-    def speed(self, force: float, touch_force: float = 0.0, excess: float = EXCESS) -> float:
+    def speed(self, force: float, touch_force: float = 0.0, excess: float = LANDING_OVERSHOOT) -> float:
         """Return the largest speed of landing [m/s] that keeps the peak to the set force and an excess.
 
         Args:
@@ -113,35 +116,3 @@ def moved_mass(servo_stiffness: float, response: float) -> float:
         response: How long it takes to follow [s].
     """
     return positive("servo_stiffness", servo_stiffness, "N/m") * (0.5 * positive("response", response, "s")) ** 2
-
-
-class Handover:
-    """Leads the set force from what is felt at the touch to what is wanted, in a given time.
-
-    So force control begins with no error and asks for standstill, whatever the landing's momentum has pressed; it
-    need not take back what it had asked for itself.
-    """
-
-    def __init__(self, duration: float) -> None:
-        """Take the time that it takes [s]."""
-        self._duration = positive("duration", duration, "s")
-        self._from: float | None = None
-        self._since = 0.0
-
-    def reset(self) -> None:
-        """The next force that is felt is the first."""
-        self._from = None
-
-    def force(self, time: float, felt: float, wanted: float) -> float:
-        """Return the force to be held now [N].
-
-        Args:
-            time: [s].
-            felt: Normal force [N].
-            wanted: In the end [N].
-        """
-        if self._from is None:
-            # what a knock gives is not to be held
-            self._from, self._since = min(felt, wanted), time
-        share = min(1.0, (time - self._since) / self._duration)
-        return self._from + share * (wanted - self._from)

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from palpate.errors import positive, vector
-from palpate.spatial import ZERO, Matrix, Vector, cross, dot, limit_norm, norm, rotate, scale, subtract
+from palpate.spatial import ZERO, Matrix, Vector, as_vector, cross, dot, limit_norm, norm, rotate, scale, subtract
 
 ACCELERATION_IN_RATES = 10.0
 """Bound on angular acceleration, per largest rate [1/s]: from rest to full rate in a tenth of a second."""
@@ -29,7 +29,7 @@ class NormalAxis:
     pivot: Vector = ZERO
 
     def __post_init__(self) -> None:
-        positive("length of axis", norm(_tuple(vector("axis", self.axis, 3, ""))), "")
+        positive("length of axis", norm(as_vector(vector("axis", self.axis, 3, ""))), "")
         vector("pivot", self.pivot, 3, "m")
         positive("gain", self.gain, "1/s")
         positive("fastest", self.fastest, "rad/s")
@@ -95,8 +95,3 @@ def carried_along(angular_velocity: Vector, lever: Vector) -> Vector:
         lever: From the frame's origin to the point, base coordinates [m].
     """
     return cross(lever, angular_velocity)
-
-
-def _tuple(values: object) -> Vector:
-    x, y, z = values.tolist()  # type: ignore[attr-defined]
-    return (x, y, z)

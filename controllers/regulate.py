@@ -1,25 +1,22 @@
-"""Regulates the force along a contact's normal while something else moves the arm along the surface.
+"""Regulates the contact force while something else moves the arm along the surface.
 
-The tip comes down slowly, takes the surface's motion into account from the touch on, leads the force to where the
-profile begins, holds the profile, and lifts off. Force is regulated along the contact's normal as touch finds it,
-or along an axis that is given. If contact is lost it is sought once, slowly and not far; after a second loss, or
-if nothing is there, the tip stops where it is.
+The tip makes contact by a guarded approach, transfers to force control without a bump, tracks the force profile,
+and lifts off. Force is regulated along the measured contact normal, or along a given axis.
 
-Landing on what moves: how hard the first knock is, speed and masses decide, and no control can take it back. What
-control decides is what comes after. So a force above the wanted one is given way to at up to `give_way`, from the
-first sample on, while pressing stays as slow as landing until it has settled; and what the surface does is watched
-from then on, when the knock has died down.
+On a moving surface, speeds and masses alone decide the first impact peak; control decides what follows. From the
+first sample on, the tip yields to too large a force at up to `give_way`, but until the force has settled it
+presses slowly. The surface's motion is tracked once the impact has died down.
 """
 
 import math
-from enum import Enum
 
-from palpate.controllers.coasting_surface import CoastingSurface
-from palpate.controllers.flight import LIFT_TIMES
+from palpate.controllers.bumpless_transfer import BumplessTransfer
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import DirectForce, ForceLaw
 from palpate.controllers.force_profile import ForceProfile
-from palpate.controllers.landing import SETTLING_PUSH, Handover
+from palpate.controllers.gated_surface_motion import GatedSurfaceMotion
+from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach
+from palpate.controllers.landing import FASTEST_SETTLING_PUSH, IMPACT_DELAYS
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
@@ -28,46 +25,24 @@ from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tangent_motion import Still, TangentMotion
 from palpate.errors import positive
 from palpate.runtime.data import Command, Observation, Phase
-from palpate.spatial import ZERO, Vector, add_scaled, dot, limit_norm, norm, rotate, scale, subtract, toward
+from palpate.spatial import ZERO, Vector, add_scaled, as_vector, dot, limit_norm, rotate, scale, subtract, toward
 
-DOWN: Vector = (0.0, 0.0, -1.0)
+GUARD_RATE_ALLOWANCE = 5.0
+"""Raises the guard's threshold, a fifth of the force, as if the force were larger by this multiple of its change
+in one delay. The tracking error of a changing force then stays within half of the threshold."""
 
-HANDOVER = 0.5
-"""Of the settling time, in which the set force goes from what is felt at the touch to where the profile begins."""
-
-WATCH_AFTER = 3.0
-"""Delays of force control after a touch, until which what the contact does is not taken for the surface's motion:
-by then the knock of landing has died down."""
-
-MOST_BOUNCES = 20
-"""So often it may lose contact again before it has settled; then it gives up: what it touches moves too fast."""
-
-RATE_ALLOWANCE = 5.0
-"""What the guard's threshold, a fifth of the force, is raised by: as if the force were larger by so many times
-what it changes by in a delay. The error of a force that changes is then within half of the threshold."""
-
-CALMING = 10.0
-"""Delays in which that is forgotten again."""
-
-
-class Loss(Enum):
-    """What became of the contact."""
-
-    UNMADE = "never made"
-    NEVER = "never lost"
-    FOUND = "lost once and found again"
-    MISSING = "nothing was there"
-    GONE = "lost for good"
-    BOUNCING = "never settled"
+GUARD_ALLOWANCE_DECAY = 10.0
+"""Time constant with which that allowance decays, in delays."""
 
 
 class RegulateController:
-    """Lands, settles, holds a force profile, lifts off. Uses the first finger.
+    """Makes contact, tracks a force profile, lifts off. Uses the first finger.
 
     Attributes:
         live: What may be changed while it runs: force and force gain.
-        loss: What became of the contact so far.
-        bounces: How often the tip lost contact again before it had settled.
+        contact: Phase and contact history.
+        guard: Lowers gain and forward feed if the loop swings or contact is lost.
+        held_since: When the profile began [s]; None before that.
     """
 
     def __init__(
@@ -96,13 +71,16 @@ class RegulateController:
         self.live = live_regulation(parameters)
         gain = parameters.gain
         self._force = NormalForce(law or DirectForce(gain), gain.stiffness, gain.delay, period)
-        # its own here, for the guard has to know what the profile does; and what stands still is misjudged, too
-        self._surface = None if follow is None else CoastingSurface(follow, period)
-        self._guard = ForceGuard(GuardSettings(gain.delay, period))
+        # not those of NormalForce: the guard has to know the profile's rate, even on a surface at rest
+        self._surface = None if follow is None else GatedSurfaceMotion(follow, period)
+        self.guard = ForceGuard(GuardSettings(gain.delay, period))
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
-        self._handover = Handover(HANDOVER * parameters.settle_time)
-        self._watch_after = WATCH_AFTER * gain.delay
-        self._calming = math.exp(-period / (CALMING * gain.delay))
+        self._transfer = BumplessTransfer(parameters.settle_time)
+        self.contact = GuardedApproach(
+            parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.HOLD
+        )
+        self._impact_time = IMPACT_DELAYS * gain.delay
+        self._allowance_decay = math.exp(-period / (GUARD_ALLOWANCE_DECAY * gain.delay))
         damping = parameters.damping_time
         self._wanted = SetForce(
             gain.delay, parameters.lead, period, damping_time=damping, step_time=parameters.step_time
@@ -118,23 +96,20 @@ class RegulateController:
         self._restart(first.arm.position_base_tip, first.time)
 
     def _restart(self, position: Vector, time: float) -> None:
-        self._phase, self._outcome = Phase.APPROACH, Phase.DONE
-        self._since, self._from, self._start = time, position, position
+        self.contact.start(time, position)
         self._command, self._along = Command(), ZERO
-        self._held_since: float | None = None
-        self.loss, self.bounces = Loss.UNMADE, 0
+        self.held_since: float | None = None
         self._tracker.reset()
-        self._handover.reset()
-        self._led: float | None = None  # what the set force was led to last
         self._allowed = self._moved = 0.0
-        self._forget()
-        self._guard.reset()
-        self._lowered = 0
+        self._touch()
+        self.guard.reset()
 
-    def _forget(self) -> None:
-        """The tip is off the surface: forget what that did."""
+    def _touch(self) -> None:
+        """Start force control afresh."""
+        self._transfer.reset()
+        self._last_set_point: float | None = None  # of the transfer
         self._force.lift()
-        self._spring = 0.0  # what of the felt force the contact's stiffness holds, without its damping
+        self._spring = 0.0  # elastic part of the felt force, without the contact's damping
         if self._surface is not None:
             self._surface.reset()
 
@@ -147,93 +122,45 @@ class RegulateController:
         """Return the velocity for the next period; a final phase only once that is zero."""
         finger = now.fingers[0]
         if finger.touching:
-            x, y, z = finger.contact.normal.tolist()
-            self._tracker.update(rotate(now.arm.rotation_base_tip, (x, y, z)))
-        self._change_phase(now, finger.touching)
+            self._tracker.update(rotate(now.arm.rotation_base_tip, as_vector(finger.contact.normal)))
+        self.contact.sense(now.time, now.arm.position_base_tip, finger.touching)
+        self._change_phase(now.time)
         velocity = toward(self._command.velocity_base_tip, self._velocity(now), self._most_change)
-        braking = self._phase.is_final and velocity != ZERO
-        self._command = Command(velocity, self._command.phase if braking else self._phase)
+        braking = self.contact.phase.is_final and velocity != ZERO
+        self._command = Command(velocity, self._command.phase if braking else self.contact.phase)
         return self._command
 
-    @property
-    def held_since(self) -> float | None:
-        """When the profile began, on the observations' clock [s]; None before it."""
-        return self._held_since
-
-    @property
-    def guard_trips(self) -> int:
-        """How often gain and forward feed were halved because the loop swung, with contact kept."""
-        return self._guard.trips - self._lowered
-
-    def _enter(self, phase: Phase, now: Observation) -> None:
-        self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip
-
-    def _change_phase(self, now: Observation, touching: bool) -> None:
-        wanted, phase = self._parameters, self._phase
-        gone = norm(subtract(now.arm.position_base_tip, self._from))
-        if phase in (Phase.APPROACH, Phase.SEEK):
-            if touching:
-                if self.loss is Loss.UNMADE:
-                    self.loss = Loss.NEVER
-                self._handover.reset()
-                self._led = None
-                self._forget()
-                self._enter(Phase.SETTLE, now)
-            elif gone > (wanted.seek_distance if phase is Phase.SEEK else wanted.approach_distance):
-                self.loss = Loss.GONE if phase is Phase.SEEK else Loss.MISSING
-                self._enter(Phase.LOST, now)
-        elif phase is Phase.SETTLE:
-            if not touching:
-                self._lose(now)
-            elif now.time - self._since > wanted.settle_time:
-                if self._held_since is None:
-                    self._held_since = now.time
-                self._enter(Phase.HOLD, now)
-        elif phase is Phase.HOLD:
-            if not touching:
-                self._lose(now)
-            elif self._held_since is not None and now.time - self._held_since > wanted.duration:
-                self._enter(Phase.LIFT, now)
-        elif phase is Phase.LIFT:  # however a drifted sensor feels
-            late = now.time - self._since > LIFT_TIMES * wanted.lift_distance / wanted.lift_speed
-            if gone > wanted.lift_distance or late:
-                self._enter(self._outcome, now)
-
-    def _lose(self, now: Observation) -> None:
-        self._along = ZERO
-        if self._held_since is None:  # a knock or a bounce: the approach goes on, from where it began
-            self.bounces += 1
+    def _change_phase(self, time: float) -> None:
+        wanted, contact = self._parameters, self.contact
+        event = contact.step()
+        if event is ContactEvent.TOUCHED:
+            self._touch()
+        elif event is ContactEvent.BOUNCED:
             self._tracker.reset()
-            self._forget()
-            if self.bounces > MOST_BOUNCES:
-                self.loss = Loss.BOUNCING
-                self._enter(Phase.LOST, now)
-                return
-            self._enter(Phase.APPROACH, now)
-            self._from = self._start
-            return
-        trips = self._guard.trips
-        self._guard.lower()  # following may be why
-        self._lowered += self._guard.trips - trips
-        self._forget()
-        again = self.loss is Loss.NEVER
-        self.loss = Loss.FOUND if again else Loss.GONE
-        self._enter(Phase.SEEK if again else Phase.LOST, now)
-
-    def _direction(self) -> Vector:
-        """Into the object, base frame, for the command that acts a lag from now."""
-        return self._parameters.axis or self._tracker.predicted
+        elif event is ContactEvent.SETTLED:
+            if self.held_since is None:
+                self.held_since = time
+            contact.enter(Phase.HOLD)
+        elif event is ContactEvent.LOST:
+            self._along = ZERO
+            self.guard.lower()  # surface following may be the cause
+        elif contact.phase is Phase.HOLD:
+            if self.held_since is not None and time - self.held_since > wanted.duration:
+                contact.enter(Phase.LIFT)
+        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
+            contact.enter(Phase.DONE)
+        if contact.loss.is_final:
+            contact.enter(Phase.LOST)
 
     def _felt(self, now: Observation) -> float:
         """The force along the direction in which it is regulated [N]."""
         contact, axis = now.fingers[0].contact, self._parameters.axis
         if axis is None:
             return contact.normal_force
-        x, y, z = contact.force.tolist()
-        return -dot(axis, rotate(now.arm.rotation_base_tip, (x, y, z)))
+        return -dot(axis, rotate(now.arm.rotation_base_tip, as_vector(contact.force)))
 
     def _velocity(self, now: Observation) -> Vector:
-        wanted, phase = self._parameters, self._phase
+        wanted, phase = self._parameters, self.contact.phase
         if phase is Phase.APPROACH:
             return scale(wanted.landing_speed, wanted.axis or DOWN)
         if phase is Phase.SEEK:
@@ -244,20 +171,20 @@ class RegulateController:
             return scale(back, wanted.axis or self._tracker.normal)
         if phase in (Phase.DONE, Phase.LOST):
             return ZERO
-        direction = self._direction()
+        direction = wanted.axis or self._tracker.predicted
         return add_scaled(self._tangential(now, direction), self._push(now), direction)
 
     def _tangential(self, now: Observation, direction: Vector) -> Vector:
-        """What moves it along the surface, brought up gently, without its part in the force's direction."""
+        """Velocity along the surface, with bounded acceleration and no component in the force's direction."""
         moved = ZERO
-        if self._phase is Phase.HOLD and self._held_since is not None:
-            moved = self._motion.velocity(now.time - self._held_since)
+        if self.contact.phase is Phase.HOLD and self.held_since is not None:
+            moved = self._motion.velocity(now.time - self.held_since)
         change = limit_norm(subtract(moved, self._along), self._most_along)
         self._along = add_scaled(self._along, 1.0, change)
         return add_scaled(self._along, -dot(self._along, direction), direction)
 
     def _profiled(self, since: float) -> tuple[float, float]:
-        """What the profile asks for [N, N/s], moved by as much as the live force was."""
+        """Force and rate of the profile [N, N/s], offset by the change of the live force."""
         force, rate = self._profile.at(since)
         moved = self.live.value("force") - self._parameters.force
         rate += (moved - self._moved) / self._period
@@ -265,32 +192,32 @@ class RegulateController:
         return force + moved, rate
 
     def _push(self, now: Observation) -> float:
-        """Velocity into the object."""
+        """Velocity into the object [m/s]."""
         wanted, set_force, felt = self._parameters, self._wanted, self._felt(now)
-        delay, settling = wanted.gain.delay, self._phase is Phase.SETTLE
-        force, rate = self._profiled(0.0 if self._held_since is None else now.time - self._held_since)
+        delay, settling = wanted.gain.delay, self.contact.phase is Phase.SETTLE
+        force, rate = self._profiled(0.0 if self.held_since is None else now.time - self.held_since)
         if settling:
             set_force.hold(force)
-            force = self._handover.force(now.time, felt, force)
-            rate = 0.0 if self._led is None else (force - self._led) / self._period
-            self._led = force
+            force = self._transfer.force(now.time, felt, force)
+            rate = 0.0 if self._last_set_point is None else (force - self._last_set_point) / self._period
+            self._last_set_point = force
         else:
             set_force.step(force, rate)
             force, rate = set_force.force, set_force.rate
         self._spring += self._per_period * (felt - self._spring)
-        # neither the knock of landing nor what a step does to a contact is the surface's motion
-        knocked = settling and now.time - self._since < self._watch_after
-        if self._surface is not None and not knocked:
+        # the impact of landing must not be taken for motion of the surface
+        impact = settling and self.contact.elapsed < self._impact_time
+        if self._surface is not None and not impact:
             into = dot(wanted.axis or self._tracker.normal, now.arm.velocity_base_tip)
             if set_force.stepping == 0.0:
                 self._surface.update(into, self._spring)
             else:
                 self._surface.update_in_step(into, self._spring, set_force.stepping)
-        # a force that is to change is off by about its rate times the delay: that is no oscillation
-        self._allowed = max(abs(set_force.ahead_rate), self._allowed * self._calming)
-        share = self._guard.step(force - felt, force + RATE_ALLOWANCE * self._allowed * delay)
+        # a changing force is off by about its rate times the delay, which is no oscillation
+        self._allowed = max(abs(set_force.ahead_rate), self._allowed * self._allowance_decay)
+        share = self.guard.step(force - felt, force + GUARD_RATE_ALLOWANCE * self._allowed * delay)
         followed = share * self._surface_velocity
-        most = max(wanted.landing_speed, SETTLING_PUSH) if settling else wanted.fastest_push
+        most = max(wanted.landing_speed, FASTEST_SETTLING_PUSH) if settling else wanted.fastest_push
         gain = share * self.live.value("force_gain")
         push = self._force.step(force, felt, gain, wanted.give_way, rate) + followed
         return min(push, most + max(followed, 0.0) + abs(rate) / wanted.gain.stiffness)

@@ -1,20 +1,19 @@
-"""Rubs and turns a finger on a surface, as a program asks, to find out what the contact bears before it slips.
+"""Rubs and turns a finger on a surface, as a program asks, to measure the friction limit of the contact.
 
-The tip waits in free air, so that the sensor's zero is known, lands, presses with the load of each rub, moves
-along the surface there and back at the speed asked for, or turns about the contact's normal, or both; lifts off in
-the end and waits once more, since zeros drift. Force is held along the normal all the while. Nothing that it does
-depends on what friction was expected, but for what the program makes of what was felt.
+The tip waits in free air for the sensor's zero, makes contact by a guarded approach, and presses with the load of
+each rub while it strokes the surface back and forth, turns about the contact normal, or both. In the end it lifts
+off and waits again, since zeros drift. Normal force is controlled throughout. Only the program may let what was
+measured decide on what comes next.
 
-Phases: HOLD in free air, APPROACH, SETTLE while the load changes or before a motion, SCAN in motion, SEEK if
-contact was lost (once), LIFT, DONE; LOST if there was nothing, or it was lost twice. When which rub was done is
-in `spans`, when the sensor showed its zero in `air`.
+Phases: HOLD in free air, APPROACH, SETTLE while the load changes or before a motion, SCAN in motion, SEEK after
+the first loss of contact, LIFT, DONE; LOST if nothing was there, or contact was lost twice.
 """
 
 import math
 
-from palpate.controllers.flight import LIFT_TIMES
+from palpate.controllers.bumpless_transfer import BumplessTransfer
 from palpate.controllers.force_law import DirectForce, ForceLaw
-from palpate.controllers.landing import Handover
+from palpate.controllers.guarded_approach import DOWN, ContactEvent, GuardedApproach, Loss
 from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import carried_along
@@ -28,6 +27,7 @@ from palpate.spatial import (
     Vector,
     add,
     add_scaled,
+    as_vector,
     cross,
     dot,
     norm,
@@ -38,19 +38,11 @@ from palpate.spatial import (
     unit,
 )
 
-DOWN: Vector = (0.0, 0.0, -1.0)
+LEAST_TANGENTIAL_SHARE = 0.05
+"""Lower bound on the share of `along` that is tangential to the surface: 3 degrees, several times the error of the
+measured normal. Strokes steeper than that take another tangential direction, the same there and back."""
 
-HANDOVER = 0.5
-"""Of the settling time, in which the set force goes from what is felt at the touch to the first load."""
-
-MOST_BOUNCES = 20
-"""So often it may lose contact again before it has settled; then it gives up."""
-
-LEAST_ALONG = 0.05
-"""Of `along`, that must lie along the surface: 3 degrees, several times what a normal as felt is wrong by. Strokes
-that would go steeper into the surface take any way along it instead, one and the same for there and back."""
-
-MOST_TURN = 125.0
+MOST_ANGULAR_ACCELERATION = 125.0
 """Bound on the change of angular velocity [rad/s^2]: half of what the supervisor takes for a bug."""
 
 
@@ -62,7 +54,8 @@ class RubbingController:
         program: What asks for rubs; it belongs to this controller.
         spans: Each way of each rub that was done to its end, in order.
         air: When the tip was in free air, at rest: before, and after if it got so far.
-        lost: How often contact was lost that was to be kept.
+        lost: How often settled contact was lost.
+        contact: Phase and contact history.
     """
 
     def __init__(
@@ -82,11 +75,14 @@ class RubbingController:
         gain = parameters.gain
         self._force = NormalForce(law or DirectForce(gain), gain.stiffness, gain.delay, period)
         self._tracker = NormalTracker(period, parameters.normal_smoothing, parameters.lead)
-        self._handover = Handover(HANDOVER * parameters.settle_time)
+        self._transfer = BumplessTransfer(parameters.settle_time)
+        self.contact = GuardedApproach(
+            parameters.settle_time, parameters.approach_distance, parameters.seek_distance, Phase.SCAN
+        )
         self._lever_share = 1.0 - math.exp(-period / parameters.lever_smoothing)
         self._meter = RubMeter()
         self._most_change = parameters.slew * period
-        self._most_turn = MOST_TURN * period
+        self._most_turn = MOST_ANGULAR_ACCELERATION * period
         self._restart(ZERO, 0.0)
 
     def start(self, first: Observation) -> None:
@@ -98,9 +94,9 @@ class RubbingController:
     def _restart(self, position: Vector, time: float) -> None:
         self.spans: list[RubSpan] = []
         self.air: list[AirSpan] = []
-        self.lost = self._bounces = 0
-        self._phase, self._since = Phase.HOLD, time
-        self._from = self._start = position
+        self.lost = 0
+        self.contact.start(time, position)
+        self.contact.enter(Phase.HOLD)
         self._command = Command()
         self._tracker.reset()
         self._lever: Vector | None = None  # tip frame
@@ -110,128 +106,95 @@ class RubbingController:
         self._began = time  # at rest at the load, before the present way
         self._wait = self._parameters.pause
         self._set = 0.0
-        self._landed = self._settled_once = self._finishing = False
-        self._forget()
-
-    def _forget(self) -> None:
-        self._force.lift()
-        self._handover.reset()
 
     def step(self, now: Observation) -> Command:
         """Return velocities for the next period; a final phase only once they are zero."""
         finger, arm = now.fingers[0], now.arm
-        if finger.touching and self._phase is not Phase.HOLD:
-            x, y, z = finger.contact.normal.tolist()
-            self._tracker.update(rotate(arm.rotation_base_tip, (x, y, z)))
-            x, y, z = finger.contact.centroid.tolist()
+        self.contact.sense(now.time, arm.position_base_tip, finger.touching)
+        if finger.touching and self.contact.phase is not Phase.HOLD:
+            self._tracker.update(rotate(arm.rotation_base_tip, as_vector(finger.contact.normal)))
             share = 1.0 if self._lever is None else self._lever_share
             before = self._lever or ZERO
-            self._lever = add_scaled(before, share, subtract((x, y, z), before))
-        self._change_phase(now, finger.touching)
+            self._lever = add_scaled(before, share, subtract(as_vector(finger.contact.centroid), before))
+        self._change_phase(now.time)
         velocity, turn = self._motion(now)
         velocity = toward(self._command.velocity_base_tip, velocity, self._most_change)
         turn = toward(self._command.angular_velocity_base_tip, turn, self._most_turn)
-        braking = self._phase.is_final and (velocity != ZERO or turn != ZERO)
-        self._command = Command(velocity, self._command.phase if braking else self._phase, None, turn)
+        braking = self.contact.phase.is_final and (velocity != ZERO or turn != ZERO)
+        self._command = Command(velocity, self._command.phase if braking else self.contact.phase, None, turn)
         return self._command
 
     # what to do when
 
-    def _enter(self, phase: Phase, now: Observation) -> None:
-        self._phase, self._since, self._from = phase, now.time, now.arm.position_base_tip
-
-    def _change_phase(self, now: Observation, touching: bool) -> None:
-        wanted, phase = self._parameters, self._phase
-        gone = norm(subtract(now.arm.position_base_tip, self._from))
-        if phase is Phase.HOLD:
-            if now.time - self._since > wanted.tare_time:
-                self.air.append(AirSpan(self._since, now.time))
-                self._enter(Phase.DONE if self._finishing else Phase.APPROACH, now)
-        elif phase in (Phase.APPROACH, Phase.SEEK):
-            if touching:
-                self._forget()
-                self._touch_down(now)
-            elif gone > (wanted.seek_distance if phase is Phase.SEEK else wanted.approach_distance):
-                self._enter(Phase.LOST, now)
-        elif phase in (Phase.SETTLE, Phase.SCAN):
-            if touching:
-                self._go_on(now)
-            else:
-                self._lose(now)
-        elif phase is Phase.LIFT:  # however a drifted sensor feels
-            late = now.time - self._since > LIFT_TIMES * wanted.lift_distance / wanted.lift_speed
-            if gone > wanted.lift_distance or late:
-                self._finishing = True
-                self._enter(Phase.HOLD, now)
-
-    def _touch_down(self, now: Observation) -> None:
-        """Let the force settle; the first rub is asked for at the first touch."""
-        if self._rub is None:
-            self._rub = self.program.next(None)
-            if self._rub is None:
-                self._enter(Phase.LIFT, now)
-                return
-            self._set = self._rub.normal_force
-            self._meter.begin(self._rub)
-        self._back, self._wait = False, self._parameters.pause
-        self._enter(Phase.SETTLE, now)
-
-    def _go_on(self, now: Observation) -> None:
-        wanted, rub = self._parameters, self._rub
-        assert rub is not None
-        if self._phase is Phase.SCAN:
-            if now.time - self._since >= rub.duration:
-                self.spans.append(RubSpan(rub, self._back, self._since - wanted.pause, now.time))
-                self._next_way(now)
-        elif not self._landed:
-            if now.time - self._since > wanted.settle_time:
-                self._landed = self._settled_once = True
-                self._began = now.time
-        elif self._set != rub.normal_force:  # on its way
-            self._wait, self._began = wanted.settle_time, now.time
-        elif now.time - self._began >= self._wait:
-            if not self._back:
-                self._choose_way()
-            self._enter(Phase.SCAN, now)
-
-    def _next_way(self, now: Observation) -> None:
-        self._wait, self._began = self._parameters.pause, now.time
-        if not self._back:
-            self._back = True
-            self._enter(Phase.SETTLE, now)
-            return
-        rub = self.program.next(self._meter.felt())
-        if rub is None:
-            self._enter(Phase.LIFT, now)
-            return
-        self._rub, self._back = rub, False
-        self._meter.begin(rub)
-        self._enter(Phase.SETTLE, now)
-
-    def _lose(self, now: Observation) -> None:
-        self._forget()
-        if not self._settled_once:  # a knock or a bounce: the approach goes on, from where it began
-            self._bounces += 1
+    def _change_phase(self, time: float) -> None:
+        wanted, contact = self._parameters, self.contact
+        event = contact.step()
+        if event is ContactEvent.TOUCHED:
+            self._touch_down()
+        elif event is ContactEvent.BOUNCED:
             self._tracker.reset()
             self._lever = None
-            if self._bounces > MOST_BOUNCES:
-                self._enter(Phase.LOST, now)
-                return
-            self._enter(Phase.APPROACH, now)
-            self._from = self._start
+        elif event is ContactEvent.SETTLED:
+            self._began = time
+        elif event is ContactEvent.LOST:
+            self.lost += 1
+            if self._back:  # the whole rub is done again
+                self.spans.pop()
+            if self._rub is not None:
+                self._meter.begin(self._rub)
+        elif contact.settled and contact.phase in (Phase.SETTLE, Phase.SCAN):
+            self._go_on(time)
+        elif contact.phase is Phase.HOLD:
+            if contact.elapsed > wanted.tare_time:
+                self.air.append(AirSpan(contact.since, time))
+                contact.enter(Phase.APPROACH if contact.loss is Loss.UNMADE else Phase.DONE)
+        elif contact.phase is Phase.LIFT and contact.lifted(wanted.lift_distance, wanted.lift_speed):
+            contact.enter(Phase.HOLD)
+        if contact.loss.is_final:
+            contact.enter(Phase.LOST)
+
+    def _touch_down(self) -> None:
+        """Start force control; the first rub is asked for at the first touch."""
+        self._force.lift()
+        self._transfer.reset()
+        self._back, self._wait = False, self._parameters.pause
+        if self._rub is None:
+            self._begin(self.program.next(None))
+
+    def _begin(self, rub: Rub | None) -> None:
+        """Begin a rub, or lift off after the last one."""
+        if rub is None:
+            self.contact.enter(Phase.LIFT)
             return
-        self.lost += 1
-        self._landed = False
-        if self._back:  # the whole rub is done again
-            self.spans.pop()
-        if self._rub is not None:
-            self._meter.begin(self._rub)
-        self._enter(Phase.SEEK if self.lost == 1 else Phase.LOST, now)
+        if self._rub is None:
+            self._set = rub.normal_force
+        self._rub, self._back = rub, False
+        self._meter.begin(rub)
+        self.contact.enter(Phase.SETTLE)
+
+    def _go_on(self, time: float) -> None:
+        wanted, rub, contact = self._parameters, self._rub, self.contact
+        assert rub is not None
+        if contact.phase is Phase.SCAN:
+            if contact.elapsed >= rub.duration:
+                self.spans.append(RubSpan(rub, self._back, contact.since - wanted.pause, time))
+                self._wait, self._began = wanted.pause, time
+                if self._back:
+                    self._begin(self.program.next(self._meter.felt()))
+                else:
+                    self._back = True
+                    contact.enter(Phase.SETTLE)
+        elif self._set != rub.normal_force:  # on its way
+            self._wait, self._began = wanted.settle_time, time
+        elif time - self._began >= self._wait:
+            if not self._back:
+                self._choose_way()
+            contact.enter(Phase.SCAN)
 
     # how to move
 
     def _motion(self, now: Observation) -> tuple[Vector, Vector]:
-        wanted, phase = self._parameters, self._phase
+        wanted, phase = self._parameters, self.contact.phase
         if phase is Phase.APPROACH:
             return scale(wanted.landing_speed, DOWN), ZERO
         if phase is Phase.SEEK:
@@ -245,7 +208,7 @@ class RubbingController:
         along, turn = ZERO, ZERO
         rub = self._rub
         if phase is Phase.SCAN and rub is not None:
-            since = now.time - self._since
+            since = self.contact.elapsed
             share = -rub.share(since) if self._back else rub.share(since)
             along = scale(share * rub.speed, _along(self._along, normal))
             turn = scale(share * rub.spin, normal)
@@ -256,7 +219,7 @@ class RubbingController:
     def _choose_way(self) -> None:
         """Fix the way of the next strokes: as wanted, or any other if that goes straight into the surface."""
         wanted, normal = self._parameters.along, self._tracker.normal
-        if norm(_projected(wanted, normal)) < LEAST_ALONG * norm(wanted):
+        if norm(_projected(wanted, normal)) < LEAST_TANGENTIAL_SHARE * norm(wanted):
             steepest = max(range(3), key=lambda i: abs(normal[i]))
             axis = [0.0, 0.0, 0.0]
             axis[(steepest + 1) % 3] = 1.0
@@ -268,27 +231,23 @@ class RubbingController:
         wanted, rub = self._parameters, self._rub
         assert rub is not None
         felt = now.fingers[0].contact.normal_force
-        rate = 0.0
-        if self._landed:
+        if self.contact.settled:
             step = wanted.force_rate * self._period
             change = min(max(rub.normal_force - self._set, -step), step)
             # rounding must not keep it from arriving
             self._set = rub.normal_force if abs(change) < step else self._set + change
-            rate = change / self._period
-        force = self._set
-        if not self._landed:
-            force = self._handover.force(now.time, felt, force)
+            force, rate = self._set, change / self._period
+        else:
+            force, rate = self._transfer.force(now.time, felt, self._set), 0.0
         fastest = max(wanted.landing_speed, rub.speed)
         return self._force.step(force, felt, self.live.value("force_gain"), fastest, rate)
 
     def _measure(self, now: Observation, since: float) -> None:
         finger = now.fingers[0]
         rotation, contact = now.arm.rotation_base_tip, finger.contact
-        x, y, z = contact.force.tolist()
-        force, normal = rotate(rotation, (x, y, z)), self._tracker.normal
+        force, normal = rotate(rotation, as_vector(contact.force)), self._tracker.normal
         pushing = -dot(force, normal)
-        x, y, z = contact.centroid.tolist()
-        lever = rotate(rotation, (x, y, z))
+        lever = rotate(rotation, as_vector(contact.centroid))
         moment = rotate(rotation, finger.wrench[3:])
         torque = dot(subtract(moment, cross(lever, force)), normal)
         self._meter.add(self._back, since, add_scaled(force, pushing, normal), pushing, torque)

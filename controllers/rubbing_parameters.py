@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from palpate.controllers.gains import ForceGain
 from palpate.errors import positive
-from palpate.runtime.live import LiveParameter, LiveParameters
+from palpate.runtime.live import LiveParameters
 from palpate.spatial import Vector
 
 
@@ -70,10 +70,4 @@ _UNITS = {
 
 def live_rubbing(parameters: RubbingParameters) -> LiveParameters:
     """Return what may be changed while it rubs: `force_gain`. Loads are the program's, for figures go by them."""
-    gain = parameters.gain
-    weakest, strongest = gain.live_range
-    return LiveParameters(
-        LiveParameter(
-            "force_gain", gain.gain, weakest, strongest, gain.live_rate, "m/s/N", "normal velocity per force error"
-        )
-    )
+    return LiveParameters(parameters.gain.live)

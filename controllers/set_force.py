@@ -1,15 +1,14 @@
-"""What force is to be felt now, and how fast it is to change when a command acts.
+"""The set force of a loop with a delay: what should be felt now, and the rate when a command acts.
 
-A profile says what is wanted now. A command acts a delay later: what it is to bring about is looked ahead to as
-far as the profile's rate tells, and what is felt now is compared with what was looked ahead to a delay ago. A step
-comes unawares.
+A command acts one delay after it is sent. So the profile is extrapolated by one delay with its rate, and the felt
+force is compared with what was extrapolated one delay ago. Steps cannot be foreseen.
 """
 
 import math
 from collections import deque
 
-from palpate.controllers.gentle_steps import GentleSteps
 from palpate.controllers.reference_force import ReferenceForce
+from palpate.controllers.set_point_filter import SetPointFilter
 from palpate.errors import not_negative, positive
 
 
@@ -17,10 +16,9 @@ class SetForce:
     """The set force of a loop with a delay.
 
     Attributes:
-        force: To be felt now [N].
-        rate: At which it is to have its depth changed when a command acts [N/s]: with a damped contact later than
-            the force itself.
-        ahead_rate: At which the force is to change then [N/s].
+        force: Desired force now [N].
+        rate: Desired rate of its elastic part when a command acts [N/s]; on a damped contact it lags the force.
+        ahead_rate: Desired rate of the force itself at that time [N/s].
     """
 
     def __init__(
@@ -33,11 +31,11 @@ class SetForce:
             lead: From a command to the tip's velocity [s].
             period: Of control [s].
             damping_time: c / K of the contact [s].
-            step_time: Time constant of going over to a force that jumps [s]; 0: as fast as the loop.
+            step_time: Time constant of the response to a step of the force [s]; 0: as fast as the loop.
         """
         self._delay = positive("delay", delay, "s")
         positive("period", period, "s")
-        self._gentle = GentleSteps(step_time, period)
+        self._filter = SetPointFilter(step_time, period)
         self._ahead = ReferenceForce(max(delay, lead), period)
         # F = K (d + damping_time d'): the depth, whose rate is fed forward, follows the force by so much
         damping = not_negative("damping_time", damping_time, "s")
@@ -48,12 +46,12 @@ class SetForce:
 
     @property
     def stepping(self) -> float:
-        """Which way it goes to a force that it jumped to: 1 up, -1 down, 0 if it is not on its way."""
-        return self._gentle.going
+        """Sign of the step whose response is under way; 0 without one."""
+        return self._filter.stepping
 
     def hold(self, force: float) -> None:
-        """Nothing changes: this force [N] is to be felt."""
-        self._gentle.reset(force)
+        """Hold a constant force [N]."""
+        self._filter.reset(force)
         self._ahead.reset(force, 0.0)
         self.force, self.rate, self.ahead_rate = force, 0.0, 0.0
         for _ in range(self._delays):
@@ -61,9 +59,9 @@ class SetForce:
 
     def step(self, force: float, rate: float) -> None:
         """Go on by one period to what the profile says: force [N] and rate [N/s]."""
-        gentle, ahead = self._gentle, self._ahead
-        gentle.step(force, rate)
-        ahead.step(gentle.force + gentle.rate * self._delay, gentle.rate)
+        smooth, ahead = self._filter, self._ahead
+        smooth.step(force, rate)
+        ahead.step(smooth.force + smooth.rate * self._delay, smooth.rate)
         self.force, self.ahead_rate = self._expected[0], ahead.rate
         self.rate += self._per_period * (ahead.rate - self.rate)
         self._expected.append(ahead.force)

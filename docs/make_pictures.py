@@ -9,10 +9,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.error_picture import error_map
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import explore
 from palpate.experiments.explore.surface_picture import touched_surface
 from palpate.friction.pressure import limit_curve
 from palpate.reporting.style import INK, MEASURED, QUIET, TRUE, WANTED, Width, dress, legend_above, new_figure

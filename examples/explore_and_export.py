@@ -16,8 +16,8 @@ import numpy as np
 import trimesh
 import tyro
 
+from palpate.experiments.explore import explore, write_exploration
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.run import explore, write_exploration
 
 
 def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: float = 0.01) -> None:

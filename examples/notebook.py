@@ -18,8 +18,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from palpate import Ellipsoid, contact_from_wrench
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.run import explore
 
 tip = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))  # [m], in the sensor frame
 contact = contact_from_wrench(tip, [0.3, 0.1, -2.0, 0.004, 0.008, 0.003])  # [N, N m]

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 import tyro
+from palpate.commands.run_told import log_writer
 
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
+from palpate.experiments.explore import carry_out
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import carry_out
 
 STUDY = (
     {},  # nothing changed

@@ -13,8 +13,8 @@ real time.
 
 import tyro
 
+from palpate.experiments.explore import Exploration, explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.run import Exploration, explore
 
 
 def experiment(robot: str) -> Exploration:

@@ -14,9 +14,9 @@ import math
 from dataclasses import replace
 
 import tyro
+from palpate.experiments.grasp.run import Grasp, grasp
 
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.run import Grasp, grasp
 
 
 def report(name: str, done: Grasp) -> None:

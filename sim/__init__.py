@@ -20,7 +20,6 @@ from palpate.sim.objects.mesh_file import Triangles, read_triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine
 from palpate.sim.objects.primitives import (
     Box,
-    CapsuleObject,
     CylinderObject,
     EllipsoidObject,
     SceneObject,
@@ -38,7 +37,6 @@ from palpate.sim.tip import Tip
 __all__ = [
     "ArmCarrier",
     "Box",
-    "CapsuleObject",
     "Carrier",
     "Cone",
     "ContactLaw",

@@ -8,6 +8,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from palpate.errors import FloatArray, InvalidValueError, positive
+from palpate.runtime.touch import Finger
+from palpate.sensing.compensation import Payload
 from palpate.sim.one_contact import one_contact
 from palpate.sim.tip_mesh import tip_mesh
 from palpate.surfaces import (
@@ -71,6 +73,10 @@ class Tip:
         if not isinstance(surface, TipSurface):
             raise InvalidValueError(f"surface is a {type(surface).__name__}: must be one of palpate.surfaces")
         object.__setattr__(self, "_form", _form(surface, self.reach, self.sag))
+
+    def finger(self) -> Finger:
+        """Return what touch is told of this tip on a perfect sensor: its surface, and what it weighs."""
+        return Finger(self.surface, Payload(self.mass, self.center_of_mass))
 
     @property
     def center_of_mass(self) -> tuple[float, float, float]:

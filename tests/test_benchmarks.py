@@ -176,7 +176,6 @@ def test_it_starts_from_the_folder():
         "materials.py",
         "slip.py",
         "holding.py",
-        "micro_motions.py",
         "grasp.py",
         "learning.py",
         "start_up.py",

@@ -17,7 +17,6 @@ from support.resting_box import BOX, box_at_rest
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-TEN = 10
 
 pytestmark = pytest.mark.xdist_group("wire")  # two of them keep real time, on fixed ports
 
@@ -36,8 +35,9 @@ def numbers_after(words, text):
     return [float(found) for found in re.findall(re.escape(words) + r"\s*(-?[\d.]+(?:e-?\d+)?)", text)]
 
 
-def test_there_are_ten():
-    assert len(EXAMPLES) == TEN
+def test_the_page_of_examples_lists_them_all():
+    page = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"\(\.\./examples/(\w+\.py)\)", page)) == [path.name for path in EXAMPLES]
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -176,6 +176,13 @@ def test_a_nudge_finds_friction_and_saves_grip(tmp_path):
     assert found == [pytest.approx(0.45, rel=0.03)] * 2
     nudged, untouched = numbers_after("grip", said)
     assert 1.0 < nudged < 1.3 < untouched
+
+
+@pytest.mark.slow
+def test_a_sphere_is_turned_in_the_hand_and_touch_tells_how_far(tmp_path):
+    said = printed_by("turn_in_hand.py", "--angle", "10", folder=tmp_path)
+    assert numbers_after("turned by", said) == [pytest.approx(10.0, abs=0.1)]
+    assert numbers_after("in truth by", said) == [pytest.approx(10.0, abs=0.1)]
 
 
 SHORT = ("--vary", "surface_speed=0.02", "assumed_stiffness=10e3,40e3")

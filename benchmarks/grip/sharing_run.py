@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from palpate.experiments.grasp.run import carry_out
 
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan
-from palpate.experiments.grasp.run import carry_out
 
 MU, E = 0.5, 0.004
 

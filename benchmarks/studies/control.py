@@ -1,11 +1,11 @@
 """A force held on a surface that goes up and down: the faster it goes, the worse it is held."""
 
 import numpy as np
+from palpate.experiments.regulate.run import Attempt, Regulation, prepared
 
 from palpate.errors import FloatArray
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
-from palpate.experiments.regulate.run import Attempt, Regulation, prepared
 from studies.study import Row, Study, Tell
 
 SPEEDS = (0.005, 0.01, 0.02, 0.04)

@@ -3,8 +3,9 @@
 import numpy as np
 
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.plan import plan
-from palpate.experiments.friction.run import Attempt
+from palpate.experiments.friction.experiment import FindFriction
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.robots.values import load_named_robot
 from studies.study import Row, Study, Tell
 
 FRICTIONS = (0.3, 0.5, 0.8)
@@ -45,13 +46,13 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
 
 def _rubbed(config: FrictionConfig) -> tuple[float, float, bool, float]:
     """Rub once: time [s], relative error of mu, whether its interval holds the truth, relative error of e."""
-    planned = plan(config)
-    attempt = Attempt(planned)
-    rubbing = attempt.found(attempt.run())
+    friction = FindFriction()
+    plan = friction.plan(config, load_named_robot(config.robot), {})
+    rubbing = friction.found(plan, carry_out(plan))
     time, file = rubbing.run.duration, rubbing.file
     if file is None:
         return time, np.nan, False, np.nan
-    true, spin = planned.true_friction(file.speed), planned.true_spin_length(1.0)
+    true, spin = plan.true_friction(file.speed), plan.true_spin_length(1.0)
     assert true is not None  # it is simulated
     inside = file.friction.lower <= true <= file.friction.upper
     e = np.nan if file.spin_length is None or spin is None else file.spin_length.value / spin - 1.0

@@ -3,10 +3,10 @@
 import re
 
 import numpy as np
+from palpate.experiments.regulate.run import Attempt
 
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan
-from palpate.experiments.regulate.run import Attempt
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from studies.study import Row, Study, Tell
 

@@ -1,4 +1,4 @@
-"""One controller after another: grip and lift, then pivot, then slide."""
+"""One controller after another: grip and lift, then turn."""
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, Observation, Phase

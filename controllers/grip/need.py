@@ -1,11 +1,7 @@
 """The least normal force that bears a load, as a controller plans it, and as the true load would need it."""
 
-import math
-from collections.abc import Sequence
 from typing import Protocol
 
-from palpate.controllers.grip.belief import SurfaceBelief
-from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.spatial import Vector, Wrench, add_scaled, cross, dot, norm, subtract, unit
 
@@ -38,12 +34,6 @@ class NeedWithoutSpin:
     def least(self, surface: LimitSurface, tangential_force: float, spin_torque: float) -> float:
         """See `GripNeed`."""
         return tangential_force / surface.friction
-
-
-def grip_against_sliding(loads: Sequence[ContactLoad], belief: SurfaceBelief, share: float) -> float:
-    """Return a share of the grip that tangential forces alone need [N]; nothing for a load that is not known."""
-    needs = (load.tangential_length / belief.surface(i).friction for i, load in enumerate(loads))
-    return max(share * need if math.isfinite(need) else 0.0 for need in needs)
 
 
 def least_grip_of_two(surface: LimitSurface, load: Wrench, first: Vector, second: Vector) -> float:

@@ -33,6 +33,8 @@ class SlipSafeGrip:
 
     Attributes:
         live: What may be changed while it runs: `margin` and `least_grip`; the loop moves them on.
+        belief: What the contacts are taken to bear, with what it has learnt.
+        watch: Who tells when a contact begins to slip.
         targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
         regrips: How often a slip was answered.
@@ -62,7 +64,7 @@ class SlipSafeGrip:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
-        self._belief, self._watch = belief, watch or NobodyWatches()
+        self.belief, self.watch = belief, watch or NobodyWatches()
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
@@ -92,27 +94,16 @@ class SlipSafeGrip:
     def start(self, grip: float) -> None:
         """Begin a new grip, of which nothing is known yet, with one that has been commanded so far [N]."""
         self.live.restart()
-        self._belief.start()
-        self._watch.start()
+        self.belief.start()
+        self.watch.start()
         self._plan.start()
-        self.regrips, self._correction = 0, (0.0,) * self._fingers
-        self.resume(grip)
-
-    def resume(self, grip: float) -> None:
-        """Go on with the same object after something else has moved the fingers, with what they press now [N].
-
-        What was learned of the contacts is kept, and what the gears swallow, and so are live parameters and the
-        count of slips answered. Loads felt before do not count, nor slips told before, nor a grip that was to be
-        kept for a while.
-        """
-        self._plan.start()
-        nothing = (0.0,) * self._fingers
+        self.regrips = 0
+        nothing = self._correction = (0.0,) * self._fingers
         self.targets: Forces = (grip,) * self._fingers
         self.faulty = False
         self._safe = self._moved = self.targets
         self._commanded = nothing
         self._floor, self._floor_until, self._answered = nothing, -math.inf, -math.inf
-        self._resumed, self._heeded = True, False
 
     def step(self, now: Observation, at_least: float = 0.0) -> Forces:
         """Return with which force each finger is to press during the next period [N].
@@ -155,16 +146,12 @@ class SlipSafeGrip:
 
     def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
         """Ask who listens for slip, teach what is believed; return whether one begins, and whether one goes on."""
-        nothing = (None,) * len(loads)
-        if self._resumed:  # what detectors heard before is a gap to them
-            self._watch.step(time, nothing)
-            self._resumed = False
-        onsets = self._watch.step(time, loads)
-        ongoing = self._watch.slipping
+        onsets = self.watch.step(time, loads)
+        ongoing = self.watch.slipping
         # a load under which something goes on slipping was not held
-        self._belief.watch(time, nothing if ongoing and not any(onsets) else loads, onsets)
-        self._heeded |= not ongoing or any(onsets)
-        return any(onsets), ongoing and self._heeded
+        unknown = ongoing and not any(onsets)
+        self.belief.watch(time, (None,) * len(loads) if unknown else loads, onsets)
+        return any(onsets), ongoing
 
     def _towards(self, wanted: Forces, before: Forces) -> Forces:
         """The grip of the next period on its way to the wanted one [N]: as fast as may be up, slowly down."""

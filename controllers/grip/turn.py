@@ -26,7 +26,7 @@ from palpate.kinematics.hand import HandKinematics
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
-from palpate.spatial import ZERO, Vector, cross, dot, subtract
+from palpate.spatial import ZERO, Vector, as_vector, cross, dot, subtract
 
 _AXIS: Vector = (0.0, 0.0, 1.0)
 
@@ -248,8 +248,7 @@ class TurnInHand:
     def _feel(self, now: Observation) -> None:
         for i, finger in enumerate(now.fingers):
             if finger.believed:
-                x, y, z = finger.contact.centroid.tolist()
-                self._centroids[i] = (x, y, z)
+                self._centroids[i] = as_vector(finger.contact.centroid)
 
     def _reset(self, time: float) -> None:
         self.at, self.wanted, self.travel_ended = 0, 0.0, False

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from palpate.errors import rotation_matrix, vector
-from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, add, add_scaled, dot, rotate, rotate_back, subtract
+from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, add, dot, rotate, rotate_back, subtract
 
 Point = tuple[float, float]
 """(u, v) in the plane of the path [m]; in the default plane x and y of the base."""
@@ -52,7 +52,3 @@ class PathPlane:
     def steepness(self, normal: Vector) -> float:
         """Return the angle between the outward normal (base) and the axis [rad]."""
         return math.acos(min(max(dot(normal, self.axis), -1.0), 1.0))
-
-    def above(self, position: Vector, distance: float) -> Vector:
-        """Return a position moved away from the object along the axis [m]."""
-        return add_scaled(position, distance, self.axis)

@@ -24,14 +24,16 @@ OWN = TURNING_SENSORS + len(JOINTS)
 """How many readings are the carrier's own."""
 
 
-def arm_above_the_origin(distance: float = 0.45, tool: float = 0.1) -> Ur5e:
-    """Return a UR5e that reaches what lies about the origin of the base frame.
+FOOT = -0.45
+"""[m] Where the arm's foot is, behind the origin: by half its reach."""
 
-    Args:
-        distance: From its foot, behind the origin, to the origin [m]: half its reach.
-        tool: From its flange to the tip frame [m].
-    """
-    return Ur5e(Pose((-distance, 0.0, 0.0)), Pose((0.0, 0.0, tool), LOOKING_DOWN))
+TOOL = 0.1
+"""[m] From the arm's flange to the tip frame."""
+
+
+def arm_above_the_origin() -> Ur5e:
+    """Return a UR5e that reaches what lies about the origin of the base frame."""
+    return Ur5e(Pose((FOOT, 0.0, 0.0)), Pose((0.0, 0.0, TOOL), LOOKING_DOWN))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,6 @@ from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.kinematics import UR5E, ArmKinematics, Leash, Pose
 from palpate.kinematics.arm import LinkInertia
 from palpate.kinematics.pose import checked_pose
-from palpate.kinematics.reference import FARTHEST
 from palpate.sim.carriers.carriage import add_position_servo
 from palpate.spatial import Matrix, Vector
 
@@ -117,14 +116,6 @@ class Ur5e:
         """
         n, C = np.array(direction), self.tip_compliance(joint_position)[:3, :3]
         return float(self.leash.distance / (n @ C @ n))
-
-    def largest_push(self, joint_position: tuple[float, ...]) -> float:
-        """Return what the leash leaves at most, whatever holds the tip and in whatever direction [N], at rest.
-
-        |C f| stays below `FARTHEST` times the leash, which leaves most in the stiffest direction: as `push`.
-        """
-        C = self.tip_compliance(joint_position)[:3, :3]
-        return float(FARTHEST * self.leash.distance / np.linalg.svd(C, compute_uv=False)[-1])
 
     def add_to(self, spec: mujoco.MjSpec, joint_start: tuple[float, ...]) -> mujoco.MjsBody:
         """Add arm and servos to a scene; returns the body on the flange whose frame is the tip frame.

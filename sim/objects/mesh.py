@@ -8,18 +8,15 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim.objects.mesh_file import Triangles
-from palpate.sim.objects.nearest import each, nearest_on_mesh
+from palpate.sim.objects.nearest import nearest_on_mesh
 from palpate.sim.objects.primitives import STEEPEST
-from palpate.sim.objects.pseudonormals import pseudonormals
 from palpate.sim.objects.traced import PICTURE_COLOUR, Nearest, TracedObject, add_mesh_picture, picture_name
 from palpate.sim.objects.vertical import heights_of_mesh, upper_surface, windings
 from palpate.sim.one_contact import one_contact
+from palpate.surfaces.triangle_tree import merged, nearest_of_all, triangle_tree
 
 CONVEX_TOLERANCE = 1e-5
 """How far a vertex may lie outside a facet's plane, relative to the mesh's size: rounding of a file in float32."""
-
-LEAF = 4
-"""Triangles in the last box of the tree, at most: fewer make more boxes to open, more make more to measure."""
 
 TIGHTEST_FIT = 0.02
 """By so much of its radius a tip may overlap a mesh where it touches a vertex: facets of a smooth hollow do that,
@@ -41,13 +38,12 @@ class _MeshBase:
     """
 
     triangles: Triangles
-    _packed: FloatArray = field(init=False, repr=False)
+    _tree: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        packed = packed_tree(self.triangles.corners)
-        packed.setflags(write=False)
-        object.__setattr__(self, "_packed", packed)
-        _refuse_inside_out(self.triangles, packed)
+        tree = triangle_tree(*merged(self.triangles.vertices, self.triangles.faces))
+        object.__setattr__(self, "_tree", tree)
+        _refuse_inside_out(self.triangles, tree)
 
     @property
     def top(self) -> float:
@@ -62,19 +58,17 @@ class _MeshBase:
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`."""
         points = np.ascontiguousarray(points, dtype=np.float64)
-        found, _ = each(nearest_on_mesh, self._packed, points)
-        inside = windings(self._packed, points) > 0
-        distance = np.linalg.norm(points - found, axis=1)
-        return np.asarray(np.where(inside, -distance, distance))
+        distance, _, _ = nearest_of_all(self._tree, points)
+        return np.asarray(np.where(windings(self._tree, points) > 0, -distance, distance))
 
     def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """See `SceneObject`."""
         x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
-        return np.asarray(heights_of_mesh(self._packed, x.ravel(), y.ravel())).reshape(x.shape)
+        return np.asarray(heights_of_mesh(self._tree, x.ravel(), y.ravel())).reshape(x.shape)
 
     def reachable(self, x: float, y: float, tip_radius: float) -> bool:
         """See `SceneObject`; the slope counts where the tip is above, which errs on the safe side."""
-        height, upright = upper_surface(self._packed, x, y)
+        height, upright = upper_surface(self._tree, x, y)
         return not math.isnan(height) and upright >= math.cos(STEEPEST)
 
 
@@ -129,7 +123,7 @@ class TracedMesh(_MeshBase, TracedObject):
     @property
     def parameters(self) -> FloatArray:
         """See `TracedObject`."""
-        return self._packed
+        return self._tree
 
     def check_tip(self, radius: float) -> None:
         """See `TracedObject`; tried at all vertices that face up enough to be touched from above."""
@@ -138,8 +132,7 @@ class TracedMesh(_MeshBase, TracedObject):
         centers = self.triangles.vertices[up] + radius * normals[up]
         if not len(centers):
             return
-        found, _ = each(nearest_on_mesh, self._packed, centers)
-        overlap = radius - np.linalg.norm(centers - found, axis=1)
+        overlap = radius - nearest_of_all(self._tree, centers)[0]
         worst = int(np.argmax(overlap))
         if overlap[worst] > TIGHTEST_FIT * radius:
             raise InvalidValueError(
@@ -154,7 +147,7 @@ class TracedMesh(_MeshBase, TracedObject):
         add_mesh_picture(spec, picture_name(name), self.triangles.vertices, self.triangles.faces)
 
 
-def _refuse_inside_out(triangles: Triangles, packed: FloatArray) -> None:
+def _refuse_inside_out(triangles: Triangles, tree: FloatArray) -> None:
     """Outside of every facet there must be nothing, or another piece: never less than nothing."""
     corners = triangles.corners
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -162,7 +155,7 @@ def _refuse_inside_out(triangles: Triangles, packed: FloatArray) -> None:
     flat = length > 1e-12 * length.max()  # slivers have no sides
     aside = ASIDE * float(np.ptp(triangles.vertices, axis=0).max())
     middles = corners[flat].mean(axis=1)
-    wrong = windings(packed, middles + aside * normals[flat] / length[flat, None]) < 0
+    wrong = windings(tree, middles + aside * normals[flat] / length[flat, None]) < 0
     if wrong.any():
         raise InvalidValueError(
             f"{triangles.name}: {int(wrong.sum())} of its triangles face inwards, one at "
@@ -183,39 +176,6 @@ def deepest_dent(triangles: Triangles) -> float:
         float((normals[i : i + 512] @ triangles.vertices.T - offsets[i : i + 512, None]).max())
         for i in range(0, len(normals), 512)
     )
-
-
-def packed_tree(corners: FloatArray) -> FloatArray:
-    """Return a tree of boxes over triangles, as `nearest_on_mesh` takes it.
-
-    Args:
-        corners: Shape (m, 3, 3) [m].
-
-    Returns:
-        Number of branches; of each branch, lows and highs of its box and either its two children or (first
-        triangle, -number of triangles); then the corners of every triangle in the tree's order; then likewise
-        their pseudonormals.
-    """
-    centers = corners.mean(axis=1)
-    branches: list[list[float]] = []
-    order: list[int] = []
-
-    def grow(members: np.ndarray) -> int:
-        here = len(branches)
-        box = corners[members].reshape(-1, 3)
-        branches.append([*box.min(axis=0), *box.max(axis=0), 0.0, 0.0])
-        if len(members) <= LEAF:
-            branches[here][6:] = [len(order), -len(members)]
-            order.extend(members.tolist())
-        else:
-            axis = int(np.argmax(np.ptp(centers[members], axis=0)))
-            halves = np.array_split(members[np.argsort(centers[members, axis], kind="stable")], 2)
-            branches[here][6:] = [grow(halves[0]), grow(halves[1])]
-        return here
-
-    grow(np.arange(len(corners)))
-    normals = pseudonormals(corners)[order]
-    return np.concatenate([[len(branches)], np.ravel(branches), corners[order].ravel(), normals.ravel()])
 
 
 def _vertex_normals(triangles: Triangles) -> FloatArray:

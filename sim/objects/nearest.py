@@ -11,6 +11,7 @@ import numpy as np
 
 from palpate.compiling import njit
 from palpate.errors import FloatArray
+from palpate.surfaces.triangle_tree import nearest_in_tree
 
 HEADER = 8
 """Numbers ahead of a height field's spline coefficients."""
@@ -29,15 +30,6 @@ SEARCHED = 41
 
 NOWHERE = 1e-300
 """[m] from an axis below which there is no direction: denormal numbers divide to vectors longer than 1."""
-
-BRANCHES, TRIANGLE, NORMALS = 8, 9, 21
-"""Numbers of a branch of the tree of boxes, of a triangle's corners, and of its pseudonormals."""
-
-FACET, EDGE_AB, EDGE_BC, EDGE_CA, VERTEX_A, VERTEX_B, VERTEX_C = range(7)
-"""What of a triangle is nearest, as its pseudonormals are ordered."""
-
-DEEPEST = 64
-"""Levels of that tree: halving the triangles at each, more than memory holds."""
 
 
 @njit(error_model="numpy", cache=True)
@@ -186,92 +178,19 @@ def distances_to_heights(p: Any, points: Any) -> Any:
 
 
 @njit(error_model="numpy", cache=True)
-def nearest_on_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
-    """Nearest point of a triangle mesh; p as `palpate.sim.objects.mesh.packed_tree` makes it.
+def nearest_on_mesh(tree: Any, x: Any, y: Any, z: Any) -> Any:
+    """Nearest point of a triangle mesh, packed by `palpate.surfaces.triangle_tree.triangle_tree`.
 
-    The normal points from the nearest point to the given one; inside, the other way. Which it is, the pseudonormal
-    of what is nearest tells, a facet, an edge or a vertex: see `palpate.sim.objects.pseudonormals`.
+    The normal points from the nearest point to the given one; inside, as the pseudonormal tells, the other way.
     """
-    first = 1 + BRANCHES * int(p[0])
-    best = math.inf
-    bx = by = bz = 0.0
-    facet = feature = 0
-    stack = np.empty(DEEPEST, np.int64)
-    stack[0], filled = 0, 1
-    while filled > 0:
-        filled -= 1
-        at = 1 + BRANCHES * stack[filled]
-        if box_distance(p, at, x, y, z) >= best:
-            continue
-        a, b = int(p[at + 6]), int(p[at + 7])
-        if b > 0:  # inner: the nearer child last, so that it is taken first
-            near, far = a, b
-            if box_distance(p, 1 + BRANCHES * a, x, y, z) > box_distance(p, 1 + BRANCHES * b, x, y, z):
-                near, far = b, a
-            stack[filled], stack[filled + 1] = far, near
-            filled += 2
-            continue
-        for k in range(a, a - b):
-            at = first + TRIANGLE * k
-            qx, qy, qz, of = nearest_on_triangle(p, at, x, y, z)
-            squared = (qx - x) ** 2 + (qy - y) ** 2 + (qz - z) ** 2
-            if squared < best:
-                best, bx, by, bz, facet, feature = squared, qx, qy, qz, k, of
-    triangles = (len(p) - first) // (TRIANGLE + NORMALS)
-    at = first + TRIANGLE * triangles + NORMALS * facet + 3 * feature
-    fx, fy, fz = p[at], p[at + 1], p[at + 2]
+    _, bx, by, bz, fx, fy, fz = nearest_in_tree(tree, x, y, z)
     nx, ny, nz = x - bx, y - by, z - bz
-    length = math.sqrt(best)
+    length = math.sqrt(nx * nx + ny * ny + nz * nz)
     if length < 1e-12:
         return (bx, by, bz, fx, fy, fz)
     if nx * fx + ny * fy + nz * fz < 0.0:
         length = -length
     return (bx, by, bz, nx / length, ny / length, nz / length)
-
-
-@njit(error_model="numpy", cache=True)
-def box_distance(p: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
-    """Squared distance of a point to the box at p[at:at + 6] (lows, highs)."""
-    dx = max(max(p[at] - x, x - p[at + 3]), 0.0)
-    dy = max(max(p[at + 1] - y, y - p[at + 4]), 0.0)
-    dz = max(max(p[at + 2] - z, z - p[at + 5]), 0.0)
-    return dx * dx + dy * dy + dz * dz
-
-
-@njit(error_model="numpy", cache=True)
-def nearest_on_triangle(p: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
-    """Nearest point of the triangle at p[at:at + 9], and what it lies on.
-
-    After Ericson, Real-Time Collision Detection, 5.1.5.
-    """
-    ax, ay, az = p[at], p[at + 1], p[at + 2]
-    ux, uy, uz = p[at + 3] - ax, p[at + 4] - ay, p[at + 5] - az
-    vx, vy, vz = p[at + 6] - ax, p[at + 7] - ay, p[at + 8] - az
-    wx, wy, wz = x - ax, y - ay, z - az
-    d1, d2 = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
-    if d1 <= 0.0 and d2 <= 0.0:
-        return (ax, ay, az, VERTEX_A)
-    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
-    d3, d4 = d1 - uu, d2 - uv
-    if d3 >= 0.0 and d4 <= d3:
-        return (ax + ux, ay + uy, az + uz, VERTEX_B)
-    vc = d1 * d4 - d3 * d2
-    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        s = d1 / (d1 - d3)
-        return (ax + s * ux, ay + s * uy, az + s * uz, EDGE_AB)
-    d5, d6 = d1 - uv, d2 - vv
-    if d6 >= 0.0 and d5 <= d6:
-        return (ax + vx, ay + vy, az + vz, VERTEX_C)
-    vb = d5 * d2 - d1 * d6
-    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        t = d2 / (d2 - d6)
-        return (ax + t * vx, ay + t * vy, az + t * vz, EDGE_CA)
-    va = d3 * d6 - d5 * d4
-    if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        t = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        return (ax + ux + t * (vx - ux), ay + uy + t * (vy - uy), az + uz + t * (vz - uz), EDGE_BC)
-    s, t = vb / (va + vb + vc), vc / (va + vb + vc)
-    return (ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz, FACET)
 
 
 @njit(error_model="numpy", cache=True)
@@ -299,9 +218,9 @@ def lay_on_heights(p: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
 
 
 @njit(error_model="numpy", cache=True)
-def lay_on_mesh(p: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
+def lay_on_mesh(tree: Any, tip: Any, position: Any, quat_wxyz: Any) -> None:
     """Lay the plane on a mesh under a tip's centre (3,)."""
-    lay(nearest_on_mesh(p, tip[0], tip[1], tip[2]), position, quat_wxyz)
+    lay(nearest_on_mesh(tree, tip[0], tip[1], tip[2]), position, quat_wxyz)
 
 
 def each(nearest: Any, parameters: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:

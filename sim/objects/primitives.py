@@ -217,7 +217,14 @@ class CylinderObject(Primitive):
 
     def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
         """Add a cylinder geom, turned to lie along x."""
-        _add_lying(body, name, mujoco.mjtGeom.mjGEOM_CYLINDER, self.radius, self.length)
+        half_turn = np.sqrt(0.5)
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=[self.radius, self.length / 2, 0.0],
+            quat=[half_turn, 0.0, half_turn, 0.0],
+            **_PAIRS_ONLY,
+        )
 
     def signed_distance(self, points: FloatArray) -> FloatArray:
         """See `SceneObject`."""
@@ -233,53 +240,6 @@ class CylinderObject(Primitive):
         return abs(x) <= self.length / 2 and abs(y) <= (self.radius + tip_radius) * math.sin(STEEPEST)
 
 
-@dataclass(frozen=True, slots=True)
-class CapsuleObject(Primitive):
-    """A capsule lying along the x axis: a cylinder of given radius and length [m] with hemispherical ends."""
-
-    radius: float = 0.03
-    length: float = 0.08
-
-    def __post_init__(self) -> None:
-        positive("radius", self.radius, "m")
-        positive("length", self.length, "m")
-
-    @property
-    def top(self) -> float:
-        """The radius [m]."""
-        return self.radius
-
-    @property
-    def bottom(self) -> float:
-        """See `SceneObject`."""
-        return -self.top
-
-    def add_geom(self, body: mujoco.MjsBody, name: str) -> None:
-        """Add a capsule geom, turned to lie along x."""
-        _add_lying(body, name, mujoco.mjtGeom.mjGEOM_CAPSULE, self.radius, self.length)
-
-    def signed_distance(self, points: FloatArray) -> FloatArray:
-        """See `SceneObject`."""
-        from_axis = points - np.clip(points, *_segment(self.length))
-        return np.asarray(np.linalg.norm(from_axis, axis=1) - self.radius)
-
-    def height(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """See `SceneObject`."""
-        beyond = np.maximum(np.abs(x) - self.length / 2, 0.0)
-        return _root(self.radius**2 - beyond**2 - y**2)
-
-    def reachable(self, x: float, y: float, tip_radius: float) -> bool:
-        """See `SceneObject`."""
-        beyond = max(abs(x) - self.length / 2, 0.0)
-        return math.hypot(beyond, y) <= (self.radius + tip_radius) * math.sin(STEEPEST)
-
-
-def _segment(length: float) -> tuple[FloatArray, FloatArray]:
-    """Ends of a segment of the x axis about the origin, low and high."""
-    end = np.array([length / 2, 0.0, 0.0])
-    return -end, end
-
-
 _PAIRS_ONLY = {"contype": 0, "conaffinity": 0}
 """Geoms collide in explicitly named pairs only: a scene pays for the contacts it needs."""
 
@@ -293,14 +253,3 @@ def _beyond(excess: FloatArray) -> FloatArray:
     """Signed distance of a convex product shape from how far each of its coordinates exceeds its bound."""
     outside = np.linalg.norm(np.maximum(excess, 0.0), axis=1)
     return np.asarray(outside + np.minimum(excess.max(axis=1), 0.0))
-
-
-def _add_lying(body: mujoco.MjsBody, name: str, kind: mujoco.mjtGeom, radius: float, length: float) -> None:
-    half_turn = np.sqrt(0.5)
-    body.add_geom(
-        name=name,
-        type=kind,
-        size=[radius, length / 2, 0.0],
-        quat=[half_turn, 0.0, half_turn, 0.0],
-        **_PAIRS_ONLY,
-    )

@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate.compiling import njit
 from palpate.errors import FloatArray
-from palpate.sim.objects.nearest import BRANCHES, DEEPEST, TRIANGLE
+from palpate.surfaces.triangle_tree import DEEPEST, opened
 
 
 @njit(error_model="numpy", cache=True)
@@ -26,39 +26,40 @@ def left_of(ax: Any, ay: Any, bx: Any, by: Any, x: Any, y: Any) -> Any:
 
 
 @njit(error_model="numpy", cache=True)
-def line_through_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
-    """Follow the line upwards through (x, y), p as in `nearest_on_mesh`.
+def line_through_mesh(tree: Any, x: Any, y: Any, z: Any) -> Any:
+    """Follow the line upwards through (x, y) of a mesh that `palpate.surfaces.triangle_tree` has packed.
 
     Returns:
         Height of the highest facet that faces up (NaN if there is none), z of its unit normal, and how often the
         mesh winds around (x, y, z): facets above it that face up, less those that face down.
     """
-    first = 1 + BRANCHES * int(p[0])
+    boxes, corners, _ = opened(tree)
+    count, last = len(corners), len(boxes) // 2 + 1
+    inner = last - 1
     highest, upright, turns = -math.inf, math.nan, 0
     stack = np.empty(DEEPEST, np.int64)
     stack[0], filled = 0, 1
     while filled > 0:
         filled -= 1
-        at = 1 + BRANCHES * stack[filled]
-        if x < p[at] or x > p[at + 3] or y < p[at + 1] or y > p[at + 4]:
+        box = stack[filled]
+        if x < boxes[box, 0] or x > boxes[box, 3] or y < boxes[box, 1] or y > boxes[box, 4]:
             continue
-        a, b = int(p[at + 6]), int(p[at + 7])
-        if b > 0:
-            stack[filled], stack[filled + 1] = a, b
+        if box < inner:
+            stack[filled], stack[filled + 1] = 2 * box + 1, 2 * box + 2
             filled += 2
             continue
-        for k in range(a, a - b):
-            t = first + TRIANGLE * k
-            ux, uy, uz = p[t + 3] - p[t], p[t + 4] - p[t + 1], p[t + 5] - p[t + 2]
-            vx, vy, vz = p[t + 6] - p[t], p[t + 7] - p[t + 1], p[t + 8] - p[t + 2]
+        for t in range((box - inner) * count // last, (box - inner + 1) * count // last):
+            a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+            ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
             up = ux * vy - uy * vx
-            one = left_of(p[t], p[t + 1], p[t + 3], p[t + 4], x, y)
-            two = left_of(p[t + 3], p[t + 4], p[t + 6], p[t + 7], x, y)
-            three = left_of(p[t + 6], p[t + 7], p[t], p[t + 1], x, y)
+            one = left_of(a[0], a[1], b[0], b[1], x, y)
+            two = left_of(b[0], b[1], c[0], c[1], x, y)
+            three = left_of(c[0], c[1], a[0], a[1], x, y)
             if up == 0.0 or one != two or two != three:
                 continue
             nx, ny = uy * vz - uz * vy, uz * vx - ux * vz
-            height = p[t + 2] - (nx * (x - p[t]) + ny * (y - p[t + 1])) / up
+            height = a[2] - (nx * (x - a[0]) + ny * (y - a[1])) / up
             if height > z:
                 turns += 1 if up > 0.0 else -1
             if up > 0.0 and height > highest:
@@ -67,24 +68,24 @@ def line_through_mesh(p: Any, x: Any, y: Any, z: Any) -> Any:
 
 
 @njit(error_model="numpy", cache=True)
-def windings(p: Any, points: Any) -> Any:
+def windings(tree: Any, points: Any) -> Any:
     """How often a mesh winds around each point: 1 inside, 0 outside, 2 where two of its pieces overlap."""
     turns = np.zeros(len(points), np.int64)
     for i in range(len(points)):
-        turns[i] = line_through_mesh(p, points[i, 0], points[i, 1], points[i, 2])[2]
+        turns[i] = line_through_mesh(tree, points[i, 0], points[i, 1], points[i, 2])[2]
     return turns
 
 
 @njit(error_model="numpy", cache=True)
-def heights_of_mesh(p: Any, x: Any, y: Any) -> Any:
+def heights_of_mesh(tree: Any, x: Any, y: Any) -> Any:
     """Height of the upper surface over each point (x, y), NaN beside the mesh."""
     found = np.empty(len(x))
     for i in range(len(x)):
-        found[i] = line_through_mesh(p, x[i], y[i], 0.0)[0]
+        found[i] = line_through_mesh(tree, x[i], y[i], 0.0)[0]
     return found
 
 
-def upper_surface(packed: FloatArray, x: float, y: float) -> tuple[float, float]:
+def upper_surface(tree: FloatArray, x: float, y: float) -> tuple[float, float]:
     """Return the height of the upper surface over (x, y) [m], and z of the unit normal there; NaN beside it."""
-    height, upright, _ = line_through_mesh(packed, x, y, 0.0)
+    height, upright, _ = line_through_mesh(tree, x, y, 0.0)
     return float(height), float(upright)

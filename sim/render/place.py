@@ -12,7 +12,7 @@ from palpate.sim.hand.mount import PALM
 from palpate.sim.objects.motion import Motion
 from palpate.sim.render.parts import ancestors, body_names, carried_body, descendants, palm_of
 from palpate.sim.tip import SENSOR_SITE
-from palpate.spatial import Matrix, Vector
+from palpate.spatial import Matrix, as_vector
 
 _Joint = mujoco.mjtJoint
 
@@ -24,6 +24,7 @@ class ScenePlacement:
     hand's joints from there on, free bodies by their joints.
 
     Attributes:
+        model: Of the scene.
         start: Where everything starts.
         free_bodies: Names of the bodies that move freely, in order.
     """
@@ -38,7 +39,7 @@ class ScenePlacement:
         Raises:
             InvalidValueError: There is neither tip nor palm.
         """
-        self._model, self._data = model, mujoco.MjData(model)
+        self.model, self._data = model, mujoco.MjData(model)
         self._motions = dict(motions or {})
         bodies, self._palm, carried = body_names(model), palm_of(model), carried_body(model)
         if carried is None:
@@ -68,7 +69,7 @@ class ScenePlacement:
 
     def __reduce__(self) -> tuple[type, tuple[mujoco.MjModel, dict[str, Motion]]]:
         """Pass to another process what it is made of."""
-        return ScenePlacement, (self._model, self._motions)
+        return ScenePlacement, (self.model, self._motions)
 
     def place(self, posture: Posture) -> mujoco.MjData:
         """Return the scene like that; the same data every time.
@@ -80,7 +81,7 @@ class ScenePlacement:
         Raises:
             InvalidValueError: The scene has other joints or bodies.
         """
-        data, model = self._data, self._model
+        data, model = self._data, self.model
         # a slide or a stage in the place of an arm that the log is of
         self._set("arm", self._hinges, posture.arm if self._hinges or not self._slides else ())
         self._set("hand", self._hand, posture.hand)
@@ -115,14 +116,14 @@ class ScenePlacement:
         """
         self.place(posture)
         found = {name: self._pose(body) for body, name in self._names.items()}
-        tip = self._model.body(self._tip).name
+        tip = self.model.body(self._tip).name
         # where the sensed contact is drawn: an arm's own word goes before that of its joints
         found[tip] = posture.pose_base_tip if self._palm is None else self._pose(self._tip)
         return found
 
     def pose_of(self, body: str) -> Pose:
         """Return where a body was in the last placed scene, a fixed one too."""
-        return self._pose(int(self._model.body(body).id))
+        return self._pose(int(self.model.body(body).id))
 
     def _set(self, name: str, joints: list[int], given: tuple[float, ...]) -> None:
         if len(given) != len(joints):
@@ -131,21 +132,16 @@ class ScenePlacement:
                 + (" that turn" if name == "arm" else "")
             )
         for joint, angle in zip(joints, given, strict=True):
-            self._data.qpos[self._model.jnt_qposadr[joint]] = angle
+            self._data.qpos[self.model.jnt_qposadr[joint]] = angle
 
     def _angles(self, joints: list[int]) -> tuple[float, ...]:
-        return tuple(float(self._data.qpos[self._model.jnt_qposadr[joint]]) for joint in joints)
+        return tuple(float(self._data.qpos[self.model.jnt_qposadr[joint]]) for joint in joints)
 
     def _free_poses(self) -> tuple[Pose, ...]:
-        return tuple(self._pose(int(self._model.jnt_bodyid[joint])) for joint in self._free)
+        return tuple(self._pose(int(self.model.jnt_bodyid[joint])) for joint in self._free)
 
     def _pose(self, body: int) -> Pose:
-        return Pose(_vector(self._data.xpos[body]), _matrix(self._data.xmat[body]))
-
-
-def _vector(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Vector:
-    x, y, z = row.tolist()
-    return (x, y, z)
+        return Pose(as_vector(self._data.xpos[body]), _matrix(self._data.xmat[body]))
 
 
 def _matrix(flat: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Matrix:

@@ -3,8 +3,9 @@
 import inspect
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import make_dataclass
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from typing import Annotated, Any, NamedTuple, Union
 
@@ -30,27 +31,21 @@ from palpate.commands.manner import JsonDocument, Manner, Words
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.typed_options import Flag, flagged, read_flagged
+from palpate.commands.typed_options import Flag, flagged, read_experiment, read_flagged
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.options import ExploreOptions
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.options import FrictionOptions
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.options import GraspOptions
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.options import RegulateOptions
+from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.nearest_name import nearest
 
 DESCRIPTION = (
-    "palpate: hybrid force control with the sense of touch. "
-    "Try `palpate explore`, then open the report it names; `palpate explore --help` explains every option.\n\n"
+    "palpate: hybrid force control with the sense of touch. Try `palpate {first}`, then open the report that it "
+    "names; `palpate {first} --help` explains every option.\n\n"
+    "Experiments come first below; one of your own is typed as module:Class or file.py:Class. "
     "Every command takes --json; where something moves, --dry-run says what it would do. "
     "Exit code: 0 done; 1 not finished, or something is not as it should be; 2 wrong input, nothing was done; "
-    "130 interrupted by Ctrl-C. palpate --version says which palpate this is.\n\n"
-    "Example: palpate explore --object ellipsoid --force 2 --out runs/first"
+    "130 interrupted by Ctrl-C. palpate --version says which palpate this is."
 )
 
 
@@ -71,19 +66,12 @@ class Command(NamedTuple):
         config: Its options, light to import.
         runner: What runs it, as module:function; need not be light.
         summary: One line.
-        defaults: What finds out its defaults from the files that are named, as module:function of the arguments;
-            empty if its defaults are fixed. Its result has `settled`, which is what the runner gets.
-        about: Whose docstring explains it; its options' own, if not given.
-        dry: What says for --dry-run what it would do, as module:function; empty if nothing moves.
         document: What carries it out for --json, where its runner writes its rows to standard output.
     """
 
     config: type
     runner: str
     summary: str
-    defaults: str = ""
-    about: type | None = None
-    dry: str = ""
     document: str = ""
 
 
@@ -101,39 +89,9 @@ class Group(NamedTuple):
     about: str = ""
 
 
+EXPERIMENT_FLAGS = (Flag.DRY_RUN, Flag.JSON)
+
 COMMANDS: Mapping[str, Command | Group] = {
-    "explore": Command(
-        ExploreOptions,
-        "palpate.experiments.explore.command:run_explore",
-        "Explore the surface of a simulated object by touch, and draw it.",
-        "palpate.experiments.explore.options:default_options",
-        ExploreConfig,
-        dry="palpate.experiments.explore.dry:foretell_explore",
-    ),
-    "regulate": Command(
-        RegulateOptions,
-        "palpate.experiments.regulate.command:run_regulate",
-        "Hold a force on a simulated surface that stands, moves or yields, and show how well.",
-        "palpate.experiments.regulate.options:default_options",
-        RegulateConfig,
-        dry="palpate.experiments.regulate.dry:foretell_regulate",
-    ),
-    "friction": Command(
-        FrictionOptions,
-        "palpate.experiments.friction.command:run_friction",
-        "Rub a simulated surface: its friction, how it bears torque, with intervals.",
-        "palpate.experiments.friction.options:default_options",
-        FrictionConfig,
-        dry="palpate.experiments.friction.dry:foretell_friction",
-    ),
-    "grasp": Command(
-        GraspOptions,
-        "palpate.experiments.grasp.command:run_grasp",
-        "Hold an object that is pulled at so that it neither slips nor spins, and show what grip it took.",
-        "palpate.experiments.grasp.options:default_options",
-        GraspConfig,
-        dry="palpate.experiments.grasp.dry:foretell_grasp",
-    ),
     "sweep": Command(
         SweepConfig,
         "palpate.commands.sweep.command:run_sweep",
@@ -268,13 +226,35 @@ COMMANDS: Mapping[str, Command | Group] = {
 }
 
 
+Typed = Mapping[str, "Command | Group | Experiment"]
+"""What can be typed, by the word that does so."""
+
+
+@cache
+def typed_commands() -> Typed:
+    """Return all that can be typed after the program's name: experiments first.
+
+    An experiment that cannot be loaded is left out, so that the others can be used; typing its name says why.
+    """
+    experiments = {}
+    for name in experiment_names():
+        with suppress(InvalidValueError):
+            experiments[name] = experiment_named(name)
+    return {**experiments, **COMMANDS}
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code, see `palpate.commands.answer.ExitCode`."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
-    return _manner(arguments).carry_out(partial(_run, COMMANDS, "palpate", DESCRIPTION, arguments or ["--help"]))
+    return _manner(arguments).carry_out(partial(_run_typed, arguments or ["--help"]))
+
+
+def _run_typed(arguments: Sequence[str]) -> Answer | int:
+    commands = typed_commands()
+    return _run(commands, "palpate", DESCRIPTION.format(first=next(iter(commands))), arguments)
 
 
 def _manner(arguments: Sequence[str]) -> Manner:
@@ -282,35 +262,38 @@ def _manner(arguments: Sequence[str]) -> Manner:
     if "--json" not in arguments or HELP_WORDS & set(arguments):
         return Words()
     words: list[str] = []
-    found: Mapping[str, Command | Group] | Command | Group | None = COMMANDS
+    found: object = typed_commands()
     for word in arguments:
         commands = found.commands if isinstance(found, Group) else found
         if not isinstance(commands, Mapping) or word not in commands:
             break
         found = commands[word]
         words.append(word)
-    return JsonDocument(" ".join(words))
+    return JsonDocument(" ".join(words) or next((word for word in arguments[:1] if ":" in word), ""))
 
 
-def _run(
-    commands: Mapping[str, Command | Group], typed: str, about: str, arguments: Sequence[str]
-) -> Answer | int:
-    chosen = commands.get(arguments[0]) if arguments else None
+def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> Answer | int:
+    word = arguments[0] if arguments else ""
+    chosen = commands.get(word)
+    if chosen is None and not word.startswith("-") and (":" in word or word in experiment_names()):
+        chosen = experiment_named(word)
     if isinstance(chosen, Group):
         about = chosen.about or chosen.summary
-        return _run(chosen.commands, f"{typed} {arguments[0]}", about, arguments[1:] or ["--help"])
+        return _run(chosen.commands, f"{typed} {word}", about, arguments[1:] or ["--help"])
     if isinstance(chosen, Command):
-        return _carry_out(chosen, f"{typed} {arguments[0]}", arguments[1:])
-    if arguments and not arguments[0].startswith("-"):
-        raise InvalidValueError(_no_command(arguments[0], commands, typed))
+        return _carry_out(chosen, f"{typed} {word}", arguments[1:])
+    if chosen is not None:
+        return _carry_out_experiment(chosen, f"{typed} {word}", arguments[1:])
+    if word and not word.startswith("-"):
+        raise InvalidValueError(_no_command(word, commands, typed))
     with parser_colours(arguments):  # help, or a mistake: show the commands, one line each
         tyro.cli(_subcommands(commands), prog=typed, description=about, args=arguments)
-    raise AssertionError(f"{arguments[0]!r} is no command, and nobody has said so")
+    raise AssertionError(f"{word!r} is no command, and nobody has said so")
 
 
-def _no_command(word: str, commands: Mapping[str, Command | Group], typed: str) -> str:
+def _no_command(word: str, commands: Typed, typed: str) -> str:
     """What to say of a word that is no command."""
-    flags = ("--help", "--version") if commands is COMMANDS else ("--help",)
+    flags = ("--help", "--version") if commands is typed_commands() else ("--help",)
     near = nearest(word, (*commands, *flags))
     meant = f"did you mean {typed} {near}? " if near else ""
     above = typed.split()[1:]  # without the program's name, which begins every refusal
@@ -318,32 +301,31 @@ def _no_command(word: str, commands: Mapping[str, Command | Group], typed: str) 
 
 
 def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> Answer | int:
-    options: dict[str, Any] = {"description": inspect.getdoc(command.about or command.config)}
-    if command.defaults:
-        options["default"] = _function(command.defaults)(arguments)
+    about = inspect.getdoc(command.config)
     config: Any
-    config, flags = read_flagged(command.config, typed, arguments, _flags(command), **options)
+    config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=about)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    name = command.runner
-    if Flag.DRY_RUN in flags:
-        name = command.dry
-    elif Flag.JSON in flags and command.document:
-        name = command.document
-    runner = _function(name)
+    runner = _function(command.document if Flag.JSON in flags and command.document else command.runner)
     start_up.over()
-    answer: Answer | int = runner(config.settled if command.defaults else config)
+    answer: Answer | int = runner(config)
     return answer
+
+
+def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> Answer:
+    config, flags = read_experiment(experiment.Config, experiment.name, typed, arguments, EXPERIMENT_FLAGS)
+    if Flag.DRY_RUN in flags:
+        from palpate.commands.dry_run import dry_run_experiment as carry_out
+    else:
+        from palpate.commands.run import run_experiment as carry_out
+    start_up.over()
+    return carry_out(experiment, config)
 
 
 def run_completion(config: CompletionConfig) -> Answer:
     """Print what makes a shell complete these commands."""
-    script = completion_script(_subcommands(COMMANDS), config.shell)
+    script = completion_script(_subcommands(typed_commands()), config.shell)
     sys.stdout.write(script)
     return Answer(facts={"shell": config.shell, "script": script})
-
-
-def _flags(command: Command) -> tuple[Flag, ...]:
-    return (Flag.DRY_RUN, Flag.JSON) if command.dry else (Flag.JSON,)
 
 
 def _function(name: str) -> Any:
@@ -351,7 +333,7 @@ def _function(name: str) -> Any:
     return getattr(import_module(module), function)
 
 
-def _subcommands(commands: Mapping[str, Command | Group]) -> Any:
+def _subcommands(commands: Typed) -> Any:
     """The type by which tyro knows commands: a union of what each takes, by its name."""
     return Union[  # noqa: UP007
         tuple(
@@ -361,9 +343,10 @@ def _subcommands(commands: Mapping[str, Command | Group]) -> Any:
     ]
 
 
-def _taken(name: str, what: Command | Group) -> Any:
+def _taken(name: str, what: "Command | Group | Experiment") -> Any:
     if isinstance(what, Command):
-        return flagged(what.config, name, _flags(what))
-    return make_dataclass(
-        name, [("command", Annotated[_subcommands(what.commands), tyro.conf.OmitSubcommandPrefixes])]
-    )
+        return flagged(what.config, name, (Flag.JSON,))
+    if isinstance(what, Group):
+        below: Any = _subcommands(what.commands)
+        return make_dataclass(name, [("command", Annotated[below, tyro.conf.OmitSubcommandPrefixes])])
+    return flagged(what.Config, name, EXPERIMENT_FLAGS, experiment_file=True)

@@ -6,6 +6,8 @@ Plain tuples of floats: immutable, comparable bit for bit, and several times fas
 
 import math
 
+from palpate.errors import FloatArray
+
 Vector = tuple[float, float, float]
 """A 3-vector; unit and frame are said where it is used."""
 
@@ -17,6 +19,12 @@ Matrix = tuple[Vector, Vector, Vector]
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def as_vector(array: FloatArray) -> Vector:
+    """Return an array of shape (3,) as a vector."""
+    x, y, z = array.tolist()
+    return (x, y, z)
 
 
 def add(a: Vector, b: Vector) -> Vector:

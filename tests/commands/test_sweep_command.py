@@ -3,9 +3,11 @@
 import csv
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import psutil
 import pytest
@@ -244,6 +246,24 @@ def test_a_process_of_its_own_gives_the_numbers_of_a_plain_loop(here, undrawn, t
     monkeypatch.setattr(run, "runner_for", lambda config: LocalRunner(1))
     main([*TYPED, "--out", str(tmp_path / "process")])
     assert figures(tmp_path / "process") == figures(tmp_path / "loop")
+
+
+ELSEWHERE = """
+import pickle, sys
+from palpate.commands.sweep.attempt import attempt
+print(attempt(pickle.load(sys.stdin.buffer)).status.value)
+"""
+
+
+@pytest.mark.slow
+def test_a_worker_in_another_folder_finds_an_experiment_that_was_typed_as_a_file(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text(Path(TINY.removesuffix(":Tap")).read_text())
+    monkeypatch.chdir(tmp_path)
+    (run,) = planned(experiment="mine.py:Tap").runs
+    words, other = [sys.executable, "-c", ELSEWHERE], tmp_path / "other"
+    other.mkdir()
+    said = subprocess.run(words, input=pickle.dumps(run.case), cwd=other, capture_output=True, check=True).stdout
+    assert said.decode().split() == ["done"]
 
 
 LONG = ["sweep", TINY, "--vary", "force=1:3:6", "--set", "time=10", "noise=0.01", "--jobs", "2"]

@@ -167,9 +167,7 @@ def test_a_figures_column_ends_in_its_unit(name):
 def test_options_have_the_unit_that_their_help_says(name):
     """The sentences behind the fields, which people see in --help, against the units in tables and pictures."""
     kind = experiment_named(name).Config
-    (body,) = [
-        node.body for node in ast.walk(ast.parse(inspect.getsource(kind))) if isinstance(node, ast.ClassDef)
-    ]
+    (body,) = (node.body for node in ast.parse(inspect.getsource(kind)).body if isinstance(node, ast.ClassDef))
     told = {}
     for line, words in itertools.pairwise(body):
         if not (isinstance(line, ast.AnnAssign) and isinstance(words, ast.Expr)):

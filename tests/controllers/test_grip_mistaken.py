@@ -6,19 +6,16 @@ import numpy as np
 import pytest
 
 from palpate.controllers.grip.belief import KnownSurface
-from palpate.controllers.grip.let_slip import BLIND, LetSlip, LetSlipParameters
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.load_ahead import ODD_FORCE, LoadAhead
-from palpate.controllers.grip.motion_source import HandJoint
 from palpate.controllers.grip.nudge import NudgeController, NudgeParameters
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
-from palpate.controllers.grip.slip_servo import SlipServo, SlipServoParameters
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.fingers import FingerSlips, LearntSurface
 from palpate.friction.slip.margin_crossing import MarginCrossing
-from palpate.runtime.data import ArmSample, HandSample, Observation, Phase
+from palpate.runtime.data import ArmSample, Observation, Phase
 from palpate.sensing.ft.health import Measure, Verdict
 from palpate.spatial import IDENTITY, ZERO
 from support.felt_finger import finger
@@ -28,8 +25,8 @@ SURFACE = LimitSurface(0.5, 0.004)
 ARM = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 
 
-def observed(time, *fingers, joints=None):
-    return Observation(time, ARM, fingers, None if joints is None else HandSample(*joints))
+def observed(time, *fingers):
+    return Observation(time, ARM, fingers)
 
 
 BROKEN = finger(0.5, health=Verdict(Measure.FROZEN))
@@ -65,22 +62,19 @@ def test_a_load_that_jumps_and_stays_is_followed_one_sample_later():
     assert ahead.ahead(0.0)[0] == pytest.approx(1.0 + 10.0 * ODD_FORCE)
 
 
-# --- slips that go on, and slips of before
+# --- slips that go on
 
 
 class Slipping:
-    """A `SlipWatch` to which the first finger slips from a period on until another; counts what it hears."""
+    """A `SlipWatch` to which the first finger slips from a period on until another."""
 
     def __init__(self, first, last):
-        self.first, self.last, self.k, self.heard, self.slipping = first, last, -1, [], False
+        self.first, self.last, self.k, self.slipping = first, last, -1, False
 
     def start(self):
         """Nothing to do."""
 
     def step(self, time, loads):
-        self.heard.append(loads)
-        if loads[0] is None:
-            return (False, False)
         self.k += 1
         before, self.slipping = self.slipping, self.first <= self.k < self.last
         return (self.slipping and not before, False)
@@ -97,27 +91,6 @@ def test_a_load_under_which_it_goes_on_slipping_is_not_taken_for_held():
         if k == 101:
             told = learnt.surface(0).friction
     assert learnt.surface(0).friction == told < 0.5
-
-
-def test_a_grip_that_goes_on_does_not_answer_a_slip_of_before_and_its_detectors_hear_a_gap():
-    watch = Slipping(0, 300)
-    grip = SlipSafeGrip(2, KnownSurface(SURFACE), PERIOD, watch=watch)
-    grip.start(3.0)
-    for k in range(10):
-        grip.step(observed(k * PERIOD, finger(0.5), finger(0.5)))
-    before = grip.regrips
-    assert before == 1
-    watch.heard.clear()
-    grip.resume(3.0)
-    for k in range(10, 200):
-        grip.step(observed(k * PERIOD, finger(0.5), finger(0.5)))
-    assert watch.heard[0] == (None, None)
-    assert None not in watch.heard[1]
-    assert grip.regrips == before
-    watch.first, watch.last = 250, 500  # over, and begins anew
-    for k in range(200, 300):
-        grip.step(observed(k * PERIOD, finger(0.5), finger(0.5)))
-    assert grip.regrips > before
 
 
 # --- a finger that fails while it lifts
@@ -166,38 +139,6 @@ def test_a_lift_ends_held_where_a_finger_fails_and_is_never_done_then(fails, fai
 def test_a_finger_that_fails_for_a_moment_ends_nothing():
     commands = lifted(lambda t: (finger(0.5), BROKEN if 0.4 < t < 0.6 else finger(0.5)), 3.0)
     assert commands[-1].phase is Phase.DONE
-
-
-# --- wanted slips
-
-
-def test_what_the_grip_cannot_give_is_not_added_up():
-    """It goes on too fast for seconds, whatever is gripped; as soon as it is slow again, less is enough."""
-    servo = SlipServo(SlipServoParameters(0.5, 1.0, 200.0), PERIOD)
-    servo.start(3.0, 3.0)
-    grips = [servo.step(10.0, 50.0, 0.5, 8.0) for _ in range(5000)]
-    assert max(grips) == 8.0
-    after = [servo.step(10.0, 0.0, 0.5, 8.0) for _ in range(1000)]
-    assert after[-1] < 0.9 * 8.0
-
-
-def test_while_nothing_tells_how_it_moves_nothing_is_let_go():
-    parameters = LetSlipParameters(settle_time=0.01, silence=0.1)
-    grip = SlipSafeGrip(2, KnownSurface(SURFACE), PERIOD)
-    slips = LetSlip(grip, HandJoint(0), PERIOD, SlipServoParameters(0.5, 1.0, 200.0), parameters)
-    grip.start(3.0)
-    told, forces = 0.2, {}
-    slips.start(observed(0.0, finger(0.5), finger(0.5), joints=(0.0, (0.0,))), 0.5)
-    for k in range(400):
-        time = k * PERIOD
-        now = observed(time, finger(0.5), finger(0.5), joints=(min(time, told), (0.0,)))
-        forces[k] = slips.step(now, 0.1)[0]
-        if slips.phase is Phase.HOLD:
-            break
-    blind = round((told + BLIND * parameters.silence) / PERIOD) + 1
-    assert slips.phase is Phase.HOLD
-    assert forces[blind - 2] < forces[blind - 20]
-    assert forces[k - 1] == forces[blind]
 
 
 # --- a nudge

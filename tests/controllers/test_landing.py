@@ -1,4 +1,4 @@
-"""Landing: the promised peak is kept by a mass on a spring, whatever the numbers; the handover does not jump."""
+"""Landing: the promised peak is kept by a mass on a spring, whatever the numbers; the transfer is bumpless."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers import Handover, LandingModel, series_stiffness
+from palpate.controllers import BumplessTransfer, LandingModel, series_stiffness
 from palpate.controllers.landing import meeting_speed
 from palpate.errors import InvalidValueError
 
@@ -60,15 +60,15 @@ def test_a_touch_noticed_too_late_is_refused():
         LandingModel(1e4, 0.02, 1e4).speed(1.0, touch_force=2.0)
 
 
-def test_the_handover_begins_with_what_is_felt_and_ends_with_what_is_wanted():
-    handover = Handover(0.1)
-    assert handover.force(5.0, 0.7, 2.0) == pytest.approx(0.7)
-    forces = [handover.force(5.0 + 1e-3 * i, 9.9, 2.0) for i in range(200)]
+def test_the_bumpless_transfer_begins_with_what_is_felt_and_ends_with_what_is_wanted():
+    transfer = BumplessTransfer(0.2)
+    assert transfer.force(5.0, 0.7, 2.0) == pytest.approx(0.7)
+    forces = [transfer.force(5.0 + 1e-3 * i, 9.9, 2.0) for i in range(200)]
     assert np.all(np.diff(forces) >= 0.0)
     assert np.diff(forces).max() < 0.014
     assert forces[100:] == pytest.approx([2.0] * 100)
-    handover.reset()
-    assert handover.force(6.0, 3.5, 2.0) == 2.0  # a knock is not held
+    transfer.reset()
+    assert transfer.force(6.0, 3.5, 2.0) == 2.0  # a knock is not held
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import SurfaceFilter, SurfaceMotion, force_gain
-from palpate.controllers.coasting_surface import CoastingSurface
 from palpate.controllers.damped_contact import (
     LEAST_GAIN_MARGIN,
     LEAST_MODULUS_MARGIN,
@@ -17,9 +16,10 @@ from palpate.controllers.damped_contact import (
 )
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.gains import ForceGain
-from palpate.controllers.gentle_steps import GentleSteps
+from palpate.controllers.gated_surface_motion import GatedSurfaceMotion
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
 from palpate.controllers.set_force import SetForce
+from palpate.controllers.set_point_filter import SetPointFilter
 from palpate.controllers.tangent_motion import PathTable
 from palpate.errors import InvalidValueError
 
@@ -79,26 +79,26 @@ def test_what_is_mounted_softly_is_as_stiff_as_its_contact_to_what_is_fast():
         soft.margins(ForceGain(20.0 * soft.gain(0.0215).gain, soft.series, 0.0215))
 
 
-# --- gentle steps ---
+# --- set-point filter ---
 
 
 @settings(deadline=None, max_examples=30)
 @given(st.floats(0.005, 0.1), st.floats(0.5, 5.0), st.floats(5.1, 9.0))
 def test_a_jump_is_gone_over_to_exactly_like_a_critically_damped_spring(tau, first, second):
-    steps = GentleSteps(tau, PERIOD)
+    steps = SetPointFilter(tau, PERIOD)
     steps.reset(first)
     for i in range(60):
         steps.step(second, 0.0)
         x = i * PERIOD / tau
         assert steps.force == pytest.approx(second + (first - second) * (1.0 + x) * math.exp(-x), abs=1e-9)
         assert steps.rate == pytest.approx((second - first) * x / tau * math.exp(-x), abs=1e-6)
-        assert steps.going == (1.0 if i <= 5.0 * tau / PERIOD - 1 else steps.going)
+        assert steps.stepping == (1.0 if i <= 5.0 * tau / PERIOD - 1 else steps.stepping)
 
 
 @settings(deadline=None, max_examples=20)
 @given(st.floats(0.005, 0.1), st.floats(0.5, 20.0))
 def test_what_changes_at_a_known_rate_passes_as_it_is(tau, frequency):
-    tones, steps = Tones(2.0, 0.5, (frequency,), begin=0.0), GentleSteps(tau, PERIOD)
+    tones, steps = Tones(2.0, 0.5, (frequency,), begin=0.0), SetPointFilter(tau, PERIOD)
     steps.reset(2.0)
     for i in range(300):
         force, rate = tones.at(i * PERIOD)
@@ -106,15 +106,15 @@ def test_what_changes_at_a_known_rate_passes_as_it_is(tau, frequency):
         if i * PERIOD < tones.duration:
             # but where a sine turns, between two samples
             assert steps.force == pytest.approx(force, abs=5e-3)
-        assert steps.going == 0.0
+        assert steps.stepping == 0.0
 
 
 def test_jumps_without_end_leave_half_of_the_time():
-    steps, going = GentleSteps(0.03, PERIOD), []
+    steps, going = SetPointFilter(0.03, PERIOD), []
     steps.reset(1.0)
     for i in range(2000):
         steps.step(1.0 + (i // 10) % 2, 0.0)
-        going.append(steps.going)
+        going.append(steps.stepping)
     assert 0.4 < np.mean(np.array(going) != 0.0) <= 0.56
 
 
@@ -140,28 +140,28 @@ FILTER = SurfaceFilter(20e3, 0.02, 0.06)
 @settings(deadline=None, max_examples=20)
 @given(st.sampled_from([-1.0, 1.0]), st.floats(0.2, 0.9))
 def test_a_contact_that_is_softer_than_thought_is_no_surface_that_gives_way_while_the_force_steps(way, ratio):
-    coasting, following = CoastingSurface(FILTER, PERIOD), SurfaceMotion(FILTER, PERIOD)
+    gated, following = GatedSurfaceMotion(FILTER, PERIOD), SurfaceMotion(FILTER, PERIOD)
     force = 2.0
     for _ in range(100):
         velocity = way * 1e-3
         force += ratio * FILTER.stiffness * velocity * PERIOD
-        coasting.update_in_step(velocity, force, way)
+        gated.update_in_step(velocity, force, way)
         following.update(velocity, force)
-    assert coasting.velocity == pytest.approx(0.0, abs=1e-12)
+    assert gated.velocity == pytest.approx(0.0, abs=1e-12)
     assert following.velocity * way > 0.1e-3
 
 
 @settings(deadline=None, max_examples=20)
 @given(st.sampled_from([-1.0, 1.0]), st.floats(1.1, 4.0))
 def test_what_brakes_the_step_is_believed(way, ratio):
-    coasting, following = CoastingSurface(FILTER, PERIOD), SurfaceMotion(FILTER, PERIOD)
+    gated, following = GatedSurfaceMotion(FILTER, PERIOD), SurfaceMotion(FILTER, PERIOD)
     force = 2.0
     for _ in range(20):
         velocity = way * 1e-3
         force += ratio * FILTER.stiffness * velocity * PERIOD
-        coasting.update_in_step(velocity, force, way)
+        gated.update_in_step(velocity, force, way)
         following.update(velocity, force)
-    assert coasting.velocity * way <= following.velocity * way + 1e-12 < 0.0
+    assert gated.velocity * way <= following.velocity * way + 1e-12 < 0.0
 
 
 # --- recorded paths ---

@@ -16,13 +16,11 @@ from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.run_account import landed_stiffness
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan
-from palpate.experiments.regulate.run import Attempt, write_regulation
-from palpate.mapping import TouchCloud, fit_cylinder
+from palpate.mapping import PrimitiveKind, TouchCloud
 from palpate.mapping.compare import TouchedMap, compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.mapping.primitives import fit_primitive
 from palpate.mapping.rolling import rolled_curvature
 from palpate.mapping.surface_map.model import SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
@@ -83,39 +81,8 @@ def test_a_lift_that_gets_nowhere_ends():
     regulate = RegulateController(parameters, ConstantForce(2.0), PERIOD)
     identify_first = IdentifyController(IdentifyParameters(press_distance=1e-4), PERIOD)
     for controller, ending in ((regulate, Phase.DONE), (identify_first, Phase.LOST)):
-        hold = held_down(lambda controller=controller: controller._phase)
+        hold = held_down(lambda controller=controller: controller.contact.phase)
         assert pressed(controller, hold=hold, seconds=30.0)[0] is ending
-
-
-@pytest.mark.parametrize("force", [0.35, 2.0, 14.0])
-def test_a_regulation_presses_first_within_the_limit_and_above_a_touch(force):
-    """As an exploration does: 14 N and half as much again would be beyond the limit of 20 N."""
-    planned = plan(RegulateConfig(force=force, identify=True))
-    low, high = planned.identifier()._parameters.low, planned.identifier()._parameters.high
-    assert planned.ready.touch_force < low < force < high < planned.limits.force
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ends_at", [0.2, 1.5])
-def test_a_regulation_that_an_exception_ends_is_told_all_the_same(ends_at, tmp_path):
-    """While it comes down, and while it holds: the period of the exception was recorded, but not observed."""
-    attempt = Attempt(plan(RegulateConfig(duration=0.6)))
-    step = attempt.controller.step
-
-    def fails(now):
-        if now.time > ends_at:
-            raise RuntimeError("a bug")
-        return step(now)
-
-    attempt.controller.step = fails
-    result = attempt.run()
-    assert "a bug" in str(result.error)
-    found = attempt.found(result)
-    assert len(found.truth.force) == len(found.record)
-    assert math.isfinite(found.peak)
-    assert (found.true_force >= 0.0).all()
-    for file in write_regulation(found, tmp_path):
-        assert file.stat().st_size > 0
 
 
 def test_a_landing_tells_the_stiffness_where_the_robot_tells_no_velocity():
@@ -196,7 +163,7 @@ def test_contacts_on_the_axis_of_a_fit_do_no_harm(count):
     position = np.column_stack([np.linspace(0.0, 0.01, count), np.zeros(count), np.zeros(count)])
     facing = np.zeros((count, 3))
     facing[:, 2] = 1.0 - 2.0 * (np.arange(count) % 2)
-    fit = fit_cylinder(felt(position, facing))
+    fit = fit_primitive(felt(position, facing), PrimitiveKind.CYLINDER)
     assert np.isfinite(fit.distance).all()
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import explore
 from palpate.runtime import Ending
+from support.explore_runs import plan_of
 
 ROWS = ExploreConfig(spacing=0.008)
 
@@ -88,7 +88,7 @@ def test_a_raster_beyond_the_object_is_refused():
 )
 def test_a_change_that_cannot_be_is_refused_before_anything_moves(change, words):
     with pytest.raises(InvalidValueError, match=re.escape(words)):
-        plan(ExploreConfig(change=(change,)))
+        plan_of(ExploreConfig(change=(change,)))
 
 
 @pytest.mark.slow

@@ -40,7 +40,7 @@ BALL = ExploreConfig(object="sphere", size=(0.03,), width=0.006, depth=0.002)
 def without_growth():
     """How a map grew is not looked at here, and takes half of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.experiments.explore.run.Attempt._growth", lambda *given: None)
+        patch.setattr("palpate.experiments.explore.Attempt._growth", lambda *given: None)
         yield
 
 

@@ -16,12 +16,12 @@ from palpate.experiments.explore.identified import (
     identified_text,
     read_identified,
 )
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.pressing import prepared, pressing_of
+from palpate.experiments.explore.pressing import pressing_of
 from palpate.experiments.explore.report import settings
-from palpate.experiments.explore.run import carry_out
+from palpate.experiments.kit.from_log import LoggedRun
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
+from support.explore_runs import carried_out, plan_of, planned_again
 
 SMALL = {"width": 0.012, "depth": 0.004, "spacing": 0.004}
 NOISE = {"force_noise": 3.1e-3, "moment_noise": 1.6e-5}
@@ -32,15 +32,15 @@ FOUND = IdentifiedForce(20e3, 30.0, 14e3, 0.00123456789012345, 86.7, 4.1, 8.3, 6
 def both(request):
     """The same exploration with the gain as assumed, and as pressing has found it."""
     config = ExploreConfig(robot=request.param, identify=True, **SMALL, **NOISE)
-    planned = plan(config)
-    return carry_out(planned), carry_out(prepared(plan(config)))
+    planned = plan_of(config)
+    return carried_out(planned), carried_out(planned.prepared())
 
 
 @pytest.mark.slow
 def test_pressing_finds_the_contact_and_a_law_that_holds_the_force_better(both):
     assumed, found = both
-    told = found.identified
-    assert assumed.identified is None
+    told = found.plan.identified
+    assert assumed.plan.identified is None
     assert told.contact_stiffness == pytest.approx(20e3, rel=0.02)
     assert told.series_stiffness < told.contact_stiffness
     assert told.gain_margin > 2.0
@@ -49,7 +49,7 @@ def test_pressing_finds_the_contact_and_a_law_that_holds_the_force_better(both):
     assert found.force_rms < 0.7 * assumed.force_rms
     assert found.force_rms < 0.035
     assert np.nanmax(found.true_normal_force) < 3.5
-    assert found.gain.gain == pytest.approx(1.0 / told.damping)
+    assert found.plan.parameters.gain.gain == pytest.approx(1.0 / told.damping)
 
 
 @pytest.mark.slow
@@ -59,17 +59,16 @@ def test_the_settings_say_the_margins_and_what_they_come_from(both):
     assert "unstable from 1.57" in assumed["force gain"]
     assert float(found["identified by pressing"].split()[1]) == pytest.approx(20.0, rel=0.02)
     assert "as measured, gain margin" in found["force gain"]
-    law = "an admittance of" if both[1].identified.mass else "the direct law"
+    law = "an admittance of" if both[1].plan.identified.mass else "the direct law"
     assert law in found["force gain"]
 
 
 @pytest.mark.slow
-def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
+def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path):
     words = ["--robot", "ur5e-sim", "--identify", "--width", "0.006", "--depth", "0.002", "--force-noise", "0.003"]
     assert main(["explore", *words, "--out", str(tmp_path)]) == 0
     log = read_log(tmp_path / "latest.mcap")
-    assert plan_from_texts(log.attachments).identified == read_identified(log.attachments[IDENTIFIED_TEXT])
+    assert LoggedRun.of(log).plan().identified == read_identified(log.attachments[IDENTIFIED_TEXT])
     found = replay_log(log)
     assert found.should_be_identical
     assert found.commands.identical == found.commands.count
@@ -87,15 +86,25 @@ def test_what_was_identified_is_read_back_as_it_was_written():
         read_identified(identified_text(FOUND).replace("damping: 86.7", "damping: 0"))
 
 
+def test_pressing_is_announced_until_it_is_done_and_a_log_keeps_what_it_found():
+    assert not plan_of(ExploreConfig(**SMALL)).preparation
+    planned = plan_of(ExploreConfig(identify=True, **SMALL))
+    assert planned.preparation.startswith("pressing")
+    done = planned.with_identified(FOUND)
+    assert not done.preparation
+    assert done.prepared() is done
+    assert planned_again(done).identified == FOUND
+
+
 def test_changes_of_the_gain_are_checked_against_what_was_identified():
-    planned = plan(ExploreConfig(robot="stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
+    planned = plan_of(ExploreConfig(robot="stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
     with pytest.raises(InvalidValueError, match=r"change after 1 s: force_gain = 0\.0016 m/s/N: must lie between"):
         planned.with_identified(replace(FOUND, mass=0.0, damping=1400.0, delay=0.05))
 
 
 @pytest.mark.parametrize("force", [0.3, 2.0, 15.0])
 def test_it_presses_about_the_set_force_within_touch_and_limit(force):
-    planned = plan(ExploreConfig(robot="stage", force=force, identify=True, **SMALL))
+    planned = plan_of(ExploreConfig(robot="stage", force=force, identify=True, **SMALL))
     pressing = pressing_of(planned)
     assert planned.touch_force < pressing.low < force < pressing.high < planned.limits.force
     assert 2.0 * pressing.swing <= pressing.high - pressing.low

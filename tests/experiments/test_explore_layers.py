@@ -9,14 +9,15 @@ import trimesh
 
 from palpate.controllers import SineForce
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.files import exploration_files
 from palpate.experiments.explore.layer_picture import LOOKS
-from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report, settings
-from palpate.experiments.explore.run import explore, write_exploration
 from palpate.experiments.explore.tables import layer_rows
 from palpate.mapping.layers import VertexLayer
 from palpate.runtime import Ending
+from support.explore_runs import pictures, plan_of, section
 from support.typed_mistakes import answer_to
 
 SMALL = ExploreConfig(width=0.012, depth=0.004, spacing=0.004)
@@ -59,7 +60,7 @@ def test_an_edge_tells_no_stiffness_though_the_force_errs_there():
 def test_where_the_force_does_not_vary_nothing_is_said_of_stiffness(steady):
     assert np.isnan(steady.map.stiffness.mean).all()
     assert not any("stiffness" in row[0] for row in layer_rows(steady.map))
-    assert not any("stiffness" in figure.name for figure in exploration_report(steady).summary)
+    assert not any("stiffness" in figure.name for figure in exploration_report(steady).figures)
 
 
 @pytest.mark.slow
@@ -86,7 +87,7 @@ def test_the_force_follows_its_swing_and_the_points_stay_on_the_surface(swung, s
 
 
 def test_a_force_that_swings_is_told():
-    planned = plan(replace(SMALL, force_swing=0.5, force_period=2.0))
+    planned = plan_of(replace(SMALL, force_swing=0.5, force_period=2.0))
     assert planned.profile == SineForce(2.0, 0.5, 0.5)
     controller = planned.controller()
     with pytest.raises(InvalidValueError, match="force = 3 N: must lie between 2 and 2 N"):
@@ -129,23 +130,23 @@ def test_a_ball_is_bent_alike_everywhere_and_in_every_direction(steady):
 # --- what is left of it ---
 
 
-def test_files_report_and_summary_have_the_layers(swung, tmp_path, monkeypatch):
-    monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
-    write_exploration(swung, tmp_path)
+def test_files_report_and_summary_have_the_layers(swung, tmp_path):
+    exploration_files(swung)["map.ply"](tmp_path / "map.ply")
     ply = trimesh.load(tmp_path / "map.ply", process=False)
     data = ply.metadata["_ply_raw"]["vertex"]["data"]
     for layer in (swung.map.friction, swung.map.stiffness, swung.map.curvature[2]):
         np.testing.assert_allclose(np.ravel(data[layer.name]), layer.mean, rtol=1e-5)
         np.testing.assert_allclose(np.ravel(data[f"{layer.name}_sd"]), layer.sd, rtol=1e-5)
     assert np.isfinite(np.ravel(data["curvature_direction_x"])).all()
-    report = exploration_report(swung).map
-    assert [layer.name for layer in report.layers] == ["friction", "stiffness", "curvature_mean"]
+    report = exploration_report(swung)
+    drawn = pictures(report, "The map")
+    assert list(drawn)[1:] == [LOOKS[name].title for name in ("friction", "stiffness", "curvature_mean")]
     assert {layer.name for layer in swung.map.layers if isinstance(layer, VertexLayer)} == set(LOOKS)
-    rows = {row[0]: row for row in report.rows}
+    rows = {row[0]: row for row in section(report, "The map").parts[0].rows}
     assert rows["stiffness of the object"][2] == "kN/m"
     assert float(rows["stiffness of the object"][1]) == pytest.approx(40.0, rel=0.2)
     assert {"friction", "largest curvature", "smallest curvature", "mean curvature of the map"} <= set(rows)
-    figures = {figure.name: figure for figure in exploration_report(swung).summary}
+    figures = {figure.name: figure for figure in report.figures}
     assert figures["stiffness of the object"].value == pytest.approx(40.0, rel=0.2)
     assert re.search(r"± [\d.]+, on \d+ %", figures["stiffness of the object"].note)
     assert figures["mean curvature of the map"].value == pytest.approx(25.0, rel=0.1)

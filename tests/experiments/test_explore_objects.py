@@ -14,14 +14,13 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_object import HEIGHTS_TEXT, MESH_TEXT, scene_object
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import carry_out
-from palpate.experiments.kit.experiment_file import read_config
+from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.report import true_surface_of
 from palpate.mapping import HeightMap, write_height_map_csv
 from palpate.runtime import Ending
 from palpate.sim import ConvexMesh, HeightField, TracedMesh
 from palpate.sim.objects.traced import TracedObject
+from support.explore_runs import carried_out, plan_of
 
 SMALL = {"width": 0.02, "depth": 0.004, "spacing": 0.004}
 X, Y = np.meshgrid(np.linspace(-0.03, 0.03, 61), np.linspace(-0.02, 0.02, 41))
@@ -61,15 +60,15 @@ def described(files, name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
 def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
-    found = carry_out(plan(ExploreConfig(robot="stage", **SMALL, **described(files, name))))
+    found = carried_out(plan_of(ExploreConfig(robot="stage", **SMALL, **described(files, name))))
     assert found.run.ending is Ending.DONE
     assert found.truth.touching[found.scanning].all()
     assert found.force_rms < 0.20
     assert found.point_rms < (1e-6 if name in ("bumps", "torus", "heights") else 1e-5)
     assert np.nanmax(found.true_normal_force) < 3.5
-    report = exploration_report(found)
-    assert np.isfinite(report.true_surface.vertices).all()
-    assert len(report.true_surface.triangles)
+    vertices, triangles = true_surface_of(found)
+    assert np.isfinite(vertices).all()
+    assert len(triangles)
 
 
 @pytest.mark.slow
@@ -77,8 +76,8 @@ def test_the_force_is_held_and_points_lie_on_the_surface(name, files):
 @pytest.mark.parametrize("name", ["bumps", "torus", "heights", *MESHES])
 def test_whole_objects_on_both_robots(name, files, robot):
     size = {"ring": {"width": 0.034, "depth": 0.034}, "heights": {"depth": 0.02}}.get(name, {})
-    found = carry_out(
-        plan(ExploreConfig(robot=robot, speed=0.02, spacing=0.01, **{**size, **described(files, name)}))
+    found = carried_out(
+        plan_of(ExploreConfig(robot=robot, speed=0.02, spacing=0.01, **{**size, **described(files, name)}))
     )
     assert found.run.ending is Ending.DONE
     assert found.truth.touching[found.scanning].all()
@@ -88,7 +87,7 @@ def test_whole_objects_on_both_robots(name, files, robot):
 
 @pytest.mark.slow
 def test_a_ur5e_explores_bumps():
-    found = carry_out(plan(ExploreConfig(robot="ur5e-sim", object="bumps", **SMALL)))
+    found = carried_out(plan_of(ExploreConfig(robot="ur5e-sim", object="bumps", **SMALL)))
     assert found.run.ending is Ending.DONE
     assert found.truth.touching[found.scanning].all()
     assert found.force_rms < 0.20
@@ -121,7 +120,7 @@ def test_heights_below_zero_are_found_as_well(tmp_path):
         config = ExploreConfig(
             object="height-field", file=tmp_path / "z.npy", size=(0.06, 0.04), **SMALL, speed=0.05
         )
-        found.append(carry_out(plan(config)))
+        found.append(carried_out(plan_of(config)))
     assert all(one.run.ending is Ending.DONE for one in found)
     assert len(found[0].cloud) == pytest.approx(len(found[1].cloud), abs=2)
     assert found[0].force_rms == pytest.approx(found[1].force_rms, rel=1e-3)
@@ -151,7 +150,7 @@ def test_a_tip_that_is_no_sphere_touches_convex_meshes_only(files):
     with pytest.raises(InvalidValueError, match=r"not convex.*a tip that is a sphere"):
         scene_object(ExploreConfig(**described(files, "ring"), tip=tip))
     with pytest.raises(InvalidValueError, match=r"tip = 0\.008 0\.008 0\.01: a torus is touched by a sphere only"):
-        plan(ExploreConfig(object="torus", tip=tip))
+        plan_of(ExploreConfig(object="torus", tip=tip))
 
 
 # --- formats of heights ---
@@ -206,7 +205,7 @@ def test_points_whose_columns_are_called_otherwise_are_told_what_to_call_them(tm
 
 def test_a_mesh_file_that_is_not_there_is_said_to_be_none(tmp_path):
     with pytest.raises(InvalidValueError, match=r"none\.stl.*there is no such file"):
-        plan(ExploreConfig(object="mesh", file=tmp_path / "none.stl"))
+        plan_of(ExploreConfig(object="mesh", file=tmp_path / "none.stl"))
 
 
 def map_with(tmp_path, points):
@@ -265,36 +264,39 @@ def test_a_log_keeps_the_object_itself_so_that_its_file_may_change_or_go(name, t
     fields = described(files, name)
     copy = tmp_path / "object.stl" if name == "ball" else tmp_path / "object.csv"
     shutil.copy(fields["file"], copy)
-    planned = plan(ExploreConfig(**{**SMALL, **fields, "width": 0.005, "speed": 0.05, "file": copy}))
-    texts = planned.texts()
+    planned = plan_of(ExploreConfig(**{**SMALL, **fields, "width": 0.005, "speed": 0.05, "file": copy}))
+    texts = {"a log": "says more", **planned.texts()}
+
+    def again_with(texts):
+        return plan(planned.config, planned.robot, texts)
+
     assert {MESH_TEXT, HEIGHTS_TEXT} & set(texts) == {MESH_TEXT if name == "ball" else HEIGHTS_TEXT}
-    first = carry_out(planned)
+    first = carried_out(planned)
     copy.write_text("something else")
-    assert np.array_equal(packed(plan_from_texts(texts)), packed(planned))
+    assert np.array_equal(packed(again_with(texts)), packed(planned))
     copy.unlink()
-    again = plan_from_texts(texts)
+    again = again_with(texts)
     assert np.array_equal(packed(again), packed(planned))
     assert again.limits == planned.limits
-    assert again.texts() == texts
-    second = carry_out(again)
+    assert again.texts() == planned.texts()
+    second = carried_out(again)
     assert np.array_equal(second.record.command, first.record.command)
     assert np.array_equal(second.truth.force, first.truth.force)
     assert np.array_equal(second.point_error, first.point_error)
     del texts[MESH_TEXT if name == "ball" else HEIGHTS_TEXT]
     with pytest.raises(InvalidValueError, match=r"object\.\w+' is missing"):
-        plan_from_texts(texts)
+        again_with(texts)
 
 
-def test_an_object_that_its_configuration_describes_needs_no_text_and_old_logs_can_be_read():
-    assert not {MESH_TEXT, HEIGHTS_TEXT} & set(plan(ExploreConfig(object="torus")).texts())
-    assert read_config("experiment: explore\nobject: sphere\nsize: [0.04]\n") == ExploreConfig()
+def test_an_object_that_its_configuration_describes_needs_no_text():
+    assert not plan_of(ExploreConfig(object="torus")).texts()
 
 
 @pytest.mark.parametrize("text", ["", "OFF", "OFF\n1 1 0\n0 0 0\n", "OFF\nx y z", "solid"])
 def test_a_damaged_mesh_in_a_log_is_refused(text, files):
-    texts = plan(ExploreConfig(**SMALL, **described(files, "ball"))).texts()
+    planned = plan_of(ExploreConfig(**SMALL, **described(files, "ball")))
     with pytest.raises(InvalidValueError, match=r"object\.off"):
-        plan_from_texts({**texts, MESH_TEXT: text})
+        plan(planned.config, planned.robot, {MESH_TEXT: text})
 
 
 # --- what fits ---
@@ -315,25 +317,25 @@ def test_a_damaged_mesh_in_a_log_is_refused(text, files):
 def test_a_raster_that_does_not_fit_is_refused_with_one_that_does(name, fields, files):
     values = {**described(files, name), **fields}
     with pytest.raises(InvalidValueError, match="can be touched from above") as refusal:
-        plan(ExploreConfig(**values))
+        plan_of(ExploreConfig(**values))
     message, taken = str(refusal.value), 0
     smaller = re.search(r"at most (\S+) x (\S+) m", message)
     if smaller:
-        plan(ExploreConfig(**{**values, "width": float(smaller[1]), "depth": float(smaller[2])}))
+        plan_of(ExploreConfig(**{**values, "width": float(smaller[1]), "depth": float(smaller[2])}))
         taken += 1
     other = re.search(r"--center (\S+) (\S+)(?: --width (\S+) --depth (\S+))? fits", message)
     if other:
         moved = {**values, "center": (float(other[1]), float(other[2]))}
         if other[3]:
             moved |= {"width": float(other[3]), "depth": float(other[4])}
-        plan(ExploreConfig(**moved))
+        plan_of(ExploreConfig(**moved))
         taken += 1
     assert taken
 
 
 @pytest.mark.slow
 def test_rows_go_where_they_are_asked_to():
-    found = carry_out(plan(ExploreConfig(object="bumps", **SMALL, speed=0.05, center=(0.03, -0.02))))
+    found = carried_out(plan_of(ExploreConfig(object="bumps", **SMALL, speed=0.05, center=(0.03, -0.02))))
     touched = found.cloud.position
     # up to a tip's radius times the steepest slope beside the path of its centre
     assert np.allclose(0.5 * (touched.min(axis=0) + touched.max(axis=0))[:2], (0.03, -0.02), atol=3e-3)
@@ -362,14 +364,14 @@ def test_configurations_that_contradict_themselves_are_refused(fields, message):
     ("name", "text", "message"),
     [
         ("gone.csv", None, "cannot be read: No such file"),
-        ("a.csv", "1,2\n3\n", "line 2: 1 numbers, the first row has 2"),
-        ("b.csv", "# width_m=0.1 depth_m=0.1\n1,2\n3,x\n", "line 3: 'x': must be a number"),
+        ("a.csv", "1,2\n3\n", "line 2, '3': has 1 fields: must be 2"),
+        ("b.csv", "# width_m=0.1 depth_m=0.1\n1,2\n3,x\n", "line 3: 'x' is no number"),
         ("c.csv", "x_m,y_m\n0,0\n", "no column z_m: there are x_m, y_m"),
         ("d.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n", "x_m must be numbers that span a grid"),
         ("e.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n1,0,0\n3,1,0\n", "x_m is on no regular grid"),
         ("f.csv", grid_text(), "does not say how large it is; give --size WIDTH DEPTH"),
         ("g.csv", grid_text("# width_m=60 depth_m=40\n"), "60 m across"),
-        ("h.csv", "", "empty, there are no heights in it"),
+        ("h.csv", "", "no line with numbers; write the heights"),
         ("i.csv", "# width_m=0.1 depth_m=0.1\n0,0\n0,0\n", "heights has shape (2, 2)"),
         ("j.npy", "not numpy", "cannot be read as an array of numbers"),
         ("k.csv", "# width_m=0.1 depth_m=0.1\n0,0,0,0\n" + "0,0,nan,0\n" * 3, "heights[1, 2] = nan"),

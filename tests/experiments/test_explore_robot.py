@@ -7,17 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tyro
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.commands.typed_options import read_experiment
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
-from palpate.experiments.explore.options import ExploreOptions, default_options
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.run import carry_out, explore
-from palpate.experiments.kit.experiment_file import config_text, load_overlay, read_config, read_overlay
+from palpate.experiments.kit.config_file import config_text, experiment_in, load_overlay, read_config
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene
 from palpate.robots.values import on_robot, values_of
@@ -26,6 +24,8 @@ from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime.robot_backend import StageEntry
 from palpate.sim import Stage
 from palpate.surfaces import Sphere
+from support.explore_runs import carried_out, plan_of, planned_again
+from support.typed_mistakes import answer_to
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NANO17 = load_robot("stage-nano17")
@@ -43,22 +43,25 @@ def changed(robot, *changes, file=ROBOT_TEXT):
 
 def felt(planned, periods=50):
     """What the back end says while the tip moves down, bit for bit."""
-    samples = [planned.backend.start()]
-    samples += [planned.backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods)]
-    return samples
+    backend = planned.backend()
+    return [backend.start(), *(backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods))]
+
+
+def typed(*words):
+    return read_experiment(ExploreConfig, "explore", "palpate explore", words, ())[0]
 
 
 # --- one source of defaults ---
 
 
 def test_the_shipped_stage_says_what_holds_without_a_file():
-    default = plan(ExploreConfig()).config
+    default = plan_of(ExploreConfig()).config
     assert values_of(STAGE) == {name: getattr(default, name) for name in values_of(STAGE)}
     assert default.robot == "stage"
     entry = STAGE.file.backend
     assert isinstance(entry, StageEntry)
     assert Stage(entry.mass, entry.bandwidth, entry.leash) == Stage()
-    assert felt(plan(default)) == felt(plan(default, STAGE))
+    assert felt(plan_of(default)) == felt(plan_of(default, STAGE))
 
 
 @pytest.mark.parametrize("name", ["stage-nano17", "turning-stage", "ur5e-sim", "FILE"])
@@ -68,12 +71,11 @@ def test_a_script_that_names_a_robot_gets_what_its_file_says(name, tmp_path):
         (tmp_path / "mine.yaml").write_text(text.replace("radius_m: 0.008", "radius_m: 0.011"))
         name = str(tmp_path / "mine.yaml")
     asked, said = ExploreConfig(robot=name, **SMALL), values_of(load_robot(name))
-    planned = plan(asked)
+    planned = plan_of(asked)
     assert {field: getattr(planned.config, field) for field in said} == said
-    assert planned.backend.period == planned.period == said["period"]
-    assert planned.asked is asked, "what was asked is known still: a report repeats that"
-    own = replace(asked, force_noise=0.004, tip=(0.009,))
-    assert (plan(own).config.force_noise, plan(own).config.tip) == (0.004, (0.009,)), "what is given goes before"
+    assert planned.backend().period == planned.period == said["period"]
+    own = plan_of(replace(asked, force_noise=0.004, tip=(0.009,))).config
+    assert (own.force_noise, own.tip) == (0.004, (0.009,)), "what is given goes before"
 
 
 # --- precedence ---
@@ -87,40 +89,38 @@ LAYERS = {
 
 @pytest.mark.parametrize("field", LAYERS)
 def test_each_source_beats_those_before_it(field, tmp_path):
-    robot, experiment, typed = LAYERS[field]
+    robot, experiment, own = LAYERS[field]
     file = tmp_path / "e.yaml"
     file.write_text(f"{field}: {experiment!r}\n")
 
     def settled(*words):
-        options = tyro.cli(ExploreOptions, default=default_options(words), args=words)
-        assert type(options.settled) is ExploreConfig
-        return getattr(on_robot(options.settled, load_robot(options.robot)), field)
+        config = typed(*words)
+        assert type(config) is ExploreConfig
+        return getattr(on_robot(config, load_robot(config.robot)), field)
 
     named, filed = ["--robot", "stage-nano17"], ["--config", str(file)]
     assert settled() == values_of(STAGE)[field]
     assert settled(*named) == robot
     assert settled(*named, *filed) == experiment
     assert settled(*named, f"--config={file}") == experiment
-    assert settled(*named, *filed, f"--{field.replace('_', '-')}", repr(typed)) == typed
+    assert settled(*named, *filed, f"--{field.replace('_', '-')}", repr(own)) == own
 
 
 def test_an_experiment_file_may_name_the_robot_next_to_it(tmp_path):
     (tmp_path / "mine.yaml").write_text(STAGE.texts[ROBOT_TEXT].replace("radius_m: 0.008", "radius_m: 0.011"))
     (tmp_path / "e.yaml").write_text("robot: mine.yaml\nforce: 3\n")
-    options = default_options(["--config", str(tmp_path / "e.yaml")])
-    assert options.force == 3.0
-    assert options.robot == str(tmp_path / "mine.yaml")
-    assert plan(options.settled).config.tip == (0.011,)
-    assert plan(replace(options.settled, robot="stage")).config.tip == (0.008,)
+    config = typed("--config", str(tmp_path / "e.yaml"))
+    assert config.force == 3.0
+    assert config.robot == str(tmp_path / "mine.yaml")
+    assert plan_of(config).config.tip == (0.011,)
+    assert plan_of(replace(config, robot="stage")).config.tip == (0.008,)
 
 
-def test_values_that_only_fit_together_with_what_is_typed_are_not_refused_too_early(tmp_path):
+def test_values_that_only_fit_together_with_what_is_typed_are_not_refused_too_early(tmp_path, capsys):
     """0.5 N is too little for this noise: unless the noise is typed away."""
     (tmp_path / "e.yaml").write_text("force: 0.5\nforce_noise: 0.1\n")
-    options = default_options(["--config", str(tmp_path / "e.yaml")])
-    with pytest.raises(InvalidValueError, match=r"force = 0\.5 N"):
-        replace(options)
-    assert replace(options, force_noise=0.0).settled.force == 0.5
+    assert typed("--config", str(tmp_path / "e.yaml"), "--force-noise", "0").force == 0.5
+    assert "force = 0.5 N" in answer_to(["explore", "--config", str(tmp_path / "e.yaml")], capsys)
 
 
 # --- experiment files ---
@@ -163,7 +163,7 @@ def test_mistakes_in_an_experiment_file_are_named_with_their_place(text, words, 
     file = tmp_path / "mine.yaml"
     file.write_text(text)
     with pytest.raises(InvalidValueError) as found:
-        load_overlay(file, ExploreConfig)
+        load_overlay(file, "explore", ExploreConfig)
     message = str(found.value)
     assert message.startswith(str(file))
     for word in words:
@@ -172,12 +172,12 @@ def test_mistakes_in_an_experiment_file_are_named_with_their_place(text, words, 
 
 def test_an_experiment_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InvalidValueError, match=r"config = .*none\.yaml: cannot be read: No such file"):
-        load_overlay(tmp_path / "none.yaml", ExploreConfig)
+        load_overlay(tmp_path / "none.yaml", "explore", ExploreConfig)
 
 
 def test_an_empty_experiment_file_changes_nothing(tmp_path):
     (tmp_path / "e.yaml").write_text("# nothing yet\n")
-    assert load_overlay(tmp_path / "e.yaml", ExploreConfig) == {}
+    assert load_overlay(tmp_path / "e.yaml", "explore", ExploreConfig) == {}
 
 
 # --- every value, exactly ---
@@ -204,32 +204,31 @@ def test_a_configuration_reads_back_to_the_same_bits(
         object=name, force=force, speed=speed, width=width, force_noise=noise, tip=tip, seed=seed, robot=text,
         out=Path(text), center=center, **described,
     )  # fmt: skip
-    again = read_config(config_text(config))
+    text = config_text("explore", config)
+    again = read_config(text, ExploreConfig)
     assert again == config
-    assert config_text(again) == config_text(config)
+    assert config_text("explore", again) == text
 
 
 def test_a_configuration_names_its_experiment_and_is_refused_without():
-    assert config_text(ExploreConfig()).startswith("experiment: explore\n")
+    assert experiment_in(config_text("explore", ExploreConfig())) == "explore"
     with pytest.raises(InvalidValueError, match="no line `experiment"):
-        read_config("force: 3")
+        experiment_in("force: 3")
     with pytest.raises(InvalidValueError, match=r"force = 100\.0 N|force = 100 N"):
-        read_config("experiment: explore\nforce: 100")
+        read_config("experiment: explore\nforce: 100", ExploreConfig)
 
 
 @pytest.mark.parametrize("robot", [STAGE, NANO17], ids=["stage", "nano17"])
 def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
     config = ExploreConfig(robot="gone.yaml", **SMALL, seed=5)
-    planned = plan(config, changed(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
-    again = plan_from_texts(planned.texts())
+    planned = plan_of(config, changed(robot, ("mass_kg: 5.0", "mass_kg: 5.1")))
+    again = planned_again(planned)
     assert again.config == planned.config
     assert again.robot == planned.robot
     assert again.parameters == planned.parameters
     assert again.limits == planned.limits
     assert felt(again) == felt(planned)
     assert repr(again.finger) == repr(planned.finger)
-    with pytest.raises(InvalidValueError, match=r"experiment\.yaml' is missing"):
-        plan_from_texts(robot.texts)
 
 
 # --- what the robot file decides ---
@@ -249,7 +248,7 @@ def test_what_the_robot_file_says_an_exploration_need_not_be_told():
 
 
 def test_the_robot_file_makes_the_stage():
-    heavy = plan(
+    heavy = plan_of(
         ExploreConfig(),
         changed(
             STAGE,
@@ -258,20 +257,20 @@ def test_the_robot_file_makes_the_stage():
             ("leash_m: 0.0025", "leash_m: 0.003"),
         ),
     )
-    light = plan(ExploreConfig(), STAGE)
+    light = plan_of(ExploreConfig(), STAGE)
     assert heavy.parameters.lead - light.parameters.lead == pytest.approx(2.0 / 50 - 2.0 / 100)
-    assert known_scene(heavy.backend).carrier == Stage(8.0, 50.0, 0.003)
+    assert known_scene(heavy.backend()).carrier == Stage(8.0, 50.0, 0.003)
     assert heavy.parameters.gain.gain < light.parameters.gain.gain
 
 
 def test_limits_of_the_robot_hold_and_only_its_workspace_is_narrowed():
-    limits = plan(ExploreConfig(robot="stage-nano17"), NANO17).limits
+    limits = plan_of(ExploreConfig(robot="stage-nano17"), NANO17).limits
     assert limits.force == 10.0
     assert limits.spin_torque == 0.1
     for axis in range(3):
         assert -1.0 <= limits.workspace_lower[axis] < limits.workspace_upper[axis] <= 1.0
     narrow = changed(STAGE, ("workspace_upper_m: [1, 1, 1]", "workspace_upper_m: [0.03, 1, 1]"))
-    assert plan(ExploreConfig(), narrow).limits.workspace_upper[0] == 0.03
+    assert plan_of(ExploreConfig(), narrow).limits.workspace_upper[0] == 0.03
 
 
 def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
@@ -280,10 +279,10 @@ def test_where_the_tip_sits_on_its_sensor_comes_from_the_robot_file():
         ("center_m: [0, 0, 0]", "center_m: [0, 0, 0.02]"),
         ("center_of_mass_m: [0, 0, 0]", "center_of_mass_m: [0, 0, 0.02]"),
     )
-    planned = plan(ExploreConfig(), moved)
+    planned = plan_of(ExploreConfig(), moved)
     assert isinstance(planned.finger.surface, Sphere)
     assert planned.finger.surface.center.tolist() == [0.0, 0.0, 0.02]
-    assert known_scene(planned.backend).tip.center_of_mass == (0.0, 0.0, 0.02)
+    assert known_scene(planned.backend()).tip.center_of_mass == (0.0, 0.0, 0.02)
 
 
 @pytest.mark.slow
@@ -296,7 +295,7 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
         ("center_of_mass_m: [0, 0, 0]", f"center_of_mass_m: [{center}]"),
     )
     config = ExploreConfig(**SMALL)
-    one, other = carry_out(plan(config, STAGE)), carry_out(plan(config, moved))
+    one, other = carried_out(plan_of(config, STAGE)), carried_out(plan_of(config, moved))
     assert other.run.ending is Ending.DONE
     assert abs(len(other.cloud) - len(one.cloud)) <= 2
     assert other.point_rms < 1.2 * one.point_rms
@@ -328,7 +327,7 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
 def test_what_robot_and_experiment_cannot_do_together_is_refused(config, robot, words):
     base = {} if robot.sensors[0] is None else {"force_noise": 0.003125, "moment_noise": 1.5625e-5}
     with pytest.raises(InvalidValueError) as found:
-        plan(ExploreConfig(**{**base, **config}), robot)
+        plan_of(ExploreConfig(**{**base, **config}), robot)
     for word in words:
         assert word in str(found.value)
 
@@ -362,7 +361,7 @@ WORDS = ("1e999", ".nan", "-1", "0", "9" * 40, "true", "null", "", "[]", "{}", "
 
 
 def damaged(rng):
-    lines = config_text(ExploreConfig()).splitlines()
+    lines = config_text("explore", ExploreConfig()).splitlines()
     for _ in range(rng.choice((1, 1, 2, 3))):
         i = rng.randrange(len(lines))
         key = lines[i].partition(":")[0]
@@ -379,15 +378,16 @@ def damaged(rng):
     return "\n".join(lines)
 
 
-def try_overlays(count, seed):
+def try_overlays(count, seed, folder):
     """Return how many were read and refused; the values that were read are what plain Python reads."""
     rng = random.Random(seed)
     read = refused = 0
     names = {field.name for field in fields(ExploreConfig)}
     for _ in range(count):
         text = damaged(rng)
+        (folder / "e.yaml").write_text(text)
         try:
-            values = read_overlay(text, ExploreConfig)
+            values = load_overlay(folder / "e.yaml", "explore", ExploreConfig)
         except InvalidValueError as error:
             if not str(error).isprintable():
                 raise AssertionError(text) from error
@@ -407,17 +407,17 @@ def try_overlays(count, seed):
             config = ExploreConfig(**values)
         except InvalidValueError:
             continue
-        assert read_config(config_text(config)) == config
+        assert read_config(config_text("explore", config), ExploreConfig) == config
     return read, refused
 
 
 @pytest.mark.slow
-def test_500_damaged_experiment_files_are_refused_or_read_right():
-    read, refused = try_overlays(500, 1)
+def test_500_damaged_experiment_files_are_refused_or_read_right(tmp_path):
+    read, refused = try_overlays(500, 1, tmp_path)
     assert read > 20
     assert refused > 100
 
 
 @pytest.mark.slow
-def test_10000_damaged_experiment_files_are_refused_or_read_right():
-    assert sum(try_overlays(10_000, 2)) == 10_000
+def test_10000_damaged_experiment_files_are_refused_or_read_right(tmp_path):
+    assert sum(try_overlays(10_000, 2, tmp_path)) == 10_000

@@ -12,14 +12,16 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
-from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import outcome
-from palpate.experiments.explore.run import Attempt, carry_out
-from palpate.experiments.explore.strategies import STRATEGY_OPTIONS
-from palpate.experiments.kit.experiment_file import config_text, read_config
+from palpate.experiments.kit.config_file import config_text, read_config
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.options import specs_of
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
+from support.explore_runs import carried_out, plan_of
 from support.typed_mistakes import answer_to
 
 SMALL = {
@@ -48,7 +50,7 @@ def words(fields):
 def undrawn():
     """Reports are made but not drawn, which takes seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.reporting.write_report", lambda report, path: path.write_text(report.outcome))
+        patch.setattr("palpate.reporting.page.write_report", lambda report, path: path.write_text(report.outcome))
         yield
 
 
@@ -77,16 +79,27 @@ def test_each_strategy_leaves_its_files_and_says_how_it_ended(done):
 def test_each_strategy_replays_bit_for_bit_from_its_log(done):
     strategy, out = done
     log = read_log(out / "latest.mcap")
-    assert plan_from_texts(log.attachments).config.strategy == strategy
+    assert LoggedRun.of(log).config.strategy == strategy
     found = replay_log(log)
     assert found.should_be_identical
     assert found.commands.identical
 
 
+@pytest.mark.slow
+def test_what_was_found_is_found_again_from_the_log_alone(done, tmp_path):
+    strategy, out = done
+    found = LoggedRun.of(read_log(out / "latest.mcap")).found()
+    assert found.config.strategy == strategy
+    for name, write in Explore().files(found).items():
+        write(tmp_path / name)
+        assert (tmp_path / name).read_bytes() == (out / name).read_bytes(), name
+    assert outcome(found) == (out / "report.html").read_text()
+
+
 def commands_of(planned):
     """Every command of a run of a plan, without a map."""
     given = []
-    Attempt(planned).run((lambda sample, now, command: given.append(command.velocity_base_tip),))
+    RecordedRun(planned).run((lambda sample, now, command: given.append(command.velocity_base_tip),))
     return np.array(given)
 
 
@@ -94,7 +107,7 @@ def commands_of(planned):
 def test_the_same_seed_gives_the_same_run_and_another_seed_another():
     def commands(seed):
         fields = {**BALL, **SMALL["taps"], "strategy": "taps"}
-        return commands_of(plan(ExploreConfig(**fields, force_noise=0.01, seed=seed)))
+        return commands_of(plan_of(ExploreConfig(**fields, force_noise=0.01, seed=seed)))
 
     first, again, other = commands(1), commands(1), commands(2)
     assert np.array_equal(first, again)
@@ -120,7 +133,7 @@ def check_level(found, sense):
 
 @pytest.mark.slow
 def test_a_level_contour_keeps_its_height_and_closes():
-    check_level(carry_out(plan(ExploreConfig(**BALL, strategy="contour", turn="right"))), -1.0)
+    check_level(carried_out(plan_of(ExploreConfig(**BALL, strategy="contour", turn="right"))), -1.0)
 
 
 @pytest.mark.slow
@@ -128,12 +141,12 @@ def test_a_level_contour_keeps_its_height_and_closes():
 def test_a_level_contour_closes_whichever_way_round_and_however_fast(speed):
     for turn, sense in (("left", 1.0), ("right", -1.0)):
         fields = {**BALL, "speed": speed, "strategy": "contour", "turn": turn}
-        check_level(carry_out(plan(ExploreConfig(**fields))), sense)
+        check_level(carried_out(plan_of(ExploreConfig(**fields))), sense)
 
 
 @pytest.mark.slow
 def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked():
-    found = carry_out(plan(ExploreConfig(**BOX, strategy="contour", curve="edge")))
+    found = carried_out(plan_of(ExploreConfig(**BOX, strategy="contour", curve="edge")))
     assert found.run.ending is Ending.DONE
     assert {mark.event for mark in found.marks} == {Event.EDGE}
     corners = np.array([mark.position for mark in found.marks])
@@ -147,7 +160,7 @@ def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked(
 
 @pytest.mark.slow
 def test_taps_feel_no_friction_and_their_map_is_a_map():
-    found = carry_out(plan(ExploreConfig(**BALL, strategy="taps", width=0.01, depth=0.01, period=2e-3)))
+    found = carried_out(plan_of(ExploreConfig(**BALL, strategy="taps", width=0.01, depth=0.01, period=2e-3)))
     assert found.point_rms < 1e-6
     assert np.isnan(found.map.friction.mean).all()
     assert found.map.covered > 0.95
@@ -166,8 +179,8 @@ def test_taps_feel_no_friction_and_their_map_is_a_map():
 def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share):
     region = {"depth": 0.004, "spacing": 0.004, "speed": 0.04, **over}
     with pytest.raises(InvalidValueError, match=r"leaves the part of the box .*\(--beyond\)"):
-        plan(ExploreConfig(**BOX, **region))
-    found = carry_out(plan(ExploreConfig(**BOX, **region, beyond=True)))
+        plan_of(ExploreConfig(**BOX, **region))
+    found = carried_out(plan_of(ExploreConfig(**BOX, **region, beyond=True)))
     assert found.run.ending is Ending.DONE
     assert found.run.stopped
     assert {mark.event for mark in not_felt(found.marks)} <= {Event.UNREACHABLE, Event.STEEP}
@@ -183,10 +196,10 @@ def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share
 @pytest.mark.slow
 def test_an_active_exploration_ends_when_its_time_is_over():
     fields = {**BALL, "strategy": "active", "width": 0.012, "depth": 0.012, "accuracy": 1e-6}
-    short = Attempt(plan(ExploreConfig(**fields, time=3.0))).run()
+    short = RecordedRun(plan_of(ExploreConfig(**fields, time=3.0))).run()
     assert short.ending is Ending.DONE
     assert 1.0 < short.duration < 8.0
-    assert Attempt(plan(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
+    assert RecordedRun(plan_of(ExploreConfig(**fields, time=8.0))).run().duration > short.duration
 
 
 @pytest.mark.slow
@@ -200,8 +213,8 @@ def test_an_active_exploration_ends_when_its_time_is_over():
     ids=lambda fields: fields["object"],
 )
 def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes(fields):
-    planned = plan(ExploreConfig(**fields, speed=0.05))
-    took = Attempt(planned).run().duration
+    planned = plan_of(ExploreConfig(**fields, speed=0.05))
+    took = RecordedRun(planned).run().duration
     assert planned.expected_duration == pytest.approx(took, rel=0.1)
     assert planned.longest_duration > 3.7 * took  # slopes of 60 degrees take twice as long
 
@@ -209,8 +222,8 @@ def test_a_raster_takes_as_long_as_foretold_and_its_limit_leaves_room_for_slopes
 @pytest.mark.slow
 def test_the_time_foreseen_is_about_that_which_it_takes():
     for strategy in ("raster", "spiral", "taps", "contour"):
-        planned = plan(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))
-        took = Attempt(planned).run().duration
+        planned = plan_of(ExploreConfig(**BALL, strategy=strategy, **SMALL[strategy]))
+        took = RecordedRun(planned).run().duration
         assert 0.7 * planned.expected_duration < took < 1.4 * planned.expected_duration
         assert took < 0.5 * planned.longest_duration
 
@@ -218,23 +231,24 @@ def test_the_time_foreseen_is_about_that_which_it_takes():
 @pytest.mark.parametrize("strategy", list(SMALL))
 def test_all_that_is_asked_for_is_kept_in_a_log(strategy):
     config = ExploreConfig(**BALL, **SMALL[strategy], strategy=strategy)
-    assert read_config(config_text(config)) == config
+    assert read_config(config_text("explore", config), ExploreConfig) == config
 
 
 # --- mistakes ---
 
 
-@pytest.mark.parametrize("strategy", list(STRATEGY_OPTIONS))
+@pytest.mark.parametrize("strategy", list(SMALL))
 def test_what_belongs_to_another_strategy_is_refused_with_what_does_not(strategy):
     values = {
         "width": 0.02, "depth": 0.02, "center": (0.01, 0.0), "spacing": 0.003, "radius": 0.01, "curve": "edge",
         "below": 0.003, "turn": "right", "accuracy": 1e-5, "measure": "largest", "area": 0.5, "time": 10.0,
         "beyond": True,
     }  # fmt: skip
-    assert {name for names in STRATEGY_OPTIONS.values() for name in names} == set(values)
-    own = STRATEGY_OPTIONS[strategy]
+    owned = {name: said.choices for name, said in specs_of(ExploreConfig).items() if said.choice == "strategy"}
+    assert set(owned) == set(values)
+    own = {name for name in owned if strategy in owned[name]}
     ExploreConfig(strategy=strategy, **{name: values[name] for name in own if name not in ("below", "curve")})
-    for name in set(values) - set(own):
+    for name in set(values) - own:
         with pytest.raises(InvalidValueError, match=rf"^{name} = .*is for --strategy .*{strategy} takes --"):
             ExploreConfig(strategy=strategy, **{name: values[name]})
 
@@ -306,7 +320,7 @@ OBJECTS = {
 def test_every_strategy_on_every_object_and_both_robots(name, strategy):
     for robot in ("stage", "ur5e-sim"):
         config = ExploreConfig(**OBJECTS[name], **SMALL[strategy], strategy=strategy, robot=robot)
-        found = carry_out(plan(config))
+        found = carried_out(plan_of(config))
         assert found.run.ending is Ending.DONE
         assert found.run.stopped
         assert not not_felt(found.marks)
@@ -319,7 +333,7 @@ def test_every_strategy_on_every_object_and_both_robots(name, strategy):
 @pytest.mark.parametrize("strategy", list(SMALL))
 def test_defaults_work_on_every_object(strategy):
     for name in ("sphere", "ellipsoid", "box", "cylinder", "torus", "bumps"):
-        found = carry_out(plan(ExploreConfig(object=name, strategy=strategy, speed=0.05)))
+        found = carried_out(plan_of(ExploreConfig(object=name, strategy=strategy, speed=0.05)))
         assert found.run.ending is Ending.DONE
         assert not not_felt(found.marks)
         assert found.map.observed_share > 0.95

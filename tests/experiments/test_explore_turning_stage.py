@@ -4,20 +4,20 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.run import carry_out
 from palpate.robots.in_scene import check
 from palpate.runtime import Ending
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import TurningStageEntry
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.sim import TurningStage
+from support.explore_runs import carried_out, plan_of, planned_again
+from support.robot_file_text import robot_file_text
 
 
 @pytest.mark.slow
 def test_it_holds_the_force_and_finds_the_surface():
     config = ExploreConfig(robot="turning-stage", object="sphere", size=(), speed=0.02, spacing=0.02, width=0.04)
-    found = carry_out(plan(config))
+    found = carried_out(plan_of(config))
     assert found.run.ending is Ending.DONE
     assert found.run.stopped
     assert found.truth.touching[found.scanning].all()
@@ -26,8 +26,8 @@ def test_it_holds_the_force_and_finds_the_surface():
 
 
 def test_it_can_be_planned_again_from_its_texts():
-    planned = plan(ExploreConfig(robot="turning-stage", width=0.01, depth=0.004))
-    again = plan_from_texts(planned.texts())
+    planned = plan_of(ExploreConfig(robot="turning-stage", width=0.01, depth=0.004))
+    again = planned_again(planned)
     assert again.parameters == planned.parameters
     assert again.limits == planned.limits
 

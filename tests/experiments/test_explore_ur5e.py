@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.run import carry_out
 from palpate.runtime import Ending
+from support.explore_runs import carried_out, plan_of, planned_again
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "size"), [("sphere", ()), ("ellipsoid", ())])
 def test_a_ur5e_holds_the_force_and_finds_the_surface(name, size):
-    found = carry_out(plan(ExploreConfig(robot="ur5e-sim", object=name, size=size, speed=0.02, spacing=0.02)))
+    found = carried_out(plan_of(ExploreConfig(robot="ur5e-sim", object=name, size=size, speed=0.02, spacing=0.02)))
     assert found.run.ending is Ending.DONE
     assert found.run.stopped
     assert found.truth.touching[found.scanning].all()
@@ -22,7 +21,7 @@ def test_a_ur5e_holds_the_force_and_finds_the_surface(name, size):
 
 
 def test_it_can_be_planned_again_from_its_texts():
-    planned = plan(ExploreConfig(robot="ur5e-sim", width=0.01, depth=0.004))
-    again = plan_from_texts(planned.texts())
+    planned = plan_of(ExploreConfig(robot="ur5e-sim", width=0.01, depth=0.004))
+    again = planned_again(planned)
     assert again.parameters == planned.parameters
     assert again.limits == planned.limits

@@ -8,19 +8,20 @@ import pytest
 import trimesh
 
 from mapping.raster import cloud_of, sphere_cap
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_contacts import felt_in_scan
 from palpate.experiments.explore.explored_map import MOST_VERTICES, row_distance
 from palpate.experiments.explore.map_budget import map_budget
 from palpate.experiments.explore.named_shape import named_shape
-from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.reachable_surface import ReachableSurface
-from palpate.experiments.explore.run import explore, felt_in_scan
 from palpate.experiments.explore.scans import scan_on
 from palpate.experiments.explore.tables import shape_rows
 from palpate.mapping import FitStatus, Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh
 from palpate.mapping.mesh_figures import voxel_for
 from palpate.sim import SphereObject
+from support.explore_runs import plan_of
 
 SMALL = {"width": 0.02, "depth": 0.02, "speed": 0.04}
 SHAPES = ("sphere", "ellipsoid", "torus", "bumps")
@@ -71,7 +72,7 @@ def test_a_budget_has_what_the_sensor_leaves_and_nothing_else():
 
 def test_the_budget_for_noise_grows_with_its_square():
     """A contact that is off sideways by d is off outwards by d^2 / 2 times the curvatures of tip and object."""
-    planned, run = plan(ExploreConfig(**SMALL)), found("sphere")
+    planned, run = plan_of(ExploreConfig(**SMALL)), found("sphere")
     budgets = [
         map_budget(
             run.record,

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from palpate.cli import main
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.run import Attempt, carry_out
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer
 from palpate.robots.finger_sensor import check_age, model_of_finger, sensor_for
 from palpate.robots.in_scene import check
 from palpate.robots.known_sensor import check_known, described, known_sensor
@@ -30,6 +30,7 @@ from palpate.sim.fidelity import GRAVITY
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.presets import nano17, sensor_preset
 from palpate.sim.sensor.simulation import simulated_sensor
+from support.explore_runs import carried_out, plan_of, planned_again
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 REAL = [preset for preset in PresetSensor if preset is not PresetSensor.PERFECT]
@@ -65,8 +66,8 @@ def config_of(robot, **values):
 
 def felt(planned, periods=80):
     """What the back end says while the tip moves down, bit for bit."""
-    samples = [planned.backend.start()]
-    return samples + [planned.backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods)]
+    backend = planned.backend()
+    return [backend.start(), *(backend.step(Command((0.001, 0.0, -0.02))) for _ in range(periods))]
 
 
 def described_of(entry, period=1e-3):
@@ -115,7 +116,7 @@ def test_a_tare_finds_the_bias_and_what_cross_talk_makes_of_the_weight(specimen,
 def test_white_noise_alone_needs_no_sensor_file():
     assert described_of("{}") is None
     robot = robot_with("{}", more=PAYLOAD + "    noise: {force_N: 0.01}\n")
-    assert not isinstance(plan(config_of(robot), robot).finger, SensorFinger)
+    assert not isinstance(plan_of(config_of(robot), robot).finger, SensorFinger)
 
 
 @pytest.mark.parametrize("sensor", ["{latency_s: 0.001}", "{bias: {force_N: [1, 0, 0]}}", "{lost_share: 0.1}"])
@@ -170,9 +171,9 @@ def test_one_that_says_the_same_is_accepted(changes, sensor):
 
 def test_thresholds_within_the_simulated_noise_are_refused():
     robot = robot_with_file("{preset: nano17}", NANO17)
-    plan(config_of(robot), robot)
+    plan_of(config_of(robot), robot)
     with pytest.raises(InvalidValueError, match=r"touch_force_N.*at least 0\.05"):
-        plan(config_of(robot, force_noise=0.01), robot)
+        plan_of(config_of(robot, force_noise=0.01), robot)
 
 
 @pytest.mark.parametrize(
@@ -194,7 +195,7 @@ def test_no_reading_is_ever_older_than_was_reckoned_with(kind):
     entry = msgspec.structs.replace(SimulatedSensorEntry(preset=PresetSensor.NANO17), **kind)
     finger = msgspec.structs.replace(robot.file.fingers[0], simulated_sensor=entry)
     robot = replace(robot, file=msgspec.structs.replace(robot.file, fingers=(finger,)))
-    samples = felt(plan(config_of(robot), robot), 2000)
+    samples = felt(plan_of(config_of(robot), robot), 2000)
     oldest = max(sample.time - sample.wrenches[0].time for sample in samples)
     least = msgspec.structs.replace(robot.file.limits, sample_age=oldest * (1.0 - 1e-9))
     with pytest.raises(InvalidValueError, match="sample_age_s"):
@@ -206,9 +207,9 @@ def test_no_reading_is_ever_older_than_was_reckoned_with(kind):
 def test_samples_lost_in_a_row_are_reckoned_with_at_the_period_of_the_run():
     """Read every 4 ms instead of 1, as many lost ones in a row are four times as old."""
     robot = robot_with("{preset: nano17, sample_rate_Hz: 0, lost_share: 0.3}")
-    plan(config_of(robot), robot)
+    plan_of(config_of(robot), robot)
     with pytest.raises(InvalidValueError, match=r"sample_age_s = 0.02: .*up to 0.0483 s old .*samples of 4 ms"):
-        plan(config_of(robot, period=4e-3), robot)
+        plan_of(config_of(robot, period=4e-3), robot)
 
 
 # --- too coarse ---
@@ -218,7 +219,7 @@ def test_samples_lost_in_a_row_are_reckoned_with_at_the_period_of_the_run():
 def test_a_wrist_sensor_is_too_coarse_for_a_fingertip_and_2_N(preset):
     robot = robot_with(f"{{preset: {preset}}}")
     with pytest.raises(InvalidValueError, match=r"too coarse.*0\.008 m at 2 N.*press with ([\d.]+) N") as found:
-        plan(config_of(robot), robot)
+        plan_of(config_of(robot), robot)
     least = float(re.search(r"press with ([\d.]+) N", str(found.value))[1])
     config = config_of(robot)
     strong = object.__new__(ExploreConfig)  # beyond what explorations allow, perhaps
@@ -294,7 +295,7 @@ def test_the_shipped_nano17_is_one(name):
     robot = load_robot(name)
     check(robot)
     assert model_of_finger(robot.file.fingers[0]) == nano17(0)
-    found = carry_out(plan(ExploreConfig(robot=name, **SMALL)))
+    found = carried_out(plan_of(ExploreConfig(robot=name, **SMALL)))
     assert found.run.ending is Ending.DONE
     assert found.force_rms < 0.2
     assert found.point_rms < 5e-5
@@ -303,9 +304,9 @@ def test_the_shipped_nano17_is_one(name):
 @pytest.mark.slow
 def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
     robot = robot_with("{preset: ft300s, tare_s: 1}", radius=0.025)
-    planned = plan(config_of(robot, force=8.0, width=0.03, speed=0.02), robot)
+    planned = plan_of(config_of(robot, force=8.0, width=0.03, speed=0.02), robot)
     assert planned.finger.pipeline().delay == pytest.approx(0.01333, rel=1e-3)
-    found = carry_out(planned)
+    found = carried_out(planned)
     assert found.run.ending is Ending.DONE
     assert found.force_rms < 1.0
     stamps = [sample.wrenches[0].time for sample in felt(planned, 200)]
@@ -314,10 +315,10 @@ def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
 
 def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
     robot = robot_with(EVERYTHING)
-    one, other = (plan(config_of(robot, seed=7), robot) for _ in range(2))
+    one, other = (plan_of(config_of(robot, seed=7), robot) for _ in range(2))
     assert felt(one) == felt(other) == felt(one)
-    assert felt(plan(config_of(robot, seed=8), robot)) != felt(one)
-    again = plan_from_texts(one.texts())
+    assert felt(plan_of(config_of(robot, seed=8), robot)) != felt(one)
+    again = planned_again(one)
     assert felt(again) == felt(one)
     assert isinstance(again.finger, SensorFinger)
     assert isinstance(one.finger, SensorFinger)
@@ -329,9 +330,10 @@ def test_a_recorded_run_with_every_imperfection_comes_out_bit_for_bit(tmp_path):
     (tmp_path / "all.yaml").write_text(text_of(EVERYTHING))
     robot = load_robot(str(tmp_path / "all.yaml"))
     config = replace(config_of(robot, seed=11, out=tmp_path / "o"), robot=str(tmp_path / "all.yaml"))
-    planned = plan(config, robot)
+    planned = plan_of(config, robot)
     (tmp_path / "o").mkdir()
-    assert Attempt(planned).run((), (log_writer(planned),)).ending is Ending.DONE
+    log = log_writer(Explore(), planned, config.out)
+    assert RecordedRun(planned).run((), (log,)).ending is Ending.DONE
     (tmp_path / "all.yaml").unlink()  # the log knows enough
     found = replay_log(tmp_path / "o")
     assert found.identical

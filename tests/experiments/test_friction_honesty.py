@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.file import How, friction_file_text, read_friction_file
+from palpate.experiments.friction.measured import frictions, speeds
 from palpate.experiments.friction.pictures import speed_picture, stroke_picture
-from palpate.experiments.friction.plan import plan
-from palpate.experiments.friction.report import friction_report
-from palpate.experiments.friction.run import Attempt, find_friction, listed
+from palpate.experiments.friction.result import listed
+from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.words import no_spin_length, outcome
+from palpate.friction.friction_file import How, friction_file_text, read_friction_file
 from palpate.reporting.interval_words import interval_words, value_words
 from palpate.runtime import Ending
+from support.friction_runs import FRICTION, rubbed, texts_of
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 
@@ -27,17 +27,17 @@ pytestmark = pytest.mark.slow  # they look at runs that take seconds
 def falling():
     """A surface whose mu falls with the speed, rubbed no slower than 2 mm/s: mu is 0.67 there, 0.7 at rest."""
     law = {"static_friction": 0.7, "stribeck_speed": 0.005, "speeds": (0.002, 0.004, 0.008, 0.016, 0.032)}
-    return find_friction(FrictionConfig(loads=(2.0,), **law))
+    return rubbed(loads=(2.0,), **law)
 
 
 @pytest.fixture(scope="module")
 def short():
     """At 1 N one way slips after 12.5 of 25 mm, the other, from where that ends, only at its very end."""
-    return find_friction(FrictionConfig(quick=True, loads=(1.0,), skin_stiffness=40.0))
+    return rubbed(quick=True, loads=(1.0,), skin_stiffness=40.0)
 
 
 def figures_of(run):
-    return {each.name: each for each in friction_report(run).summary}
+    return {each.name: each for each in FRICTION.report(run).figures}
 
 
 # --- mu that falls with the speed ---
@@ -63,7 +63,7 @@ def test_static_friction_is_at_least_what_was_felt_where_mu_still_rises(falling)
 
 def test_static_friction_has_an_interval_that_holds_it_where_mu_has_levelled():
     law = {"static_friction": 0.6, "stribeck_speed": 0.02}
-    static = find_friction(FrictionConfig(loads=(2.0,), **law)).file.static_friction
+    static = rubbed(loads=(2.0,), **law).file.static_friction
     assert static.how is How.MEASURED
     assert static.lower <= 0.6 <= static.upper
     assert static.upper - static.lower < 0.03
@@ -72,7 +72,7 @@ def test_static_friction_has_an_interval_that_holds_it_where_mu_has_levelled():
 
 def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
     """One speed alone would make e 11 % too long, and nobody could know."""
-    found = find_friction(FrictionConfig(quick=True, loads=(2.0,), static_friction=0.7))
+    found = rubbed(quick=True, loads=(2.0,), static_friction=0.7)
     speeds = sorted({pair.rub.speed for pair in found.pairs if pair.rub.spin == 0.0})
     assert len(speeds) == 2
     assert found.file.spin_length.lower <= 0.003 <= found.file.spin_length.upper
@@ -80,11 +80,10 @@ def test_a_quick_run_rubs_as_slowly_as_its_twists_slip():
 
 
 def test_the_picture_of_speeds_says_what_it_shows(falling):
-    report = friction_report(falling)
-    caption = speed_picture(report.speeds, report.curve).caption
+    caption = speed_picture(speeds(falling), None).caption
     assert "mu goes from 0.5 at" in caption
     assert "to 0.67 at 2 mm/s" in caption
-    level = tuple(replace(each, value=0.5, lower=0.49, upper=0.51) for each in report.speeds)
+    level = tuple(replace(each, value=0.5, lower=0.49, upper=0.51) for each in speeds(falling))
     assert "the same at all speeds" in speed_picture(level, None).caption
 
 
@@ -93,7 +92,7 @@ def test_the_picture_of_speeds_says_what_it_shows(falling):
 
 @pytest.mark.parametrize("friction", [0.2, 0.8])
 def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
-    found = find_friction(FrictionConfig(object="sphere", quick=True, loads=(2.0,), friction=friction))
+    found = rubbed(object="sphere", quick=True, loads=(2.0,), friction=friction)
     assert found.file.static_friction is None
     assert "stuck" not in outcome(found)
     assert found.file.friction.lower <= friction <= found.file.friction.upper
@@ -106,13 +105,13 @@ def test_on_a_sphere_nothing_is_claimed_that_its_bend_explains(friction):
 
 
 def test_text_picture_and_file_agree_on_what_slipped_too_shortly(short):
-    report = friction_report(short)
+    report = FRICTION.report(short)
     assert short.file.friction.how is How.BOUND
     assert short.file.friction.value <= 0.5
     assert "It began to slip along the surface" in report.outcome
     assert "never slipped along" not in report.outcome
-    assert "not at 1 N" in stroke_picture(report.strokes, report.friction).caption
-    assert "one way only" in report.friction[0].why
+    assert "not at 1 N" in stroke_picture(stroke_curves(short), frictions(short)).caption
+    assert "one way only" in texts_of(short, "At each load")
     figures = figures_of(short)
     assert "one way only" in figures["friction mu"].note
     assert figures["spin length e"].text == "not found"
@@ -133,8 +132,7 @@ def test_who_needs_e_is_told_that_it_turned_and_did_not_slip(short):
 
 def test_a_robot_that_turns_is_not_said_to_be_one_that_cannot():
     """Ended before its twists, it has another reason; and one rub is one rub."""
-    attempt = Attempt(plan(FrictionConfig(quick=True, loads=(2.0,), skin_stiffness=3000.0)))
-    whole = attempt.found(attempt.run())
+    whole = rubbed(quick=True, loads=(2.0,), skin_stiffness=3000.0)
     first = whole.pairs[:1]
     cut = replace(
         whole,
@@ -145,14 +143,14 @@ def test_a_robot_that_turns_is_not_said_to_be_one_that_cannot():
     assert no_spin_length(whole) is None
     assert no_spin_length(cut) == "no twist was done to its end"
     assert "1 rub there and back" in outcome(cut)
-    still = replace(cut.planned, wanted=replace(cut.planned.wanted, most_spin=0.0))
-    assert no_spin_length(replace(cut, planned=still)) == "the robot does not turn its tip"
+    still = replace(cut.plan, wanted=replace(cut.plan.wanted, most_spin=0.0))
+    assert no_spin_length(replace(cut, plan=still)) == "the robot does not turn its tip"
 
 
 def test_a_bound_of_e_never_exceeds_e_though_torques_were_borne_at_rest():
     """What sticks bears mu_s e, more than slipping mu e: over the slipping mu that is more than e."""
     law = {"static_friction": 0.7, "stribeck_speed": 0.005, "skin_stiffness": 500.0}
-    file = find_friction(FrictionConfig(loads=(1.0, 2.0), quick=True, **law)).file
+    file = rubbed(loads=(1.0, 2.0), quick=True, **law).file
     if file.spin_length is not None:
         assert file.spin_length.lower <= 0.003 <= file.spin_length.upper
     assert file.static_friction is not None
@@ -169,22 +167,21 @@ def test_the_file_says_over_which_loads_e_was_measured(falling, short):
 
 def test_of_an_unknown_surface_the_report_says_how_far_it_is_and_what_to_touch():
     library = {"library": Path("simulated"), "friction": 0.8, "spin_length": 0.002}
-    known = friction_report(find_friction(FrictionConfig(quick=True, loads=(2.0,), **library))).recognition
-    assert "No material of the library fits" in known.words
-    assert "mu is 0.8 for" in known.words
-    assert "e at 2" in known.words
-    assert "rub another place with 2 N at 10 mm/s" in known.words
-    assert "No further touch" not in known.words
-    assert not known.fits
+    said = texts_of(rubbed(quick=True, loads=(2.0,), **library), "Which surface it may be")
+    assert "No material of the library fits" in said
+    assert "mu is 0.8 for" in said
+    assert "e at 2" in said
+    assert "rub another place with 2 N at 10 mm/s" in said
+    assert "No further touch" not in said
 
 
 def test_what_does_not_fit_is_named_where_the_rest_does():
     """As ABS in mu, and in e at 1 N; but its e does not grow with the load."""
     abs_plastic = {"library": Path("simulated"), "friction": 0.635, "spin_length": 0.0026}
-    known = friction_report(find_friction(FrictionConfig(quick=True, **abs_plastic))).recognition
-    assert "fits it; ABS comes nearest. Against ABS, mu is 0.635 for 0.635," in known.words
-    assert "gamma (how e grows with the load) is 0.00 for 0.10" in known.words
-    off = known.words.partition("What does not fit: ")[2].partition(";")[0]
+    said = texts_of(rubbed(quick=True, **abs_plastic), "Which surface it may be")
+    assert "fits it; ABS comes nearest. Against ABS, mu is 0.635 for 0.635," in said
+    assert "gamma (how e grows with the load) is 0.00 for 0.10" in said
+    off = said.partition("What does not fit: ")[2].partition(";")[0]
     assert "gamma" in off
     assert "mu" not in off
     assert "e at 1.0" not in off

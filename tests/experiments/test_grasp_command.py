@@ -1,7 +1,7 @@
 """`palpate grasp`: what is pulled at neither slips nor spins, unless spin is ignored; no fault opens the hand."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -9,31 +9,34 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.cli import main
+from palpate.commands.recording import log_writer
+from palpate.commands.replay.run import replay_log
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.need import least_grip_of_two
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import Finding, FrictionFile, How, friction_file_text
 from palpate.experiments.grasp.belief import COVERED, planned_with
 from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.grasp.heaviest import heaviest_load
 from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
-from palpate.experiments.grasp.plan import PERIOD, plan, plan_from_texts
-from palpate.experiments.grasp.run import GraspAttempt, carry_out, grasp, write_grasp
-from palpate.experiments.grasp.scene import scene_of, sensor_of
-from palpate.experiments.grasp.text import grasp_text, read_grasp
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.words import outcome
+from palpate.experiments.kit.config_file import config_text, read_config
+from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer
+from palpate.reporting.page import report_page
+from palpate.robots.hand_task import PERIOD
+from palpate.robots.hands import hand_backend
 from palpate.runtime import Ending, Phase, Supervisor, Touch, run
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.replay import replay
-from palpate.runtime.replay_difference import difference_of_commands
-from palpate.runtime.replay_extent import extent_of, rows_of_replay
 from palpate.sensing.ft.health import Measure, Verdict
 from palpate.sim.fidelity import GRAVITY
-from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.load import RampLoad, SumOfLoads
+from support.grasp_runs import found_after, plan_of, planned_again, run_grasp
 
 QUICK = {"rise": 0.4, "lift_height": 0.02, "offset": 0.006}
 
@@ -41,7 +44,7 @@ QUICK = {"rise": 0.4, "lift_height": 0.02, "offset": 0.006}
 @pytest.fixture(scope="module")
 def grasped():
     """A pull that grows, and the same with a control that ignores spin, on a high enough lift to turn in."""
-    return grasp(GraspConfig(rise=0.4, lift_height=0.04, against_ignoring_spin=True))
+    return run_grasp(rise=0.4, lift_height=0.04, against_ignoring_spin=True)
 
 
 # --- what is measured
@@ -164,17 +167,17 @@ def test_a_grasp_is_never_planned_with_more_than_its_margin_covers(mu, below, of
 def test_what_rubbing_found_is_planned_with_and_kept_for_the_replay(tmp_path):
     file = tmp_path / "friction.yaml"
     file.write_text(friction_file_text(found(finding(0.45, 0.44, 0.46), finding(0.003, 0.0029, 0.0031))))
-    planned = plan(GraspConfig(friction_file=file))
+    planned = plan_of(friction_file=file)
     assert planned.believed == LimitSurface(0.45, 0.003, 0.0, 1.0)  # p is assumed: the least of its range
     file.unlink()
-    assert plan_from_texts(planned.texts()) == planned
+    assert planned_again(planned) == planned
 
 
 @pytest.mark.parametrize("known", ["touched", "nudged", "untouched"])
 def test_a_configuration_reads_back_as_it_was_written(known):
     config = GraspConfig(known=known, rise=0.3, seed=4, believed_friction=0.4)
-    assert read_grasp(grasp_text(config)) == config
-    assert plan_from_texts(plan(config).texts()) == plan(config)
+    assert read_config(config_text("grasp", config), GraspConfig) == config
+    assert planned_again(plan_of(config)) == plan_of(config)
 
 
 @pytest.mark.parametrize(
@@ -225,8 +228,9 @@ def test_ignoring_spin_lets_it_spin_while_alarms_tell_and_are_not_heeded(grasped
 
 @pytest.mark.slow
 def test_the_page_shows_both_controls_and_their_figures(grasped, tmp_path):
-    report, table = write_grasp(grasped, tmp_path)
-    page = report.read_text()
+    experiment, table = GraspObject(), tmp_path / "grasp.csv"
+    page = report_page(experiment.report(grasped))
+    experiment.files(grasped)["grasp.csv"](table)
     for word in ("limit surface", "Grip against the least", "Slip and spin", "ignoring spin", "degrees"):
         assert word in page
     assert page.count("<figure") == 2 * (2 + 2) + 2  # grip, slip, a load per finger, of both; the heaviest; timing
@@ -240,14 +244,23 @@ def test_the_command_writes_a_log_from_which_every_command_comes_out_again(tmp_p
     assert main(["grasp", "--load", "none", "--rise", "0.1", "--lift-height", "0.01", "--out", str(out)]) == 0
     assert "neither slipped nor spun" in " ".join(capsys.readouterr().out.split())
     assert (out / "report.html").exists()
-    log = read_log(log_in(out))
-    planned = plan_from_texts(log.attachments)
-    again = replay(
-        log.samples(), log.heading.period, planned.touch(), planned.controller(), Supervisor(planned.limits)
-    )
-    count = rows_of_replay(again)
-    assert count > 2000
-    assert difference_of_commands(log, extent_of(log).count, again, count).first is None
+    again = replay_log(out)
+    assert again.identical
+    assert again.commands.count > 2000
+
+
+@pytest.mark.slow
+def test_what_came_of_a_grasp_is_worked_out_again_from_its_log_alone(tmp_path):
+    """A nudge, and the friction plant, whose slip the log keeps: truth and all that was heard and learnt."""
+    experiment = GraspObject()
+    planned = plan_of(known="nudged", plant=True, load="none", rise=0.1, lift_height=0.01)
+    done = run_grasp(planned, sinks=(log_writer(experiment, planned, tmp_path),))
+    found = LoggedRun.of(read_log(log_in(tmp_path))).found()
+    assert figures_of(experiment, found) == figures_of(experiment, done)
+    assert (found.alarms, found.nudged) == (done.alarms, done.nudged)
+    for field in fields(done.truth):
+        kept = getattr(found.truth, field.name)
+        np.testing.assert_array_equal(kept, getattr(done.truth, field.name)[: len(kept)])
 
 
 def test_help_teaches(capsys):
@@ -309,15 +322,13 @@ def nothing(felt):
 
 def fail(since, broken, periods=10**9):
     """Run a grasp of which the second finger fails."""
-    planned = plan(GraspConfig(**QUICK))
+    planned = plan_of(**QUICK)
     first, second = planned.fingers
-    attempt = GraspAttempt(planned)
+    failing = Failing(second, round(since / PERIOD), broken, periods)
+    failing_hand = replace(planned, hand=replace(planned.hand, fingers=(first, failing)))
     commands = []
-    result = attempt.run(
-        (lambda sample, now, command: commands.append((now.time, command.grip_force)),),
-        touch=Touch(first, Failing(second, round(since / PERIOD), broken, periods)),
-    )
-    return attempt.found(result), commands
+    note = lambda sample, now, command: commands.append((now.time, command.grip_force))  # noqa: E731
+    return run_grasp(failing_hand, observers=(note,)), commands
 
 
 @pytest.mark.slow
@@ -348,8 +359,8 @@ def test_a_finger_that_feels_again_in_time_does_not_end_the_run():
 
 @pytest.mark.slow
 def test_a_fault_just_before_letting_go_keeps_the_grip():
-    planned = plan(GraspConfig(**QUICK))
-    well = carry_out(planned).truth
+    planned = plan_of(**QUICK)
+    well = run_grasp(planned).truth
     let_go = float(well.time[int(np.flatnonzero(well.stage == STAGES.index(GraspStage.LET_GO))[0])])
     grasp, commands = fail(let_go - 0.1, nothing)
     assert grasp.run.ending is Ending.LOST
@@ -358,12 +369,11 @@ def test_a_fault_just_before_letting_go_keeps_the_grip():
 
 def test_a_finger_that_is_knocked_off_what_it_holds_presses_on():
     """Along the line of the contacts the fingers yield: a blow of 12 N takes one of them off, by the truth."""
-    planned = plan(GraspConfig(**QUICK, known="touched", load="none"))
+    planned = plan_of(**QUICK, known="touched", load="none")
     blow = RampLoad((0.0,) * 3, (12.0, 0.0, 0.0), 2.2, 0.0)
     back = RampLoad((0.0,) * 3, (-12.0, 0.0, 0.0), 2.23, 0.0)
-    backend = HandBackend(
-        scene_of(planned.config), PERIOD, sensor=sensor_of(planned.config), load=SumOfLoads((blow, back))
-    )
+    task = replace(planned.task(), load=SumOfLoads((blow, back)))
+    backend = hand_backend(planned.hand, task)
     lost, grips = [], []
 
     def see(sample, now, command):
@@ -373,7 +383,14 @@ def test_a_finger_that_is_knocked_off_what_it_holds_presses_on():
             grips.append(min(command.grip_force))
             assert now.time < 2.5 or all(touching)
 
-    run(backend, planned.touch(), planned.controller(), Supervisor(planned.limits), duration=3.0, observers=(see,))
+    run(
+        backend,
+        Touch(*planned.fingers),
+        planned.controller(),
+        Supervisor(planned.limits),
+        duration=3.0,
+        observers=(see,),
+    )
     assert any(lost)
     assert min(grips) > 0.8 * grips[0]
     assert max(grips) > 1.2 * grips[0]
@@ -383,13 +400,14 @@ def test_a_finger_that_is_knocked_off_what_it_holds_presses_on():
 @pytest.mark.slow
 def test_a_box_that_has_spun_in_the_hand_meets_the_table_with_an_edge_and_stays_held():
     """With twice the e that there is it spins by tens of degrees, and then its corner comes down first."""
-    attempt, grips = GraspAttempt(plan(GraspConfig(rise=0.4, believed_spin_length=0.008))), []
+    planned, grips = plan_of(rise=0.4, believed_spin_length=0.008), []
+    attempt = RecordedRun(planned)
 
     def see(sample, now, command):
         if attempt.controller.stage is GraspStage.SET_DOWN:
             grips.append(min(command.grip_force))
 
-    grasp = attempt.found(attempt.run((see,)))
+    grasp = found_after(planned, attempt, see)
     assert grasp.spin > math.radians(20.0)
     assert grasp.run.ending is Ending.LOST
     assert grasp.run.stopped
@@ -421,7 +439,7 @@ def test_a_box_that_has_spun_in_the_hand_meets_the_table_with_an_edge_and_stays_
     ids=lambda value: "-".join(map(str, value.values())) if isinstance(value, dict) else "",
 )
 def test_whatever_is_held_however_it_is_pulled(values, most):
-    grasp = carry_out(plan(GraspConfig(**values, seed=3)))
+    grasp = run_grasp(**values, seed=3)
     assert grasp.run.ending is Ending.DONE
     assert not grasp.dropped
     assert grasp.slip < 3e-4
@@ -435,7 +453,7 @@ def test_slip_is_heard_and_corrects_what_nobody_had_touched():
     config = GraspConfig(
         known="untouched", friction=0.3, believed_friction=0.62, believed_spin_length=0.004, offset=0.0, rise=2.0
     )
-    grasp = carry_out(plan(config))
+    grasp = run_grasp(plan_of(config))
     assert grasp.alarms[0].time < grasp.planned.times.begin
     assert grasp.regrips > 0
     assert not grasp.dropped
@@ -445,9 +463,9 @@ def test_slip_is_heard_and_corrects_what_nobody_had_touched():
 @pytest.mark.slow
 def test_what_is_pulled_at_while_it_is_lowered_is_not_let_go_in_the_air():
     """A pull that goes away on the way down leaves the weight: that is no table."""
-    planned = plan(GraspConfig(rise=0.3))
+    planned = plan_of(rise=0.3)
     late = replace(planned, times=replace(planned.times, end=planned.times.end + 0.6))
-    grasp = carry_out(late)
+    grasp = run_grasp(late)
     assert grasp.run.ending is Ending.DONE
     let_go = int(np.flatnonzero(grasp.truth.stage == STAGES.index(GraspStage.LET_GO))[0])
     assert grasp.truth.height[let_go] < 5e-4
@@ -455,5 +473,5 @@ def test_what_is_pulled_at_while_it_is_lowered_is_not_let_go_in_the_air():
 
 def test_seeds_and_nothing_else_change_a_run():
     config = GraspConfig(**QUICK)
-    assert plan(config) == plan(config)
-    assert plan(replace(config, seed=1)).believed != plan(config).believed
+    assert plan_of(config) == plan_of(config)
+    assert plan_of(replace(config, seed=1)).believed != plan_of(config).believed

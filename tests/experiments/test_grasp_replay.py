@@ -1,22 +1,23 @@
 """Replays of grasps: every finger's command comes out bit for bit, or as what is changed has it."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
+from palpate.commands.recording import log_writer
 from palpate.commands.replay.report import key_figures
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
+from palpate.commands.replay.settings import changeable
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import Finding, FrictionFile, How, friction_file_text
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import GraspPlan, plan
-from palpate.experiments.grasp.replay import FIXED, GRASPING
-from palpate.experiments.grasp.run import GraspAttempt
+from palpate.experiments.grasp.experiment import GraspObject
+from palpate.experiments.grasp.plan import GraspPlan
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
+from support.grasp_runs import plan_of
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 
@@ -47,8 +48,9 @@ def grasped(tmp_path_factory):
         "two": {"friction_file": file, "against_ignoring_spin": True},
         "three": {"fingers": 3, "object": "cylinder", "known": "untouched"},
     }.items():
-        planned = plan(GraspConfig(**SHORT, **values, out=folder / name))
-        assert GraspAttempt(planned).run((), (log_writer(planned),)).ending is Ending.DONE
+        planned = plan_of(**SHORT, **values)
+        log = log_writer(GraspObject(), planned, folder / name)
+        assert carry_out(planned, sinks=(log,)).run.ending is Ending.DONE
         logs[name] = log_in(folder / name)
     file.unlink()
     return logs
@@ -96,11 +98,8 @@ def test_a_controller_of_ones_own_is_given_the_plan_of_the_hand(grasped):
     assert found.planned.config.fingers == 3
 
 
-def test_every_value_of_a_grasp_can_be_changed_or_says_why_not():
-    names = {field.name for field in fields(GraspConfig)}
-    assert set(FIXED) | set(GRASPING.names) == names
-    assert not set(FIXED) & set(GRASPING.names)
-    assert {"margin", "known", "ignore_spin", "friction_file"} <= set(GRASPING.names)
+def test_what_sensing_and_control_go_by_can_be_changed():
+    assert {"margin", "known", "ignore_spin", "friction_file"} <= set(changeable(GraspConfig))
 
 
 @pytest.mark.parametrize(

@@ -9,26 +9,26 @@ import pytest
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
-from palpate.experiments.grasp.plan import plan, plan_from_texts
 from palpate.experiments.grasp.report import grasp_report
-from palpate.experiments.grasp.report_page import grasp_html
-from palpate.experiments.grasp.robot import hand_backend, hand_wires
-from palpate.experiments.grasp.run import Grasp, GraspAttempt
+from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
-from palpate.robots.emulated.hand import GraspOnTheWire
+from palpate.reporting.page import report_page
+from palpate.robots.emulated.hand import HandOnTheWire
+from palpate.robots.hands import hand_wires
 from palpate.robots.in_scene import check
 from palpate.robots.with_hand import has_hand, robots_with_hand
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.runtime.robot_backend import EmulatedHandEntry
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.touch import Finger
 from palpate.runtime.wrapped_backend import WrappedBackend
 from support.emulated_file import changed_file
+from support.grasp_runs import plan_of, planned_again
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 
@@ -37,19 +37,19 @@ BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 @pytest.mark.parametrize("name", [name for name in shipped_robots() if not has_hand(load_robot(name))])
 def test_a_robot_without_a_hand_is_refused_and_those_with_one_are_named(name):
     with pytest.raises(InvalidValueError, match=f"robot = {name}: it has no hand") as refused:
-        plan(GraspConfig(robot=name, **BELIEVED))
+        plan_of(robot=name, **BELIEVED)
     assert robots_with_hand() == "emulated-hand, ur5e-hand"
     assert robots_with_hand() in str(refused.value)
 
 
 def test_an_emulated_hand_grasps_as_the_simulated_one_is_planned_to():
-    emulated, simulated = plan(GraspConfig(robot="emulated-hand")), plan(GraspConfig())
+    emulated, simulated = plan_of(robot="emulated-hand"), plan_of()
     assert emulated.times == simulated.times
     assert emulated.lift == simulated.lift
     assert emulated.believed == simulated.believed
     assert emulated.true == simulated.true
-    assert isinstance(hand_backend(emulated), GraspOnTheWire)
-    assert plan_from_texts(emulated.texts()) == emulated
+    assert isinstance(emulated.backend(), HandOnTheWire)
+    assert planned_again(emulated) == emulated
 
 
 def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path):
@@ -57,9 +57,9 @@ def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path
     check(robot)
     assert read_robot_file(robot_file_text(robot.file)) == robot.file
     with pytest.raises(InvalidValueError, match=r"fingers\[0\]: an emulated hand has spheres of 0.008 m"):
-        plan(GraspConfig(robot=changed_file(tmp_path, "emulated-hand", ("radius_m: 0.008", "radius_m: 0.009"))))
+        plan_of(robot=changed_file(tmp_path, "emulated-hand", ("radius_m: 0.008", "radius_m: 0.009")))
     with pytest.raises(InvalidValueError, match="period_s"):
-        plan(GraspConfig(robot=changed_file(tmp_path, "emulated-hand", ("period_s: 0.001", "period_s: 0.002"))))
+        plan_of(robot=changed_file(tmp_path, "emulated-hand", ("period_s: 0.001", "period_s: 0.002")))
     backend = robot.file.backend
     assert isinstance(backend, EmulatedHandEntry)
     for wrong in ({"address": "10.0.0.1"}, {"sensors": ("127.0.0.3", "127.0.0.3")}, {"time_scale": 0.0}):
@@ -71,9 +71,9 @@ def test_the_emulated_hands_file_is_in_order_and_says_what_is_simulated(tmp_path
 def test_a_grip_that_the_robot_does_not_allow_is_refused_before_anything_moves(tmp_path):
     file = changed_file(tmp_path, "ur5e-hand", ("grip_force_N: 16", "grip_force_N: 8"))
     with pytest.raises(InvalidValueError, match=r"limits\.grip_force_N = 8 .* at least 15\.5 N"):
-        plan(GraspConfig(robot=file, **BELIEVED))
+        plan_of(robot=file, **BELIEVED)
     with pytest.raises(InvalidValueError, match="give --fingers 2"):
-        plan(GraspConfig(robot="emulated-hand", fingers=3, object="cylinder"))
+        plan_of(robot="emulated-hand", fingers=3, object="cylinder")
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_a_grip_that_the_robot_does_not_allow_is_refused_before_anything_moves(t
 )
 def test_what_nobody_can_ask_of_a_real_hand_is_refused(values, said):
     with pytest.raises(InvalidValueError, match=said):
-        plan(GraspConfig(robot="ur5e-hand", **values))
+        plan_of(robot="ur5e-hand", **values)
 
 
 def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
@@ -98,8 +98,8 @@ def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
         ("opening_m: 0.04 ", "opening_m: 0.05 "),
         ("noise: {force_N: 0.01,", "noise: {force_N: 0.05,"),
     )
-    planned = plan(GraspConfig(robot=file, **BELIEVED))
-    usual = plan(GraspConfig(robot="ur5e-hand", **BELIEVED))
+    planned = plan_of(robot=file, **BELIEVED)
+    usual = plan_of(robot="ur5e-hand", **BELIEVED)
     assert planned.hand.real
     assert planned.period == 0.002
     assert planned.config.force_noise == 0.05
@@ -113,15 +113,15 @@ def test_a_rig_is_planned_with_its_own_hand_noise_and_limits(tmp_path):
     assert planned.true == planned.believed
     assert (planned.believed.friction, planned.believed.spin_length) == (0.4, 0.003)
     assert planned.config.load == "none"
-    backend = hand_backend(planned)
+    backend = planned.backend()
     assert isinstance(backend, FreshlyTared)
     assert isinstance(backend.backend.arm, ArmFromHere)
     assert backend.period == 0.002
-    assert plan_from_texts(planned.texts()) == planned
+    assert planned_again(planned) == planned
 
 
 def test_devices_that_only_close_refuse_to_move_fingers_sideways():
-    rig = hand_backend(plan(GraspConfig(robot="ur5e-hand", **BELIEVED)))
+    rig = plan_of(robot="ur5e-hand", **BELIEVED).backend()
     assert isinstance(rig, FreshlyTared)
     with pytest.raises(InvalidValueError, match=r"finger_velocity .*these fingers only close"):
         rig.backend._check(Command(finger_velocity=((0.0, 0.0, 0.0),) * 2))
@@ -142,7 +142,7 @@ def felt_grasp(planned, loads):
 
 
 def test_what_fingers_feel_stands_in_the_place_of_a_truth_that_nobody_knows():
-    planned = plan(GraspConfig(robot="ur5e-hand", **BELIEVED))
+    planned = plan_of(robot="ur5e-hand", **BELIEVED)
     truth = felt_grasp(planned, [2.0, 2.5, 0.0])
     assert truth.loads[:, 0, 0].tolist() == [2.0, 2.5, 0.0]
     assert truth.loads[0, 1].tolist() == pytest.approx([2.0, 0.5, 1e-3])
@@ -155,16 +155,16 @@ def test_what_fingers_feel_stands_in_the_place_of_a_truth_that_nobody_knows():
 @pytest.mark.slow
 @pytest.mark.parametrize(("loads", "word"), [([2.0] * 5, "held"), ([2.0, 2.0, 0.0], "lost")])
 def test_a_report_of_a_robot_says_what_was_felt_and_nothing_of_a_simulation(loads, word, tmp_path):
-    planned = plan(GraspConfig(robot="ur5e-hand", **BELIEVED))
-    run = GraspAttempt(plan(GraspConfig()), _Ended(plan(GraspConfig()).backend())).run()
+    planned = plan_of(robot="ur5e-hand", **BELIEVED)
+    run = RecordedRun(plan_of(), _Ended(plan_of().backend())).run()
     grasp = Grasp(planned, replace(run), felt_grasp(planned, loads), (), 0)
     report = grasp_report(grasp)
     assert f"The object was {word}, as fingers feel it." in report.outcome
-    names = [figure.name for figure in report.summary]
+    names = [figure.name for figure in report.figures]
     assert names[:2] == ["dropped", "largest grip"]
     assert not any("slip" in name or "spin" in name or "least" in name for name in names)
-    assert report.summary[1].value == 2.0
-    said = grasp_html(report).replace("simulated: none was late", "")  # of the run that stands in for one
+    assert report.figures[1].value == 2.0
+    said = report_page(report).replace("simulated: none was late", "")  # of the run that stands in for one
     assert "simulat" not in said.lower()
     assert "not known on a robot" in said
 

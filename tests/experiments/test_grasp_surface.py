@@ -10,24 +10,23 @@ from hypothesis import strategies as st
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import Finding, FrictionFile, How, LoadFinding, friction_file_text
 from palpate.experiments.grasp.belief import planned_with, slips_of
 from palpate.experiments.grasp.config import FASTEST_LIFT, HIGHEST_LIFT, GraspConfig
-from palpate.experiments.grasp.figures import compared, key_figures
-from palpate.experiments.grasp.foretold import foretold
-from palpate.experiments.grasp.hand import LIMITS
+from palpate.experiments.grasp.key_figures import compared, key_figures
 from palpate.experiments.grasp.least import CLOSE, _least_of_many, least_forces, least_grip
+from palpate.experiments.grasp.notes import notes_on
 from palpate.experiments.grasp.nudged import NotedNudge
-from palpate.experiments.grasp.plan import nudge_time, plan, plan_from_texts
-from palpate.experiments.grasp.run import GraspAttempt, carry_out
-from palpate.experiments.grasp.scene import hand_of, scene_of
+from palpate.experiments.grasp.plan import nudge_time
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load, weight_of
 from palpate.experiments.grasp.surface import USUAL, likely, rubbed_by_plant
 from palpate.experiments.grasp.words import outcome
 from palpate.friction.contact_load import ContactLoad
+from palpate.friction.friction_file import Finding, FrictionFile, How, LoadFinding, friction_file_text
 from palpate.friction.limit_surface import LimitSurface
-from palpate.runtime import Ending, Supervisor, run
+from palpate.robots.hands import LIMITS, simulated_hand
+from palpate.runtime import Ending
 from palpate.spatial import norm
+from support.grasp_runs import plan_of, planned_again, run_grasp
 
 SHORT = {"rise": 0.3, "lift_height": 0.01}
 
@@ -73,7 +72,7 @@ def written(tmp_path):
 @pytest.fixture(scope="module")
 def nudged():
     """Nudged, lifted a little, and held."""
-    return carry_out(plan(GraspConfig(known="nudged", load="none", rise=0.1, lift_height=0.005)))
+    return run_grasp(known="nudged", load="none", rise=0.1, lift_height=0.005)
 
 
 # --- what is simulated
@@ -82,10 +81,10 @@ def nudged():
 @pytest.mark.slow
 def test_the_object_that_was_rubbed_is_the_one_that_is_held(written):
     """The docs' two commands, one after the other: exponents unlike an ellipse's, and nothing said of them."""
-    planned = plan(GraspConfig(friction_file=written()))
+    planned = plan_of(friction_file=written())
     assert planned.true == LimitSurface(0.8, 0.002, 0.2, 1.5)
-    assert scene_of(planned.config).rubbing  # by the friction plant: MuJoCo has ellipses only
-    grasp = carry_out(plan(GraspConfig(friction_file=written(), **SHORT)))
+    assert planned.task().scene().rubbing  # by the friction plant: MuJoCo has ellipses only
+    grasp = run_grasp(friction_file=written(), **SHORT)
     assert grasp.run.ending is Ending.DONE
     assert not grasp.dropped
     assert grasp.slip < 2e-5
@@ -95,7 +94,7 @@ def test_the_object_that_was_rubbed_is_the_one_that_is_held(written):
 
 
 def test_what_is_typed_goes_before_what_was_found_number_by_number(written):
-    planned = plan(GraspConfig(friction_file=written(), friction=0.6, norm_exponent=2.0))
+    planned = plan_of(friction_file=written(), friction=0.6, norm_exponent=2.0)
     assert planned.true == LimitSurface(0.6, 0.002, 0.2, 2.0)
     assert planned.believed.friction == pytest.approx(0.8)
 
@@ -103,26 +102,27 @@ def test_what_is_typed_goes_before_what_was_found_number_by_number(written):
 @pytest.mark.parametrize("gamma", [FLAT, finding(0.0, 0.0, 1.0 / 3.0, How.ASSUMED)])
 @pytest.mark.parametrize("p", [ASSUMED, finding(1.96, 1.9, 2.0)])
 def test_exponents_that_may_be_mujocos_leave_it_to_mujoco(written, gamma, p):
-    config = plan(GraspConfig(friction_file=written(gamma=gamma, p=p))).config
-    assert not rubbed_by_plant(config)
-    assert not scene_of(config).rubbing
+    planned = plan_of(friction_file=written(gamma=gamma, p=p))
+    assert not rubbed_by_plant(planned.config)
+    assert not planned.task().scene().rubbing
     assert likely(found(gamma=gamma, p=p)) == LimitSurface(0.8, 0.002)
 
 
 def test_without_a_file_it_is_the_usual_surface_and_the_plan_says_so_in_numbers():
-    config = plan(GraspConfig()).config
-    assert plan(GraspConfig()).true == USUAL
+    config = plan_of().config
+    assert plan_of().true == USUAL
     assert (config.friction, config.spin_length) == (USUAL.friction, USUAL.spin_length)
     assert rubbed_by_plant(GraspConfig(norm_exponent=1.5))
     assert rubbed_by_plant(GraspConfig(load_exponent=0.1))
     assert rubbed_by_plant(GraspConfig(plant=True))
 
 
-def test_a_log_remembers_what_was_simulated_when_the_file_is_gone(written):
+@pytest.mark.parametrize("robot", [None, "ur5e-hand"])
+def test_a_log_remembers_what_was_simulated_when_the_file_is_gone(written, robot):
     file = written()
-    planned = plan(GraspConfig(friction_file=file))
+    planned = plan_of(friction_file=file, robot=robot)
     file.unlink()
-    again = plan_from_texts(planned.texts())
+    again = planned_again(planned)
     assert again == planned
     assert again.true == planned.true
 
@@ -150,7 +150,7 @@ def test_no_p_that_may_be_true_needs_more_grip_than_the_one_planned_with(p, belo
 @pytest.mark.slow
 def test_with_p_assumed_whatever_p_there_is_it_is_held(written):
     """The surface that shares worst, p = 1.2, though nobody has measured p."""
-    grasp = carry_out(plan(GraspConfig(friction_file=written(p=ASSUMED), norm_exponent=1.2, **SHORT)))
+    grasp = run_grasp(friction_file=written(p=ASSUMED), norm_exponent=1.2, **SHORT)
     assert not grasp.dropped
     assert grasp.slip < 2e-5
     assert 1.0 < grasp.tightest < grasp.grip_ratio < 1.5
@@ -187,7 +187,7 @@ def test_a_nudge_takes_as_long_as_planned(nudged):
 def test_even_less_than_half_of_the_friction_that_was_believed_is_heard_to_slip(share):
     """A contact in full slip carries mu f_n, ripple and all. 0.62 was believed, and said to be off by 30 %."""
     config = GraspConfig(known="untouched")
-    slips = slips_of(config, LimitSurface(0.62, 0.006), hand_of(config).tip, 1e-3)
+    slips = slips_of(config, LimitSurface(0.62, 0.006), simulated_hand(2).geometry.tip, 1e-3)
     told = []
     for i in range(300):
         pressed = 1.6 + 0.1 * math.sin(2.0 * math.pi * 100.0 * 1e-3 * i)
@@ -207,7 +207,7 @@ def test_mu_of_half_and_e_of_two_thirds_of_what_is_believed_stay_in_the_hand(see
         rise=0.5,
         lift_height=0.02,
     )
-    grasp = carry_out(plan(config))
+    grasp = run_grasp(plan_of(config))
     # it slides by 0.1 to 2.6 mm (seeds) before that is heard; by more than 2 mm, and it is not let go
     assert grasp.run.ending is Ending.DONE or grasp.met_early
     assert grasp.slip_aloft < 4e-3
@@ -220,7 +220,7 @@ def test_mu_of_half_and_e_of_two_thirds_of_what_is_believed_stay_in_the_hand(see
 
 
 def told(config):
-    return " ".join(foretold(plan(config)))
+    return " ".join(notes_on(plan_of(config)))
 
 
 def test_it_is_said_beforehand_when_another_surface_is_simulated_and_what_makes_it_the_same(written):
@@ -230,7 +230,7 @@ def test_it_is_said_beforehand_when_another_surface_is_simulated_and_what_makes_
     assert "mu = 0.8, e = 2 mm at 1 N, gamma = 0.2, p = 1.5 was found" in said
     same = told(GraspConfig(friction_file=written(), friction=0.803))  # within its interval
     assert "The simulated object rubs as" in same
-    assert not foretold(plan(GraspConfig()))
+    assert not notes_on(plan_of())
 
 
 def test_loads_beyond_those_that_were_rubbed_are_warned_of(written):
@@ -265,13 +265,13 @@ def test_the_command_says_it_before_the_run_and_the_report_afterwards(written, t
 def test_the_heaviest_object_is_held_and_a_heavier_one_refused_with_what_would_do(mu, margin):
     """Coulomb: each of two fingers bears mu f, so that 2 mu f is the most that can be carried."""
     with pytest.raises(InvalidValueError, match="must be at most") as refused:
-        plan(GraspConfig(mass=50.0, friction=mu, margin=margin))
+        plan_of(mass=50.0, friction=mu, margin=margin)
     most = float(str(refused.value).split("must be at most ")[1].split()[0])
     needed = (1.0 + margin) * grip_for(
         GraspConfig(), LimitSurface(mu, 0.004), weight_of(GraspConfig(mass=most, friction=mu))
     )
     assert 0.89 * LARGEST_GRIP < needed <= LARGEST_GRIP
-    plan(GraspConfig(mass=most, friction=mu, margin=margin))
+    plan_of(mass=most, friction=mu, margin=margin)
 
 
 @pytest.mark.parametrize(
@@ -329,7 +329,7 @@ def figures(grasp):
 @pytest.mark.slow
 def test_what_was_dropped_was_not_set_down():
     """Ten times the friction that there is: the fingers slide up the object, which stays behind on the table."""
-    grasp = carry_out(plan(GraspConfig(friction=0.05, believed_friction=0.5, rise=0.2, lift_height=0.02)))
+    grasp = run_grasp(friction=0.05, believed_friction=0.5, rise=0.2, lift_height=0.02)
     assert grasp.truth.height.max() < 1e-3
     assert grasp.dropped
     assert figures(grasp)["dropped"].value == "yes"
@@ -341,16 +341,12 @@ def test_what_was_dropped_was_not_set_down():
 
 def test_what_was_never_measured_has_no_figure():
     """A run that ended before anything pulled: no slip of 0 mm, but none known."""
-    attempt = GraspAttempt(plan(GraspConfig()))
-    result = run(
-        attempt._backend,
-        attempt._planned.touch(),
-        attempt.controller,
-        Supervisor(LIMITS),
-        duration=0.3,
-        observers=(attempt._truth,),
-    )
-    told = figures(attempt.found(result))
+
+    def stop(sample, now, command):
+        if now.time > 0.3:
+            raise RuntimeError("a made-up fault")
+
+    told = figures(run_grasp(observers=(stop,)))
     assert all(told[name].text == "-" for name in ("slip", "spin", "grip over the least", "largest grip"))
 
 
@@ -367,12 +363,14 @@ def test_what_a_nudge_found_is_told_against_the_truth(nudged):
 
 @pytest.mark.slow
 def test_a_run_that_spun_does_not_just_say_that_it_was_not_dropped():
-    grasp = carry_out(plan(GraspConfig(rise=0.3, against_ignoring_spin=True)))
-    rows = {name: rest for name, *rest in compared(grasp)}
-    assert rows["dropped"][0] == "no"
-    assert "spun" in rows["dropped"][1]
-    assert rows["spin"][2] == "degrees"
-    assert all(float(number) >= 0.0 for number in rows["spin"][:2])
+    grasp = run_grasp(rise=0.3, against_ignoring_spin=True)
+    beside = {figure.name: figure for figure in compared(grasp)}
+    assert beside["dropped, ignoring spin"].note == "with spin no"
+    assert "spun" in beside["dropped, ignoring spin"].text
+    spin = beside["spin, ignoring spin"]
+    assert spin.unit == "degrees"
+    assert spin.value > 1.0
+    assert spin.note.endswith(" degrees")
     total = figures(grasp)["alarms while pulled"].value + figures(grasp)["other alarms"].value
     assert total == len(grasp.alarms)
     assert figures(grasp)["times the grip was raised"].value == 0.0 or total > 0.0

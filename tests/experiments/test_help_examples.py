@@ -6,8 +6,10 @@ from typing import Any
 import pytest
 import tyro
 
+from palpate.commands.run import plan_for
+from palpate.commands.typed_options import read_experiment
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.file import Finding, FrictionFile, How, friction_file_text
+from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 from palpate.experiments.friction.library import library_of
 from palpate.experiments.friction.options import default_options as friction_default
 from palpate.experiments.friction.plan import plan as plan_friction
@@ -53,9 +55,8 @@ def found_first(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("line", examples("friction", FrictionConfig))
 def test_an_example_of_rubbing_can_be_planned(line):
-    config = asked(line, friction_default)
-    library_of(config)
-    plan_friction(config)
+    config, _ = read_experiment(FrictionConfig, "friction", "palpate friction", line.split()[2:], ())
+    plan_for(FRICTION, config)
 
 
 @pytest.mark.parametrize("line", examples("grasp", GraspConfig))

@@ -9,17 +9,13 @@ from hypothesis import strategies as st
 
 from palpate.cli import main
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.checks import check_compression
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import write_exploration
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.run import write_rubbing
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as grasp_plan
-from palpate.experiments.grasp.run import write_grasp
+from palpate.experiments.kit.contact_checks import check_compression
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.run import write_regulation
 
 ALL = (ExploreConfig, RegulateConfig, FrictionConfig, GraspConfig)
 
@@ -64,21 +60,6 @@ def test_a_force_that_is_no_number_is_refused_by_name():
     for force in ("2", None, [2.0]):
         with pytest.raises(InvalidValueError, match=r"force = .*: must be a number"):
             ExploreConfig(force=force)
-
-
-@pytest.mark.parametrize("write", [write_exploration, write_regulation, write_rubbing, write_grasp])
-def test_results_go_to_a_folder_named_by_a_string(write, tmp_path, monkeypatch):
-    class ReachedError(Exception):
-        pass
-
-    def reached(folder):
-        assert folder == tmp_path / "r"
-        assert isinstance(folder, Path)
-        raise ReachedError
-
-    monkeypatch.setitem(write.__globals__, "make_folder", reached)
-    with pytest.raises(ReachedError):
-        write(None, str(tmp_path / "r"))
 
 
 @given(st.floats(1.0, 1e6))

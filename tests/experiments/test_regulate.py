@@ -1,46 +1,34 @@
 """Regulation of force from configuration to report: figures, hostile cases, logs, refusals."""
 
 import math
-import os
-import signal
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from palpate.cli import main
-from palpate.commands.replay.run import replay_log
-from palpate.commands.replay.settings import changed_config
-from palpate.controllers.regulate import Loss
+from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.owned_options import owned_names
+from palpate.experiments.kit.change_names import REGULATED
+from palpate.experiments.kit.config_file import config_text, read_config
+from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.options import foreign_options, specs_of
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.figures import margins
-from palpate.experiments.regulate.file import (
-    Identified,
-    identified_text,
-    read_identified,
-    read_regulation,
-    regulation_text,
-)
+from palpate.experiments.regulate.identified import Identified, read_identified
+from palpate.experiments.regulate.key_figures import margins
 from palpate.experiments.regulate.motion import motion_text, read_motion
-from palpate.experiments.regulate.plan import RegulationPlan, plan, plan_from_texts
-from palpate.experiments.regulate.replay import FIXED, REGULATION
-from palpate.experiments.regulate.report import regulation_report
-from palpate.experiments.regulate.run import Attempt, carry_out, regulate
-from palpate.experiments.regulate.surfaces import SURFACE_OPTIONS
-from palpate.experiments.regulate.view import regulation_scene
+from palpate.experiments.regulate.report import regulation_report, series_of
 from palpate.experiments.regulate.words import WORDS, limits, outcome
-from palpate.runtime import Command, Ending, Phase
-from palpate.runtime.log import LogWriter, read_log
+from palpate.reporting.force_picture import force_overview
+from palpate.reporting.page import report_page
+from palpate.runtime import Ending, Phase
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
+from support.regulate_runs import REGULATE, carried_out, planned, regulated
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
-
-
-def regulated(**fields):
-    return regulate(RegulateConfig(**fields))
+PLATE = Box((0.2, 0.2, 0.04))
+SURFACES = {name: spec for name, spec in specs_of(RegulateConfig).items() if spec.choice == "surface"}
 
 
 # --- figures ---
@@ -128,10 +116,10 @@ def test_without_identification_a_soft_damped_contact_stays_below_the_limit():
 @pytest.mark.slow
 @pytest.mark.parametrize("phase", np.arange(6) * math.pi / 3.0)
 def test_landing_on_a_moving_surface_is_bounded_wherever_it_is_met(phase):
-    config = RegulateConfig(surface="sine", duration=1.0)
     course = Sine(0.01, 0.02 / (2.0 * math.pi * 0.01), phase)
     joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), course)
-    found = carry_out(plan(config, target=MovingTarget(Box((0.2, 0.2, 0.04)), [joint], (0.0, 0.0, -0.01))))
+    plan = planned(surface="sine", duration=1.0)
+    found = carried_out(replace(plan, target=MovingTarget(PLATE, [joint], (0.0, 0.0, -0.01))))
     assert found.run.ending is Ending.DONE
     assert found.peak < 8.0
 
@@ -188,17 +176,55 @@ def test_the_force_may_be_changed_while_it_runs():
     assert found.true_force[found.holding][-1] == pytest.approx(3.0, abs=0.01)
     assert found.true_rms < 0.05
     with pytest.raises(InvalidValueError, match=r"change after 1 s: force = 20 N: must lie between"):
-        plan(RegulateConfig(change=((1.0, "force", 20.0),)))
+        planned(change=((1.0, "force", 20.0),))
 
 
 def test_the_margin_is_that_of_the_damped_contact_and_the_limits_are_told():
-    planned = plan(RegulateConfig(surface="soft", robot="ur5e-sim"))
-    contact, gain = planned.contact, planned.parameters.gain
+    plan = planned(surface="soft", robot="ur5e-sim")
+    contact, gain = plan.contact, plan.parameters.gain
     assert contact.damping_time > 0.1
     assert contact.margins(gain).gain_margin == pytest.approx(math.pi, rel=1e-3)
-    told = {figure.name: figure.value for figure in margins(planned)}
+    told = {figure.name: figure.value for figure in margins(plan)}
     assert told["gain margin"] == pytest.approx(math.pi, rel=1e-3)
-    assert "10 Hz" in " ".join(limits(planned))
+    assert "10 Hz" in " ".join(limits(plan))
+
+
+def test_what_the_stiffness_may_be_off_by_is_told_once_and_with_half_the_gain_by_three():
+    """The gain margin is of feedback alone, and larger; the help says a factor of 3."""
+    told = {figure.name: figure for figure in margins(planned())}
+    softest, stiffest = (float(word) for word in str(told["stable for a stiffness"].value).split(" ")[:3:2])
+    assert softest < 0.5
+    assert 1.8 < stiffest < float(told["gain margin"].value)
+    assert float(str(told["once it swung"].value).split(" ")[2]) > 3.0
+    assert not any("1.57" in figure.note for figure in told.values())
+
+
+def test_a_change_that_is_never_reached_or_comes_before_the_holding_is_in_the_account():
+    early = regulated(duration=0.6, change=((0.1, "force", 3.0), (500.0, "force", 4.0)))
+    told = outcome(early)
+    assert "Changed before anything was held: force to 3 N" in told
+    assert "NOT changed: force to 4 N after 500 s" in told
+    assert "force to 4 N after 500 s: not reached" in dict(regulation_report(early).settings).values()
+    assert early.set_force[early.holding] == pytest.approx(3.0)
+
+
+def test_figures_report_and_files_are_of_the_same_run(tmp_path):
+    """Of steps there is no bandwidth; on the page is every section, and it needs nothing from outside."""
+    found = regulated(profile="step", hold=0.3, duration=0.9, **NANO17)
+    figures = figures_of(REGULATE, found)
+    steps = found.steps(found.true_force)
+    assert figures["rise_time_s"] == steps.rise_time > 0.0
+    assert figures["bandwidth_hz"] is None
+    assert figures["contact"] == "never lost"
+    page = report_page(REGULATE.report(found))
+    headings = ("Over time", "Answer to steps", "What limits it", "Margins", "gain margin", "Computing")
+    assert all(heading in page for heading in headings)
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    ((name, write),) = REGULATE.files(found).items()
+    write(tmp_path / name)
+    table = np.genfromtxt(tmp_path / name, delimiter=",", names=True)
+    assert table["true_force_N"] == pytest.approx(found.true_force, abs=1e-8)
+    assert found.planned.dry_run().files == (name,)
 
 
 # --- hostile ---
@@ -249,7 +275,7 @@ class Drops:
 @pytest.mark.parametrize(("times", "loss"), [((2.0,), Loss.FOUND), ((2.0, 5.0), Loss.GONE)])
 def test_what_is_lost_once_is_found_again_and_what_is_lost_twice_is_given_up(times, loss):
     joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), Drops(*times))
-    found = carry_out(plan(RegulateConfig(duration=6.0), target=MovingTarget(Box((0.2, 0.2, 0.04)), [joint])))
+    found = carried_out(replace(planned(duration=6.0), target=MovingTarget(PLATE, [joint])))
     assert found.loss is loss
     assert found.run.ending is (Ending.DONE if loss is Loss.FOUND else Ending.LOST)
     assert found.peak < 4.0
@@ -265,10 +291,10 @@ def test_what_was_never_touched_was_never_lost_and_is_not_said_to_be():
             if now.time > after:
                 raise KeyboardInterrupt
 
-        attempt = Attempt(plan(RegulateConfig()))
+        run = RecordedRun(planned())
         with pytest.raises(KeyboardInterrupt):
-            attempt.run((observe,))
-        return attempt.controller.loss
+            run.run((observe,))
+        return run.controller.contact.loss
 
     assert stopped(0.05) is Loss.UNMADE
     assert stopped(3.0) is Loss.NEVER
@@ -282,7 +308,12 @@ def test_nothing_there_is_said_so():
     assert found.loss is Loss.MISSING
     assert found.peak == 0.0
     assert "nothing was found" in outcome(found)
-    assert regulation_report(found).steps is None
+    assert force_overview(series_of(found)) is None
+    report = regulation_report(found)
+    texts = {figure.name: figure.text for figure in report.figures}
+    assert texts["true force, RMS error"] == texts["felt force, RMS error"] == "-"
+    assert "nan" not in texts.values()
+    assert not report.reached
 
 
 @pytest.mark.slow
@@ -297,36 +328,59 @@ def test_a_drifting_sensor_is_told_and_how_much():
     assert "was not there" not in outcome(steady)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("ends_at", [0.2, 1.5])
+def test_a_run_that_an_exception_ends_is_told_all_the_same(ends_at, tmp_path):
+    """While it comes down, and while it holds: the period of the exception was recorded, but not observed."""
+    plan = planned(duration=0.6)
+    run = RecordedRun(plan)
+    step = run.controller.step
+
+    def fails(now):
+        if now.time > ends_at:
+            raise RuntimeError("a bug")
+        return step(now)
+
+    run.controller.step = fails
+    result = run.run()
+    assert "a bug" in str(result.error)
+    found = REGULATE.found(plan, run.recorded(result))
+    assert len(found.truth) == len(found.record)
+    assert math.isfinite(found.peak)
+    assert (found.true_force >= 0.0).all()
+    assert "a bug" in report_page(REGULATE.report(found))
+    for name, write in REGULATE.files(found).items():
+        write(tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 0
+
+
 # --- texts, logs ---
 
 
-def test_a_plan_comes_back_from_its_texts_and_a_log_replays_bit_for_bit(tmp_path):
+def test_a_plan_comes_back_from_its_texts_and_does_the_very_same(tmp_path):
     table = tmp_path / "moved.csv"
     table.write_text("t,vx,vy,vz\n0,0,0,0\n0.3,0.01,0,0.002\n0.9,-0.01,0,0\n")
-    planned = plan(RegulateConfig(motion="table", motion_file=table, duration=1.0, **NANO17))
-    planned = planned.with_identified(Identified(19e3, 13.9e3, 2e-3, 0.03, 0.006, 60.0))
+    plan = planned(motion="table", motion_file=table, duration=1.0, identify=True, **NANO17)
+    assert plan.preparation
+    plan = plan.with_identified(Identified(19e3, 13.9e3, 2e-3, 0.03, 0.006, 60.0))
+    assert plan.prepared() is plan
     table.unlink()
-    again = plan_from_texts(planned.texts())
+    again = REGULATE.plan(plan.config, plan.robot, plan.texts())
     assert (again.config, again.parameters, again.follow, again.motion, again.identified) == (
-        planned.config,
-        planned.parameters,
-        planned.follow,
-        planned.motion,
-        planned.identified,
+        plan.config,
+        plan.parameters,
+        plan.follow,
+        plan.motion,
+        plan.identified,
     )
-    log = LogWriter(tmp_path / "run.mcap", planned.texts())
-    found = carry_out(planned, sinks=(log,))
-    assert found.run.ending is Ending.DONE
-    replayed = replay_log(tmp_path / "run.mcap")
-    assert replayed.identical
-    assert replayed.kind.command == "palpate regulate"
-    assert isinstance(replayed.planned, RegulationPlan)
-    assert replayed.planned.parameters == planned.parameters
+    first, second = carried_out(plan), carried_out(again)
+    assert first.run.ending is Ending.DONE
+    assert np.array_equal(first.record.command, second.record.command)
 
 
 @pytest.mark.parametrize("surface", ["sine", "yielding"])
 def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface):
-    scene = regulation_scene(plan(RegulateConfig(surface=surface)))
+    scene = planned(surface=surface).view()
     assert {"tip", "object"} <= {part.body for part in scene.parts}
     start = scene.placement.start
     heights = [
@@ -340,68 +394,13 @@ def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface)
 def test_texts_read_back_the_same():
     sines = {"profile": "sine", "frequencies": (0.1, 7.3), "swing": 0.7}
     config = RegulateConfig(**sines, axis=(0.0, 0.6, -0.8), tip=(0.01,), drift=0.2)
-    assert read_regulation(regulation_text(config)) == config
+    assert read_config(config_text("regulate", config), RegulateConfig) == config
     found = Identified(1.0 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 0.1, 1e-3, 61.0)
-    assert read_identified(identified_text(found)) == found
+    assert read_identified(found.text) == found
     for kind in (PathTable, VelocityTable):
         motion = read_motion(kind, "0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
         assert type(motion) is kind
         assert read_motion(kind, motion_text(motion), "b") == motion
-
-
-def test_the_command_leaves_its_files_and_says_where(tmp_path, capsys):
-    out = tmp_path / "new"
-    words = ["regulate", "--profile", "step", "--hold", "0.3", "--duration", "0.9", "--out", str(out)]
-    assert main(words) == 0
-    said = capsys.readouterr().out
-    assert "overshoot" in said
-    assert "report.html" in said
-    names = {path.name for path in out.iterdir() if path.suffix != ".mcap"}
-    assert names == {"report.html", "forces.csv"}
-    html = (out / "report.html").read_text()
-    assert "Answer to steps" in html
-    assert "http://" not in html.replace("http://www.w3.org", "")
-    assert "What limits it" in html
-    assert main(["replay", str(out)]) == 0
-    assert "identical, bit for bit; all that was felt is the same" in capsys.readouterr().out
-    assert main(["replay", str(out), "--set", "force=3"]) == 0
-    assert "commanded velocity apart" in capsys.readouterr().out
-    assert main(["replay", str(out), "--set", "stiffness=3"]) == 2
-    assert "assumed_stiffness is what the gain is made for" in capsys.readouterr().err
-    assert main(["regulate", "--surface", "missing", "--out", str(out)]) == 1
-
-
-@pytest.mark.slow
-def test_a_file_gives_values_and_what_is_typed_goes_before_them(tmp_path, capsys):
-    out, file = tmp_path / "out", tmp_path / "mine.yaml"
-    (tmp_path / "moved.csv").write_text("0,0,0,0\n0.2,0.001,0,0\n")
-    file.write_text(
-        f"experiment: regulate\nforce: 3\nduration: 0.3\nmotion: path\nmotion_file: moved.csv\nout: {out}\n"
-    )
-    assert main(["regulate", "--config", str(file), "--duration", "0.4"]) == 0
-    config = plan_from_texts(read_log(out / "latest.mcap").attachments).config
-    assert (config.force, config.duration, config.motion) == (3.0, 0.4, "path")
-    file.write_text("frce: 3\n")
-    assert main(["regulate", "--config", str(file)]) == 2
-    assert "did you mean" in capsys.readouterr().err
-    file.write_text("experiment: explore\n")
-    assert main(["regulate", "--config", str(file)]) == 2
-    assert "must be regulate" in capsys.readouterr().err
-
-
-def test_a_regulation_that_is_interrupted_is_written_all_the_same(tmp_path, monkeypatch):
-    def interrupt(*_):
-        os.kill(os.getpid(), signal.SIGINT)
-        return Command()
-
-    monkeypatch.setattr("palpate.controllers.RegulateController.step", interrupt)
-    assert main(["regulate", "--out", str(tmp_path)]) == 130
-    assert (tmp_path / "report.html").exists()
-    assert (tmp_path / "forces.csv").exists()
-
-
-def test_every_setting_of_a_regulation_is_either_changeable_or_has_a_reason():
-    assert {*REGULATION.names, *FIXED} == set(RegulateConfig.__dataclass_fields__)
 
 
 # --- refusals ---
@@ -453,48 +452,30 @@ def test_wrong_values_are_named_with_what_would_be_right(fields, words):
 )
 def test_what_cannot_be_planned_is_refused(fields, words):
     with pytest.raises(InvalidValueError, match=words):
-        plan(RegulateConfig(**fields))
+        planned(**fields)
 
 
-@pytest.mark.parametrize("surface", SURFACE_OPTIONS)
+@pytest.mark.parametrize("surface", ["still", "sine", "soft", "yielding", "leaving", "missing"])
 def test_a_surface_takes_its_own_options_and_no_others(surface):
-    values = {name: 2.0 * getattr(RegulateConfig(), name) for name in owned_names(SURFACE_OPTIONS)}
-    own = SURFACE_OPTIONS[surface]
+    values = {name: 2.0 * getattr(RegulateConfig(), name) for name in SURFACES}
+    own = [name for name, spec in SURFACES.items() if surface in spec.choices]
     RegulateConfig(surface=surface, **{name: values[name] for name in own})
     for name in set(values) - set(own):
         with pytest.raises(InvalidValueError, match=rf"^{name} = .*: is for --surface .*; {surface} takes "):
             RegulateConfig(surface=surface, **{name: values[name]})
 
 
-def test_a_log_from_before_they_were_refused_is_read():
-    config = RegulateConfig(force=3.0)
-    old = regulation_text(config).replace("leave_time: 5.0", "leave_time: 3.0")
-    assert old != regulation_text(config)
-    assert read_regulation(old) == config
-    old = (
-        regulation_text(config)
-        .replace("hold: 1.0", "hold: 2.0")
-        .replace("motion_size: 0.005", "motion_size: 0.01")
-    )
-    assert old != regulation_text(config)
-    assert read_regulation(old) == config
-
-
 def test_a_replay_with_another_profile_leaves_out_what_the_recorded_one_took():
-    recorded = RegulateConfig(profile="step", hold=0.5, swing=0.5, motion="circle", motion_size=0.01)
-    assert changed_config(recorded, {"profile": "sine", "motion": "still"}, REGULATION) == RegulateConfig(
-        profile="sine", swing=0.5
-    )
-    with pytest.raises(InvalidValueError, match="rate = 2: is for --profile ramp"):
-        changed_config(recorded, {"profile": "sine", "rate": 2.0}, REGULATION)
+    chosen = {"surface": "still", "profile": "sine", "motion": "still"}
+    left_out = foreign_options(RegulateConfig, chosen) - set(SURFACES)
+    assert left_out == {"rate", "hold", "duration", "motion_size", "motion_speed", "motion_file"}
 
 
-@pytest.mark.slow
-def test_pressing_is_told_of_where_something_is_pressed(tmp_path, capsys):
-    """Where it is not, nothing is said to be."""
-    for typed, told in ((["--identify"], 1), ([], 0)):
-        assert main(["regulate", "--duration", "0.2", *typed, "--out", str(tmp_path / "run")]) == 0
-        assert capsys.readouterr().out.count("pressing, to find stiffness and delay") == told
+def test_a_misspelt_change_is_refused_before_anything_is_planned():
+    """And nothing is refused that the controller knows."""
+    with pytest.raises(InvalidValueError, match="no live parameter is called 'forse'; did you mean"):
+        RegulateConfig(change=((5.0, "forse", 4.0),))
+    assert tuple(planned().controller().live.parameters) == REGULATED
 
 
 def test_pressing_on_nothing_is_no_identification():
@@ -502,9 +483,15 @@ def test_pressing_on_nothing_is_no_identification():
         regulated(surface="missing", identify=True)
 
 
+@pytest.mark.parametrize("force", [0.35, 2.0, 14.0])
+def test_it_presses_first_within_the_limit_and_above_a_touch(force):
+    """As an exploration does: 14 N and half as much again would be beyond the limit of 20 N."""
+    plan = planned(force=force, identify=True)
+    pressing = plan.pressing()
+    assert plan.ready.touch_force < pressing.low < force < pressing.high < plan.limits.force
+
+
 @pytest.mark.slow
 def test_a_controller_does_not_remember_its_last_run():
-    planned = plan(RegulateConfig(duration=0.5, surface="sine"))
-    first = carry_out(planned)
-    again = carry_out(replace(planned))
-    assert np.array_equal(first.record.command, again.record.command)
+    plan = planned(duration=0.5, surface="sine")
+    assert np.array_equal(carried_out(plan).record.command, carried_out(plan).record.command)

@@ -12,19 +12,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
+from palpate.experiments.explore.replay import EXPLORATION
+from palpate.experiments.regulate.replay import REGULATION
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
 from palpate.commands.replay.report import version_differences
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import Attempt
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.replay import EXPLORATION
-from palpate.experiments.explore.run import Attempt
 from palpate.experiments.kit.option_words import option_unit
-from palpate.experiments.regulate.replay import REGULATION
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.log.chunk import PackedRows

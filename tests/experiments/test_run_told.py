@@ -9,27 +9,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from palpate.experiments.explore.report_page import _growth_parts, _map_parts
+from palpate.experiments.kit.report_advice import advice_on_exploration
 
 from palpate.controllers.paths import Enough
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import carry_out, explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.map_picture import map_picture
 from palpate.experiments.explore.plan import plan as explore_plan
 from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.explore.report_page import _growth_parts, _map_parts
-from palpate.experiments.explore.run import carry_out, explore
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
 from palpate.experiments.kit.change_account import account_of_changes, change_rows, change_sentences
-from palpate.experiments.kit.change_names import EXPLORED, REGULATED
-from palpate.experiments.kit.report_advice import advice_on_exploration
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.figures import margins
-from palpate.experiments.regulate.plan import plan as regulate_plan
-from palpate.experiments.regulate.report import regulation_report
-from palpate.experiments.regulate.run import regulate
-from palpate.experiments.regulate.words import outcome as regulated_outcome
+from palpate.experiments.kit.change_names import EXPLORED
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting.force_picture import force_overview
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
 
@@ -91,18 +84,9 @@ def test_what_became_of_changes_is_said():
     assert change_sentences((), 0.2, "") == ()
 
 
-def test_a_change_that_is_never_reached_or_comes_before_the_holding_is_in_the_account():
-    early = regulate(RegulateConfig(duration=0.6, change=((0.1, "force", 3.0), (500.0, "force", 4.0))))
-    said = regulated_outcome(early)
-    assert "Changed before anything was held: force to 3 N" in said
-    assert "NOT changed: force to 4 N after 500 s" in said
-    assert "force to 4 N after 500 s: not reached" in dict(regulation_report(early).settings).values()
-    assert early.set_force[early.holding] == pytest.approx(3.0)
-
-
 @pytest.mark.parametrize(
     ("kind", "plan", "names"),
-    [(ExploreConfig, explore_plan, EXPLORED), (RegulateConfig, regulate_plan, REGULATED)],
+    [(ExploreConfig, explore_plan, EXPLORED)],
 )
 def test_a_misspelt_change_is_refused_before_anything_is_planned(kind, plan, names):
     """And nothing is refused that the controller knows."""
@@ -227,27 +211,6 @@ def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, e
     if found.map.claimed.any():
         figures = {figure.name: figure.value for figure in exploration_report(found).summary}
         assert figures["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
-
-
-# --- a regulation ---
-
-
-def test_of_a_surface_that_is_not_there_no_force_is_drawn_and_no_number_made_up():
-    report = regulation_report(regulate(RegulateConfig(surface="missing")))
-    texts = {figure.name: figure.text for figure in report.summary}
-    assert texts["true force, RMS error"] == texts["felt force, RMS error"] == "-"
-    assert "nan" not in texts.values()
-    assert force_overview(report.series) is None
-
-
-def test_what_the_stiffness_may_be_off_by_is_said_once_and_with_half_the_gain_by_three():
-    """The gain margin is of feedback alone, and larger; the help says a factor of 3."""
-    told = {figure.name: figure for figure in margins(regulate_plan(RegulateConfig()))}
-    softest, stiffest = (float(word) for word in str(told["stable for a stiffness"].value).split(" ")[:3:2])
-    assert softest < 0.5
-    assert 1.8 < stiffest < float(told["gain margin"].value)
-    assert float(str(told["once it swung"].value).split(" ")[2]) > 3.0
-    assert not any("1.57" in figure.note for figure in told.values())
 
 
 def test_a_file_that_is_no_mesh_is_told_so(tmp_path):

@@ -6,22 +6,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from palpate.commands.compare.report_data import ComparedFigure
+from palpate.commands.run_told import log_writer
+from palpate.experiments.regulate.run import carry_out
+from palpate.experiments.regulate.run import prepared as pressed
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
-from palpate.commands.compare.report_data import ComparedFigure
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import comparison_report
-from palpate.commands.run_told import log_writer
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import Attempt
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Attempt
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan as plan_regulation
-from palpate.experiments.regulate.run import carry_out
-from palpate.experiments.regulate.run import prepared as pressed
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 

@@ -13,18 +13,14 @@ from palpate.cli import main
 from palpate.commands import progress
 from palpate.commands.answer import ExitCode
 from palpate.commands.progress import doing, run_progress, step_progress
-from palpate.commands.run_told import STOPPED, kept_if_interrupted, run_shown
-from palpate.experiments.friction import command as friction_command
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.plan import plan
-from palpate.experiments.friction.run import Attempt
-from palpate.experiments.grasp import command as grasp_command
-from palpate.experiments.regulate import command as regulate_command
+from palpate.commands.run_shown import STOPPED, kept_if_interrupted, run_shown
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.runtime import Ending
+from support.friction_runs import planned
 
 JUST_HELD = ("--load", "none", "--rise", "0.1", "--lift-height", "0.01")
 
-SHORT = FrictionConfig(quick=True, loads=(2.0,), robot="stage")
+SHORT = {"quick": True, "loads": (2.0,), "robot": "stage"}
 
 
 def captured():
@@ -42,14 +38,14 @@ def test_every_phase_and_every_so_often_a_run_is_a_line_of_its_own(monkeypatch):
     monkeypatch.setattr(progress, "LINE_INTERVAL", 0.0)
     console = captured()
     with doing(console, "planning"):
-        planned = plan(SHORT)
-    with run_progress(console, planned.expected_duration) as observer:
-        Attempt(planned).run((observer,))
+        plan = planned(**SHORT)
+    with run_progress(console, plan.expected_duration) as observer:
+        RecordedRun(plan).run((observer,))
     with step_progress(console, ("one", "two")) as tell:
         tell("one")
         tell("two")
     told = lines(console)
-    assert told[:2] == ["planning", f"running, about {planned.expected_duration:.0f} s on the robot's clock"]
+    assert told[:2] == ["planning", f"running, about {plan.expected_duration:.0f} s on the robot's clock"]
     assert told[2].startswith("0 of about ")
     assert told[-3].endswith(" s on the robot's clock, stop")
     assert told[-2:] == ["one", "two"]
@@ -60,7 +56,7 @@ def test_a_run_of_a_few_seconds_is_one_line(monkeypatch):
     monkeypatch.setattr(progress, "LINE_INTERVAL", 1e3)
     console = captured()
     with run_progress(console, 5.0) as observer:
-        Attempt(plan(SHORT)).run((observer,))
+        RecordedRun(planned(**SHORT)).run((observer,))
     assert lines(console) == ["running, about 5 s on the robot's clock"]
 
 
@@ -92,7 +88,8 @@ def run_over():
             os.kill(os.getpid(), signal.SIGINT)
 
     console = captured()
-    result, interrupted = run_shown(console, 5.0, lambda observer: Attempt(plan(SHORT)).run((observer, stop)))
+    run = RecordedRun(planned(**SHORT))
+    result, interrupted = run_shown(console, 5.0, lambda observer: run.run((observer, stop)))
     assert interrupted
     assert STOPPED in lines(console)
     return result
@@ -121,21 +118,19 @@ def test_a_report_that_is_interrupted_says_what_is_kept(run_over):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("module", "writer", "arguments"),
+    "arguments",
     [
-        (friction_command, "write_rubbing", ["friction", "--quick", "--loads", "2", "--robot", "stage"]),
-        (regulate_command, "write_regulation", ["regulate", "--duration", "0.2"]),
-        (grasp_command, "write_grasp", ["grasp", *JUST_HELD]),
+        ["friction", "--quick", "--loads", "2", "--robot", "stage"],
+        ["regulate", "--duration", "0.2"],
+        ["grasp", *JUST_HELD],
     ],
     ids=["friction", "regulate", "grasp"],
 )
-def test_a_command_whose_report_is_interrupted_names_its_log(
-    module, writer, arguments, monkeypatch, tmp_path, capsys
-):
+def test_a_command_whose_report_is_interrupted_names_its_log(arguments, monkeypatch, tmp_path, capsys):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(module, writer, interrupted)
+    monkeypatch.setattr("palpate.commands.run.write_result", interrupted)
     assert main([*arguments, "--out", str(tmp_path)]) == ExitCode.INTERRUPTED
     said = capsys.readouterr().err
     (log,) = (path for path in tmp_path.glob("*.mcap") if not path.is_symlink())
@@ -147,10 +142,10 @@ def test_a_command_whose_report_is_interrupted_names_its_log(
 def test_a_control_beside_that_is_interrupted_leaves_the_report_of_the_first(
     run_over, monkeypatch, tmp_path, capsys
 ):
-    def interrupted(planned, observers):
+    def interrupted(console, expected_duration):
         raise KeyboardInterrupt(run_over)
 
-    monkeypatch.setattr(grasp_command, "without_spin", interrupted)
+    monkeypatch.setattr("palpate.commands.run.run_progress", interrupted)  # of the second run alone
     assert main(["grasp", *JUST_HELD, "--against-ignoring-spin", "--out", str(tmp_path)]) == ExitCode.INTERRUPTED
     assert "the report is of the first run alone" in " ".join(capsys.readouterr().out.split())
     assert "neither slipped nor spun" in " ".join((tmp_path / "report.html").read_text().split())

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import outcome as exploration_outcome
-from palpate.experiments.explore.run import explore
-from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.report import outcome as regulation_outcome
-from palpate.experiments.regulate.run import regulate
 from palpate.runtime import Ending, Trip
+from support.regulate_runs import regulated
 
 AFTER = "backed off 5.0 mm within 0.31 s, felt at most 31 N and 0 N at the end"
 TRIP = Trip(1.25, "contact force", "31 N", "20 N")
@@ -20,7 +19,7 @@ TRIP = Trip(1.25, "contact force", "31 N", "20 N")
 @pytest.mark.parametrize("aftermath", ["", AFTER], ids=["stood still", "retreated"])
 def test_a_result_and_its_reports_tell_of_the_retreat(aftermath):
     exploration = explore(ExploreConfig(width=0.006, depth=0.002))
-    regulation = regulate(RegulateConfig(duration=0.2))
+    regulation = regulated(duration=0.2)
     trip = replace(TRIP, aftermath=aftermath)
     run = replace(exploration.run, ending=Ending.TRIPPED, trip=trip)
     said = f"{TRIP}; {AFTER}" if aftermath else str(TRIP)

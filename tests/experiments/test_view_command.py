@@ -9,18 +9,18 @@ import time
 import urllib.request
 
 import pytest
+from palpate.commands.run_told import log_writer
 from PIL import Image, ImageSequence
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
-from palpate.commands.run_told import log_writer
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.plan import view_scene, watched_plan
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import Attempt
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Attempt
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.sim.render import gl as render_gl

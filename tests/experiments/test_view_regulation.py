@@ -1,7 +1,5 @@
 """`palpate view` of a regulation of force: the surface as it was, no map and no plan."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -9,18 +7,19 @@ from PIL import Image
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.plan import recorded_plan, view_scene
-from palpate.errors import InvalidValueError
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import RegulationPlan, plan
-from palpate.experiments.regulate.run import carry_out
+from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import carry_out
 from palpate.runtime.log import LogWriter, read_log
+from palpate.viewing import frames_of_log
+from support.regulate_runs import planned
 from support.shown_player import Shown
 
 
 def logged(path, **fields):
-    planned = plan(RegulateConfig(duration=0.5, **fields))
-    carry_out(planned, sinks=(LogWriter(path, planned.texts()),))
+    plan = planned(duration=0.5, **fields)
+    texts = {EXPERIMENT_TEXT: config_text("regulate", plan.config), **plan.robot.texts, **plan.texts()}
+    carry_out(plan, sinks=(LogWriter(path, texts),))
     return path
 
 
@@ -37,10 +36,8 @@ def still(tmp_path_factory):
 def test_a_moving_surface_is_where_the_contact_was(moving):
     """The fingertip touched it, so that in every frame of contact they are a radius apart, as felt."""
     log = read_log(moving)
-    planned = recorded_plan(log)
-    assert isinstance(planned, RegulationPlan)
-    scene = view_scene(planned)
-    frames = view_command.frames_of_log(log)
+    scene = LoggedRun.of(log).plan().view()
+    frames = frames_of_log(log)
     touching = np.flatnonzero(frames.finger(0).touching)
     gaps, heights = [], []
     for i in touching[:: max(1, len(touching) // 20)].tolist():
@@ -73,9 +70,3 @@ def test_a_picture_of_it(log, request, tmp_path):
         pytest.skip(answer.error)
     with Image.open(still_picture) as picture:
         assert len(picture.getcolors(640 * 480)) > 50, "something is in it"
-
-
-def test_a_log_of_nothing_known_is_refused(still):
-    log = read_log(still)
-    with pytest.raises(InvalidValueError, match="is no log of"):
-        recorded_plan(replace(log, attachments={}))

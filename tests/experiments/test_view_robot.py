@@ -2,17 +2,13 @@
 
 import numpy as np
 import pytest
+from palpate.commands.view.twin import shown_plan
 
 from palpate.commands.view.plan import simulated_model, view_scene
-from palpate.commands.view.twin import shown_plan
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan as plan_exploration
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.plan import plan as plan_friction
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.kinematics.posture import Posture
 from palpate.robots.known_truth import scene_of
@@ -20,12 +16,16 @@ from palpate.sim.render.parts import carried_body
 from palpate.sim.render.place import ScenePlacement
 from palpate.viewing import Player
 from palpate.viewing.frames import FrameLayout, Frames
+from support.regulate_runs import planned as plan_regulation
+from support.friction_runs import planned as planned_friction
 
 JOINTS = (0.1, -1.5, 1.6, -1.7, -1.5, 0.2)
 PLANS = {
     "explore": lambda: plan_exploration(ExploreConfig(robot="ur5e-netft", object="box")),
-    "regulate": lambda: plan_regulation(RegulateConfig(robot="ur5e-netft")),
+    "regulate": lambda: plan_regulation(robot="ur5e-netft"),
     "friction": lambda: plan_friction(FrictionConfig(robot="ur5e-netft", quick=True)),
+    "regulate": lambda: plan_regulation(RegulateConfig(robot="ur5e-netft")),
+    "friction": lambda: planned_friction(robot="ur5e-netft", quick=True),
 }
 
 
@@ -73,7 +73,7 @@ def test_a_run_with_joints_may_be_played_on_a_stage_but_not_on_another_arm():
     layout = FrameLayout(joints=6)
     frames = Frames(np.zeros((1, layout.width)), layout)
     Player(view_scene(PLANS["friction"]()), frames, port=0)
-    simulated = plan_friction(FrictionConfig(robot="ur5e-sim", quick=True))
+    simulated = planned_friction(robot="ur5e-sim", quick=True)
     layout = FrameLayout(joints=7)
     with pytest.raises(ValueError, match="7 joints, the scene 6"):
         Player(view_scene(simulated), Frames(np.zeros((1, layout.width)), layout), port=0)

@@ -11,25 +11,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.commands.view.held import held_poses
 from PIL import Image
 
-from palpate.commands.run_told import log_writer
+from palpate.commands.recording import log_writer
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.held import held_poses
 from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.plan import plan as plan_friction
-from palpate.experiments.friction.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.run import GraspAttempt
+from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.scene_view import free_poses_of
 from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT
 from palpate.viewing import ANY_PORT, Player, frames_of_log
+from support.friction_runs import FRICTION
+from support.friction_runs import planned as planned_friction
 from support.shown_player import Shown
 from viewing.browser import needs_browser, page
 
@@ -40,8 +40,8 @@ pytestmark = pytest.mark.slow  # they look at runs that take seconds
 def rubbed(tmp_path_factory):
     """The folder of a short rubbing run's log."""
     folder = tmp_path_factory.mktemp("rubbed")
-    planned = plan_friction(FrictionConfig(quick=True, loads=(2.0,), out=folder))
-    assert Attempt(planned).run((), (log_writer(planned),)).stopped
+    plan = planned_friction(quick=True, loads=(2.0,), out=folder)
+    assert carry_out(plan, sinks=(log_writer(FRICTION, plan, folder),)).run.stopped
     return folder
 
 

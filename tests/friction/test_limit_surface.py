@@ -286,15 +286,6 @@ def test_the_least_normal_force_of_both_is_between_the_larger_and_the_sum_of_eac
     assert max(alone) * (1.0 - 1e-12) <= both <= sum(alone) * (1.0 + 1e-12)
 
 
-@pytest.mark.slow
-@given(surfaces(), st.floats(1.0, 5.0))
-def test_safety_takes_friction_and_leaves_the_shape(surface, safety):
-    reduced = surface.reduced(safety)
-    assert reduced.load_ratio(2.0, 0.3, 1e-3) == pytest.approx(safety * surface.load_ratio(2.0, 0.3, 1e-3))
-    with pytest.raises(InvalidValueError, match="safety"):
-        surface.reduced(0.99)
-
-
 def test_the_load_of_a_contact_has_its_signs():
     """Pressed from above, dragged along +x and twisted about the normal, which points down into the object."""
     surface, wrench = Sphere(0.01), np.array([0.3, 0.0, 2.0, 0.0, -3e-3, 0.0])

@@ -11,7 +11,6 @@ from palpate.errors import InvalidValueError
 from palpate.friction.materials.library import (
     MaterialLibrary,
     load_materials,
-    materials_text,
     read_materials,
     simulated_materials,
 )
@@ -44,12 +43,6 @@ def materials(draw, name="felt"):
         norm_exponent=draw(st.floats(1.0, 2.0)), scatter=draw(deviations), specimen=draw(deviations),
         provenance="made up",
     )  # fmt: skip
-
-
-@given(materials())
-def test_what_is_written_reads_back_to_the_same_bits(one):
-    library = MaterialLibrary(fingertip="made up", materials=(one,))
-    assert read_materials(materials_text(library)) == library
 
 
 @given(materials())

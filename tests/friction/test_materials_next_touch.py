@@ -17,7 +17,7 @@ from palpate.friction.materials.next_touch import Advice, candidate_touches, exp
 from palpate.friction.materials.recognition import recognise
 from palpate.friction.materials.touch_evidence import Touch
 from palpate.friction.materials.touch_sums import speed_shifts
-from palpate.friction.materials.trials import UNKNOWN, Confusion, confusion, confusion_trials, drawn_touches
+from palpate.friction.materials.trials import UNKNOWN, Confusion, confusion, drawn_touches
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 
@@ -161,7 +161,11 @@ def test_shifts_are_those_of_the_materials_and_none_of_a_stranger():
 
 def test_a_confusion_matrix_counts_every_case_once():
     rng = np.random.default_rng(0)
-    trials = confusion_trials(LIBRARY, [PlannedSlip(2.0, 0.02, 0.0), PlannedSlip(2.0, 0.0, 3.0)], 5, rng)
+    slips = [PlannedSlip(2.0, 0.02, 0.0), PlannedSlip(2.0, 0.0, 3.0)]
+    trials = confusion(
+        LIBRARY,
+        [(m.name, recognise(LIBRARY, drawn_touches(m, slips, rng))) for m in LIBRARY.materials for _ in range(5)],
+    )
     assert trials.truths == LIBRARY.names
     assert trials.answers == (*LIBRARY.names, UNKNOWN)
     assert (trials.counts.sum(axis=1) == 5).all()

@@ -9,12 +9,10 @@ from hypothesis import strategies as st
 from scipy.stats import binom, multivariate_normal
 
 from palpate.errors import InvalidValueError
-from palpate.friction.materials.grasp_seed import grasp_seed
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.recognition import Answer, recognise
 from palpate.friction.materials.touch_evidence import NeverSlipped, Touch, twist_row
-from palpate.friction.materials.touch_sums import STRANGER_DEVIATIONS
 from palpate.friction.materials.trials import drawn_touches
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.surface_fit import SlipLoad, fit_limit_surface
@@ -208,62 +206,6 @@ def test_a_fitted_surface_tells_materials_that_differ_in_p_alone():
     found = recognise(library(round_one, diamond), [Touch.of_fit(fitted, 0.02)])
     assert found.best == "diamond"
     assert found.answer is Answer.RECOGNISED
-
-
-@given(st.integers(0, 2**32 - 1))
-@settings(deadline=None, max_examples=20)
-def test_the_seed_of_one_material_is_the_least_squares_of_prior_and_touches(seed):
-    alone = library(THREE.materials[1])
-    touches = mixed_touches(np.random.default_rng(seed), 5)
-    planned = grasp_seed(recognise(alone, touches, calibration=0.0, false_rejection=1e-300))
-    m = alone.materials[0]
-    rows, values = [np.diag(m.specimen.variances**-0.5)], [m.parameters * m.specimen.variances**-0.5]
-    for t in touches:
-        sd = math.sqrt(float(t.rows[0] ** 2 @ m.scatter.variances) + t.covariance[0, 0])
-        rows.append(t.rows / sd)
-        values.append(t.values / sd)
-    A, b = np.vstack(rows), np.concatenate(values)
-    x = np.linalg.lstsq(A, b)[0]
-    surface = planned.surface
-    np.testing.assert_allclose(
-        [math.log(surface.friction), math.log(surface.spin_length), surface.load_exponent], x[:3], rtol=1e-7
-    )
-    sd = np.sqrt(np.diag(np.linalg.inv(A.T @ A)) + m.scatter.variances)
-    np.testing.assert_allclose([planned.friction_deviation, planned.spin_length_deviation], sd[:2], rtol=1e-7)
-
-
-def test_the_seed_is_honest_about_the_next_contact():
-    """Of specimens and touches as the library has them, its deviations hold what they should."""
-    rng, off = np.random.default_rng(8), []
-    m = THREE.materials[1]
-    for _ in range(300):
-        specimen = m.parameters + np.sqrt(m.specimen.variances) * rng.normal(size=4)
-        touches = drawn_touches(m, [STROKE, TWIST], rng, specimen=specimen)
-        planned = grasp_seed(recognise(library(m), touches))
-        contact = specimen + np.sqrt(m.scatter.variances) * rng.normal(size=4)
-        off.append(
-            ((contact[0] - math.log(planned.surface.friction)) / planned.friction_deviation,
-             (contact[1] - math.log(planned.surface.spin_length)) / planned.spin_length_deviation)
-        )  # fmt: skip
-    np.testing.assert_allclose(np.std(off, axis=0), 1.0, atol=0.15)
-
-
-def test_of_the_unknown_the_seed_is_what_was_touched_and_no_more():
-    touches = [Touch.stroke(1.3, 0.005, 0.02)] * 3
-    found = recognise(THREE, touches)
-    assert found.answer is Answer.UNKNOWN
-    planned = grasp_seed(found)
-    assert planned.surface.friction == pytest.approx(1.3, rel=0.01)
-    assert planned.friction_deviation < 0.05
-    assert planned.spin_length_deviation > 0.9 * STRANGER_DEVIATIONS[1]
-
-
-def test_while_undecided_the_seed_spans_what_is_likely():
-    found = recognise(THREE, [Touch.stroke(math.sqrt(0.4 * 0.44), 0.005, 0.02)], {"a": 1.0, "b": 1.0})
-    planned = grasp_seed(found)
-    # e of 2.5 and 3 mm
-    assert planned.spin_length_deviation > 0.5 * math.log(3.0 / 2.5)
-    assert 2.5e-3 < planned.surface.spin_length < 3e-3
 
 
 @pytest.mark.parametrize(

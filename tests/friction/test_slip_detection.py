@@ -12,7 +12,7 @@ from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
 from palpate.friction.slip.grip_dither import GripDither
-from palpate.friction.slip.kinds import SlipKind, kind_of_slip, share_of_spin
+from palpate.friction.slip.kinds import SlipKind, kind_of_slip
 from palpate.friction.slip.load_noise import LoadNoise
 from palpate.friction.slip.margin_crossing import MarginCrossing, MarginParameters
 from palpate.friction.slip.page_test import PageTest
@@ -95,11 +95,6 @@ def test_the_kind_of_slip_is_the_larger_part_of_the_slip_twist(share, across, p)
     turning, speed = e * abs(slip.spin), math.hypot(*slip.velocity)
     if abs(turning - speed) > 1e-9:
         assert (kind_of_slip(surface, load) is SlipKind.SPIN) == (turning > speed)
-        assert (share_of_spin(surface, load) > math.sqrt(0.5)) == (turning > speed)
-
-
-def test_a_load_without_direction_slips_nowhere():
-    assert share_of_spin(SURFACE, ContactLoad(1.0, (0.0, 0.0, 0.0), 0.0)) == 0.0
 
 
 @given(st.floats(0.0, 1.57), directions, st.floats(0.3, 1.0), st.floats(1.05, 2.0))

@@ -8,7 +8,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.grasp.contacts import GraspContacts
 from palpate.grasp.disturbance import largest_disturbance, worst_disturbance
-from palpate.grasp.robust import RobustLeastEffort, reserve_for
+from palpate.grasp.robust import RobustLeastEffort
 from palpate.grasp.sensitivity import grip_sensitivity
 from palpate.grasp.uncertainty import GraspUncertainty
 
@@ -83,7 +83,6 @@ def test_what_is_known_for_cones_alone_refuses_the_rest_by_name():
             lambda grasp=grasp: worst_disturbance(grasp, 0.03),
             lambda grasp=grasp: grip_sensitivity(grasp, DOWN),
             lambda grasp=grasp: RobustLeastEffort(grasp, sure),
-            lambda grasp=grasp: reserve_for(grasp, sure, np.ones((2, 4)), 0.9),
         ):
             with pytest.raises(InvalidValueError, match=f"{named}.*known for cones alone"):
                 asked()

@@ -8,11 +8,9 @@ from palpate.atomic_file import replacing
 from palpate.mapping import (
     HeightMap,
     files,
-    height_map_triangles,
     write_cloud_csv,
     write_cloud_ply,
     write_height_map_csv,
-    write_height_map_ply,
 )
 
 CLOUD = sphere_cap(half=0.004)
@@ -25,13 +23,11 @@ def read_ply(path):
     header, body = data.split(b"end_header\n", 1)
     lines = header.decode("ascii").splitlines()
     assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
-    elements, types = {}, {"double": "<f8", "uchar": "u1", "int": "<i4"}
+    elements, types = {}, {"double": "<f8"}
     for word, *rest in (line.split() for line in lines[2:]):
         if word == "element":
             name, count = rest
             elements[name] = (int(count), [])
-        elif word == "property" and rest[0] == "list":
-            elements[name][1].extend([("n", types[rest[1]]), (rest[3], types[rest[2]], (3,))])
         elif word == "property":
             elements[name][1].append((rest[1], types[rest[0]]))
     read = {}
@@ -69,15 +65,6 @@ def test_cloud_csv_gives_the_same_numbers_back(tmp_path):
     np.testing.assert_array_equal(rows[:, :3], CLOUD.position)
     np.testing.assert_array_equal(rows[:, 8:11], CLOUD.tangential_force)
     np.testing.assert_array_equal(rows[:, 11], CLOUD.spin_torque)
-
-
-def test_map_ply_is_the_triangulation(tmp_path):
-    write_height_map_ply(MAP, tmp_path / "map.ply")
-    read = read_ply(tmp_path / "map.ply")
-    vertices, triangles = height_map_triangles(MAP)
-    np.testing.assert_array_equal(np.column_stack([read["vertex"][n] for n in "xyz"]), vertices)
-    assert (read["face"]["n"] == 3).all()
-    np.testing.assert_array_equal(read["face"]["vertex_indices"], triangles)
 
 
 def test_map_csv_says_what_was_not_felt(tmp_path):

@@ -16,10 +16,7 @@ from palpate.mapping.primitives import (
     SphereShape,
     choose_primitive,
     fit_ball,
-    fit_box,
-    fit_cylinder,
     fit_ellipsoid,
-    fit_plane,
     fit_primitive,
 )
 from palpate.mapping.primitives.solve import linearised, moved
@@ -158,20 +155,20 @@ def test_what_is_flat_is_no_sphere_no_cylinder_and_no_box():
     rng = np.random.default_rng(0)
     cloud, _ = felt(*felt_shapes.plane(rng, 0.04), rng, 1e-5, NORMAL_SD)
     assert fit_ball(cloud).status is not FitStatus.OK
-    assert fit_cylinder(cloud).status is not FitStatus.OK
-    assert fit_box(cloud).status is FitStatus.NO_SUCH_SHAPE
-    assert fit_plane(cloud).status is FitStatus.OK
+    assert fit_primitive(cloud, PrimitiveKind.CYLINDER).status is not FitStatus.OK
+    assert fit_primitive(cloud, PrimitiveKind.BOX).status is FitStatus.NO_SUCH_SHAPE
+    assert fit_primitive(cloud, PrimitiveKind.PLANE).status is FitStatus.OK
     assert choose_primitive(cloud).kind is PrimitiveKind.PLANE
 
 
 def test_a_bowl_and_a_bore_are_hollow():
     rng = np.random.default_rng(0)
-    for path, fit in (
-        (felt_shapes.sphere(0.02, np.radians(60.0)), fit_ball),
-        (felt_shapes.cylinder(0.02, np.radians(70.0), 0.05), fit_cylinder),
+    for path, kind in (
+        (felt_shapes.sphere(0.02, np.radians(60.0)), PrimitiveKind.SPHERE),
+        (felt_shapes.cylinder(0.02, np.radians(70.0), 0.05), PrimitiveKind.CYLINDER),
     ):
         cloud, _ = felt(path[0], -path[1], rng, 1e-5, NORMAL_SD)
-        found = fit(cloud)
+        found = fit_primitive(cloud, kind)
         assert found.shape.hollow
         assert found.shape.radius == pytest.approx(0.02, abs=1e-4)
 

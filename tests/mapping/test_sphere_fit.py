@@ -46,7 +46,6 @@ def test_the_fit_moves_with_the_points(seed, scale):
     np.testing.assert_allclose(moved.center, scale * (rotation @ fit.center + shift), atol=1e-6 * scale)
     assert moved.rms_residual == pytest.approx(scale * fit.rms_residual, rel=1e-6)
     assert moved.radius_sd == pytest.approx(scale * fit.radius_sd, rel=1e-5)
-    assert moved.extent == pytest.approx(scale * fit.extent, rel=1e-9)
     turned = scale**2 * rotation @ fit.covariance[:3, :3] @ rotation.T
     np.testing.assert_allclose(moved.covariance[:3, :3], turned, atol=1e-4 * np.abs(turned).max())
 
@@ -92,27 +91,6 @@ def test_a_noisy_plane_is_no_sphere():
     rng = np.random.default_rng(0)
     flat = np.column_stack([rng.random((300, 2)), 1e-3 * rng.normal(size=300)])
     assert fit_sphere(flat).status != SphereFitStatus.OK
-
-
-@settings(max_examples=40, deadline=None)
-@given(half_angle=st.floats(8.0, 180.0), seed=st.integers(0, 1000))
-def test_a_cap_of_eight_degrees_and_more_shows_a_sphere(half_angle, seed):
-    """Half its extent over the radius is sin(half angle), and 1/10 is the limit: 5.7 degrees."""
-    assert fit_sphere(cap_points(300, half_angle, np.random.default_rng(seed))).is_evident
-
-
-@settings(max_examples=40, deadline=None)
-@given(half_angle=st.floats(0.5, 5.0), seed=st.integers(0, 1000))
-def test_a_flatter_one_shows_none_however_exact_the_points(half_angle, seed):
-    fit = fit_sphere(cap_points(300, half_angle, np.random.default_rng(seed)))
-    assert fit.status == SphereFitStatus.OK
-    assert not fit.is_evident
-
-
-def test_points_that_say_little_show_no_sphere():
-    fit = fit_sphere([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0]])
-    assert fit.radius < fit.extent
-    assert not fit.is_evident
 
 
 def test_errors_common_to_a_row_are_covered_when_points_per_row_are_told():

@@ -4,14 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import trimesh
+from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
+from palpate.commands.compare.report_page import comparison_html
+from palpate.commands.replay.report_data import ReplayReport
+from palpate.commands.replay.report_page import replay_html
+from palpate.commands.replay.report_data import ReplayReport
+from palpate.commands.replay.report_page import replay_html
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.experiments.grasp.report_page import grasp_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.compare.report import comparison_html as mesh_comparison_html
 from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
 from palpate.commands.compare.report_page import comparison_html
-from palpate.commands.replay.report_data import ReplayReport
-from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import sweep_report
 from palpate.commands.sweep.result import SweepResult
@@ -26,15 +32,33 @@ from palpate.experiments.friction.report_data import (
     StrokeCurve,
 )
 from palpate.experiments.friction.report_page import friction_html
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
 from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
 from palpate.experiments.regulate.report_page import regulation_html
+
+from palpate import LimitSurface
+from palpate.commands.compare.config import CompareConfig
+from palpate.commands.compare.report import comparison_html as mesh_comparison_html
+from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.report import sweep_report
+from palpate.commands.sweep.result import SweepResult
+from palpate.experiments.friction.confusion_picture import confusion_picture
+from palpate.experiments.friction.measured import Measured, table_rows
+from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
+from palpate.experiments.friction.stroke_curves import StrokeCurve
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.experiments.grasp.report_page import grasp_html
+from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
+from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.mapping.compare import compare
 from palpate.mapping.compare_files import read_map, read_reference
+from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure
+from palpate.reporting.force_picture import force_overview
 from palpate.reporting.page import report_page
+from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
+from palpate.reporting.page import report_page
+from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
@@ -80,27 +104,42 @@ def _explore(typed):
 
 
 def _regulate(typed):
+    told = said(typed)
     time = np.linspace(0.0, 0.2, 50)
-    steps = StepCurves(time, 1 - np.exp(-50 * time), 1 - np.exp(-60 * time), np.ones((2, 50)), (0.01, 0.04), 0.05)
-    tones = (BodeCurve("true", np.array([1.0, 4.0]), np.array([1.0, 0.6]), np.array([-3.0, -50.0])),)
-    margins = (KeyFigure("gain margin", 3.1, "", typed),)
-    told = RegulationReport(
-        series=series_of(("approach", "hold", "lift")), timing=TIMING, margins=margins, steps=steps, tones=tones,
-        bandwidth=3.0, limits=(typed,), **said(typed),
-    )  # fmt: skip
-    return regulation_html(told)
+    steps = StepResponse(time, 1 - np.exp(-60 * time), np.ones((2, 50)))
+    tones = FrequencyResponse(np.array([1.0, 4.0]), np.array([1.0 - 0.05j, 0.4 - 0.45j]))
+    series = series_of(("approach", "hold", "lift"))
+    pictures = (
+        force_overview(series),
+        error_picture(series),
+        step_picture(steps, steps),
+        bode_picture({"true": tones}),
+    )
+    sections = (
+        Section(
+            typed, (Pictures(lambda: pictures), TextTable(((typed, "0.6", "times", typed),)), Paragraph(typed))
+        ),
+        Section("Margins", (FigureTable((KeyFigure("gain margin", 3.1, "", typed),)),)),
+        computing(TIMING),
+    )
+    return report_page(Report(figures=told.pop("summary"), sections=sections, footer=typed, **told))
 
 
 def _friction(typed):
     stroke = StrokeCurve(2.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
     confusion = Confusion((typed, "b"), (typed, UNKNOWN), np.array([[3, 1], [0, 4]]))
-    known = RecognitionReport(typed, (MaterialMatch(typed, 0.0, 0.9, 0.5),), confusion, typed)
     speeds = (Measured(0.01, 0.5, 0.4, 0.6, 0.5), Measured(0.02, 0.5, 0.45, 0.6, 0.5, why=typed))
-    told = FrictionReport(
-        series=series_of(), timing=TIMING, strokes=(stroke,), friction=LEVEL, lengths=LEVEL, growth=(0.003, 0.2),
-        speeds=speeds, surface=ASSUMED, recognition=known, **said(typed),
-    )  # fmt: skip
-    return friction_html(told)
+
+    def draw():
+        yield stroke_picture((stroke,), LEVEL)
+        yield surface_picture(ASSUMED)
+        yield length_picture(LEVEL, (0.003, 0.2))
+        yield speed_picture(speeds, None)
+        yield confusion_picture(confusion)
+
+    told = said(typed)
+    parts = (Paragraph(typed), TextTable(table_rows(speeds, typed, "mm/s", 1e3)), Pictures(draw))
+    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
 
 
 def _grasp(typed):

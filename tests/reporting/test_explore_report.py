@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import explore
 from palpate.mapping.primitives.sphere import SphereShape
 from palpate.reporting.terminal import summary_table
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from palpate import LimitSurface
+from palpate.experiments.friction.measured import Measured
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
-from palpate.experiments.friction.report_data import Measured, StrokeCurve, SurfacePoints
+from palpate.experiments.friction.slip_points import SurfacePoints
+from palpate.experiments.friction.stroke_curves import StrokeCurve
 
 ASSUMED = SurfacePoints(
     surface=LimitSurface(0.5, 0.003, norm_exponent=1.7),

@@ -5,17 +5,17 @@ import re
 
 import numpy as np
 import pytest
+from palpate.experiments.explore.growth_data import GrowthReport
+from palpate.experiments.explore.report_page import _growth_parts
 
 from mapping.raster import RADIUS, sphere_cap
 from palpate.controllers.paths import Event, Mark
 from palpate.errors import InvalidValueError
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.growth_data import GrowthReport
 from palpate.experiments.explore.growth_picture import growth_picture
 from palpate.experiments.explore.map_growth import SHOWN, map_growth
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.report_page import _growth_parts
-from palpate.experiments.explore.run import explore
 from palpate.experiments.explore.snapshots_picture import snapshots_picture
 from palpate.mapping import SurfaceMap
 from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for

@@ -5,9 +5,9 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from palpate.experiments.explore.notebook import exploration_html
 
 from mapping.raster import CENTER, RADIUS, sphere_cap
-from palpate.experiments.explore.notebook import exploration_html
 from palpate.reporting.data import ExplorationReport, KeyFigure, TimeSeries
 from palpate.runtime import RunTiming
 

@@ -6,6 +6,8 @@ import re
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from palpate.commands.replay.report_data import ReplayReport, ReplaySeries
+from palpate.commands.replay.report_page import replay_html, write_replay_report
 
 from palpate.commands.replay.pictures import (
     RECORDED,
@@ -14,8 +16,6 @@ from palpate.commands.replay.pictures import (
     felt_picture,
     velocity_picture,
 )
-from palpate.commands.replay.report_data import ReplayReport, ReplaySeries
-from palpate.commands.replay.report_page import replay_html, write_replay_report
 from palpate.errors import InvalidValueError
 from palpate.reporting.data import KeyFigure
 from reporting.test_report import parsed

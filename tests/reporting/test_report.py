@@ -5,14 +5,14 @@ import re
 from html.parser import HTMLParser
 
 import numpy as np
-import pytest
-from rich.console import Console
-
 import palpate.experiments.explore.report_page as report_module
-from mapping.raster import CENTER, RADIUS, sphere_cap
-from palpate.errors import InvalidValueError
+import pytest
 from palpate.experiments.explore.map_data import MapReport, ShapeReport
 from palpate.experiments.explore.report_page import report_html, write_report
+from rich.console import Console
+
+from mapping.raster import CENTER, RADIUS, sphere_cap
+from palpate.errors import InvalidValueError
 from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.data import ExplorationReport, KeyFigure, TimeSeries, TrueSurface

@@ -13,12 +13,13 @@ from palpate.errors import InvalidValueError
 from palpate.nearest_name import without_unit
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot, shipped_robots
 from palpate.runtime.robot_backend import StageEntry
-from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file, robot_file_text
+from palpate.runtime.robot_file import FingerEntry, RobotFile, read_robot_file
 from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.supervision.limits import Limits
 from palpate.sensing.ft import PayloadEntry
 from palpate.strict_types import known_keys
 from palpate.surfaces import Ellipsoid
+from support.robot_file_text import robot_file_text
 
 STAGE = Path(shipped_robots()["stage"]).read_text(encoding="utf-8")
 MINIMAL = """

@@ -9,8 +9,9 @@ import yaml
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.robot import ROBOT_TEXT, load_robot
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.strict_refusal import shown_path
+from support.robot_file_text import robot_file_text
 
 TEXTS = [load_robot(name).texts[ROBOT_TEXT] for name in ("stage", "stage-nano17")]
 DEFAULTS = {

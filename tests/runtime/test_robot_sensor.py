@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.robot_sensor import (
     BiasEntry,
     DriftEntry,
@@ -20,6 +20,7 @@ from palpate.runtime.robot_sensor import (
     SecondOrderEntry,
     SimulatedSensorEntry,
 )
+from support.robot_file_text import robot_file_text
 
 HEAD = """palpate_robot: 1
 name: mine

@@ -12,7 +12,6 @@ from palpate.errors import InvalidValueError, LatchedError
 from palpate.runtime.data import Command, HandSample, Phase
 from palpate.runtime.supervision import (
     CONTACT_FORCE,
-    AtLeast,
     AtMost,
     Guard,
     Hold,
@@ -279,13 +278,6 @@ def test_a_guard_of_ones_own_waits_for_its_duration_and_forgets_interruptions():
     for i in range(11, 40):
         assert supervisor.react(observation(time=i * PERIOD, wrench=press)) == (STOP if i >= 21 else Command())
         assert supervisor.finished == (i >= 21)
-
-
-def test_a_guard_may_want_contact():
-    supervisor = started(guards=(Guard(AtLeast(CONTACT_FORCE, 1.0)),))
-    assert supervisor.admits(observation(time=0.0))
-    assert not supervisor.admits(observation(time=0.001, wrench=(0.0, 0.0, 0.9, 0.0, 0.0, 0.0)))
-    assert "at least 1 N" in str(supervisor.trip)
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)

@@ -12,11 +12,12 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.loop import run
 from palpate.runtime.result import Ending
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.runtime.robot_limits import LimitsEntry
 from palpate.runtime.supervision import CONTACT_FORCE, AtMost, Guard, Limits, Stop, Supervisor
 from palpate.spatial import ZERO
 from runtime.puppets import PERIOD, REST, PuppetBackend, PuppetController, sample, touch
+from support.robot_file_text import robot_file_text
 
 any_float = st.floats(allow_nan=True, allow_infinity=True)
 STOP = Command(REST, Phase.STOP)

@@ -1,4 +1,4 @@
-"""Objects with weight, capsules, tables, convex meshes and files of meshes, targets that move."""
+"""Objects with weight, tables, convex meshes and files of meshes, targets that move."""
 
 import math
 
@@ -6,8 +6,6 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.sim import Box, ContactLaw, CylinderObject, EllipsoidObject, SphereObject
@@ -16,7 +14,6 @@ from palpate.sim.objects.body import Mount, ObjectBody
 from palpate.sim.objects.mesh import ConvexMesh, TracedMesh
 from palpate.sim.objects.mesh_file import Triangles, read_triangles
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget, Ramp, Sine, TargetDrive
-from palpate.sim.objects.primitives import CapsuleObject
 from palpate.sim.objects.table import Table
 from palpate.sim.objects.torus import Torus
 
@@ -55,18 +52,6 @@ def test_inertia_is_the_solid_s(kind):
     assert np.allclose(found, 0.2 * np.diag(moments), rtol=0, atol=1e-10 * max(moments))
 
 
-def test_a_capsule_weighs_between_the_cylinders_that_it_lies_between():
-    """Closed form by parts: a cylinder and two hemispheres, each 3/8 r off its base."""
-    r, length = 0.03, 0.08
-    tube, cap = math.pi * r**2 * length, 2.0 / 3.0 * math.pi * r**3
-    whole = tube + 2.0 * cap
-    along = (tube * r**2 / 2 + 2.0 * cap * 0.4 * r**2) / whole
-    off = length / 2 + 0.375 * r
-    across = (tube * (r**2 / 4 + length**2 / 12) + 2.0 * cap * ((0.4 - 0.375**2) * r**2 + off**2)) / whole
-    found = ObjectBody(CapsuleObject(r, length), mass=0.2).inertia()
-    assert np.allclose(found, 0.2 * np.diag([along, across, across]), rtol=0, atol=1e-12)
-
-
 def test_a_box_as_a_mesh_has_the_box_s_inertia_and_distances():
     box, mesh = Box((0.08, 0.06, 0.04)), trimesh.creation.box((0.08, 0.06, 0.04))
     same = ConvexMesh(Triangles(np.array(mesh.vertices), np.array(mesh.faces)))
@@ -79,16 +64,8 @@ def test_a_box_as_a_mesh_has_the_box_s_inertia_and_distances():
     assert np.allclose(same.height(x, y), box.height(x, y), equal_nan=True)
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
-def test_a_capsule_is_all_points_near_its_axis(x, y, z):
-    found = CapsuleObject(0.03, 0.08).signed_distance(np.array([[x, y, z]]))[0]
-    steps = np.linspace(-0.04, 0.04, 4001)
-    assert found == pytest.approx(np.sqrt((x - steps) ** 2 + y**2 + z**2).min() - 0.03, abs=1e-5)
-
-
 @pytest.mark.parametrize(
-    "target", [CapsuleObject(), Table(0.05), ConvexMesh(ball(3))], ids=["capsule", "table", "mesh"]
+    "target", [CylinderObject(), Table(0.05), ConvexMesh(ball(3))], ids=["cylinder", "table", "mesh"]
 )
 def test_geom_and_exact_surface_agree(target):
     spec = mujoco.MjSpec()
@@ -297,7 +274,6 @@ def test_a_mesh_that_is_not_convex_is_not_taken_for_its_hull():
         (lambda: DrivenJoint(JointKind.SLIDE, (0, 0, 0), Ramp(0.1)), "axis"),
         (lambda: Sine(0.0, 1.0), "amplitude"),
         (lambda: Table(math.nan), "top"),
-        (lambda: CapsuleObject(0.01, -1.0), "length"),
     ],
 )
 def test_what_can_never_be_right_is_refused_by_name(make, message):

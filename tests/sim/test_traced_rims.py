@@ -16,7 +16,7 @@ from palpate.sim.objects.heights import bumps
 from palpate.sim.objects.mesh import TracedMesh
 from palpate.sim.objects.mesh_file import Triangles
 from palpate.sim.objects.nearest import each
-from palpate.sim.objects.pseudonormals import pseudonormals
+from palpate.surfaces.triangle_tree import pseudonormals
 from support.explored_stage import RADIUS, explored
 
 STIFFNESS = 10e3
@@ -145,8 +145,8 @@ def test_pseudonormals_tell_inside_from_outside_as_windings_do(target):
 
 def test_a_cube_s_pseudonormals_are_its_diagonals_however_its_sides_are_cut():
     """At a corner three sides meet at right angles each, whether in one triangle or two."""
-    normals = pseudonormals(mesh(((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))).triangles.corners)
-    corners = mesh(((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))).triangles.corners
+    cube = mesh(((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))).triangles
+    corners, normals = cube.corners, pseudonormals(cube.vertices, cube.faces)
     assert normals[:, 4:] == pytest.approx(corners / math.sqrt(3.0))
     middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
     lengths = np.linalg.norm(middles, axis=2, keepdims=True)

@@ -6,12 +6,13 @@ from typing import Any
 
 import pytest
 
-from palpate.commands.run_told import log_writer
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.run import Attempt
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer
 from palpate.runtime import Ending
 from palpate.runtime.log import Log, read_log
+from support.explore_runs import plan_of
 
 
 @dataclass(frozen=True)
@@ -26,9 +27,10 @@ class Run:
 def short_run(tmp_path_factory):
     """Two seconds on an ellipsoid: plan, what observers saw, and the log."""
     folder = tmp_path_factory.mktemp("viewed")
-    planned = plan(ExploreConfig(object="ellipsoid", width=0.01, depth=0.004, speed=0.05, out=folder))
+    planned = plan_of(ExploreConfig(object="ellipsoid", width=0.01, depth=0.004, speed=0.05, out=folder))
     periods: list[Any] = []
-    result = Attempt(planned).run((lambda *period: periods.append(period),), (log_writer(planned),))
+    log = log_writer(Explore(), planned, folder)
+    result = RecordedRun(planned).run((lambda *period: periods.append(period),), (log,))
     assert result.ending is Ending.DONE
     path = (folder / "latest.mcap").resolve()
     return Run(planned, periods, path, read_log(path))

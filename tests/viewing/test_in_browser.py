@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.commands.view.growth import plans_of_log, surface_view
 from PIL import Image
 
-from palpate.commands.view.growth import plans_of_log, surface_view
 from palpate.commands.view.plan import view_scene, watched_plan
-from palpate.experiments.explore.run import Attempt
+from palpate.experiments.explore import Attempt
 from palpate.viewing import ANY_PORT, LiveView, Player, frames_of_log
 from viewing.browser import needs_browser, page
 

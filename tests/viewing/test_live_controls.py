@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from websockets.sync.client import connect
 
 from palpate.commands.view.plan import view_scene, watched_plan
-from palpate.experiments.explore.run import Attempt
+from palpate.experiments.explore import Attempt
 from palpate.runtime import Ending
 from palpate.runtime.live import LiveParameter, LiveParameters
 from palpate.viewing import ANY_PORT, FrameLayout, Frames, LiveView, ViewScene

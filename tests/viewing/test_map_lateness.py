@@ -5,8 +5,8 @@ import multiprocessing
 
 import numpy as np
 import pytest
-
 from palpate.commands.view.growth import surface_view
+
 from palpate.mapping.mesh_figures import MeshFigures
 from palpate.viewing import frames_of_log
 from palpate.viewing.surface_drawing import LATE, late

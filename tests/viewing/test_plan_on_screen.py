@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from palpate.commands.view.growth import plans_of_log
+
 from palpate.commands.view.plan import view_scene
 from palpate.experiments.explore.plan_watch import PlanDiary, PlanWatch
 from palpate.runtime.plan_track import MOST_STEPS, STEP, PlanTrack

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.commands.view.growth import surface_view
 from scipy.spatial import KDTree
 
-from palpate.commands.view.growth import surface_view
 from palpate.commands.view.plan import view_scene
 from palpate.errors import InvalidValueError
 from palpate.mapping import Knowledge

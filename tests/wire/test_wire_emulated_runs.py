@@ -15,16 +15,18 @@ import msgspec
 import numpy as np
 import psutil
 import pytest
+from palpate.commands.run_told import log_writer
 
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
+from palpate.experiments.explore import Attempt
+from palpate.experiments.grasp.run import GraspAttempt
+
+from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import Attempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import GraspAttempt
 from palpate.hw.devices import DeviceError
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire

@@ -13,14 +13,11 @@ import pytest
 from palpate.cli import main
 from palpate.commands.doctor.command import run_doctor
 from palpate.commands.doctor.config import DoctorConfig
+from palpate.experiments.explore import carry_out, write_exploration
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.run import carry_out, write_exploration
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan as plan_regulation
 from palpate.experiments.regulate.report import regulation_report
-from palpate.experiments.regulate.run import carry_out as regulate
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
@@ -30,6 +27,7 @@ from palpate.robots.rig_built import assembled
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
+from support.regulate_runs import regulated
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.waiting import until
 
@@ -163,14 +161,13 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
 def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
     with emulated(tmp_path) as (_, path):
         for _ in range(4):  # see above
-            planned = plan_regulation(RegulateConfig(robot=path, duration=1.0, assumed_stiffness=2000.0))
-            held = regulate(planned)
+            held = regulated(robot=path, duration=1.0, assumed_stiffness=2000.0)
             if held.run.ending is Ending.DONE:
                 break
     assert held.run.ending is Ending.DONE, str(held.run)
     assert np.isnan(held.true_force).all()
     assert held.sensed_rms < 0.1
-    figures = {figure.name: figure.text for figure in regulation_report(held).summary}
+    figures = {figure.name: figure.text for figure in regulation_report(held).figures}
     assert figures["true force"] == NOT_KNOWN
     assert float(figures["largest force of the run"]) >= 1.9
 

@@ -13,7 +13,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.kit.truth_recorder import TruthRecorder
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan as plan_regulation
+from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
 from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere
@@ -24,9 +24,10 @@ from palpate.robots.rig_built import assembled, parts_of
 from palpate.robots.values import values_of
 from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
+from palpate.runtime.robot_file import read_robot_file
 from palpate.spatial import IDENTITY, ZERO
 from support.rig_cell import ROBOT, robot_file
+from support.robot_file_text import robot_file_text
 
 STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 
@@ -154,7 +155,7 @@ def test_what_an_experiment_cannot_do_with_it_is_refused(tmp_path):
         plan(ExploreConfig(robot=str(tmp_path / "rig.yaml")), type(robot)(file, robot.sensors, robot.texts))
     moving = RegulateConfig(robot=str(tmp_path / "rig.yaml"), surface="sine")
     with pytest.raises(InvalidValueError, match="surface = sine"):
-        plan_regulation(moving, robot)
+        plan_regulation(moving, robot, {})
 
 
 def test_noise_of_an_exploration_is_that_of_the_sensor_file(tmp_path):

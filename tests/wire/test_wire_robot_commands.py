@@ -10,29 +10,30 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from palpate.commands.run_told import log_writer
+from palpate.experiments.grasp.robot import hand_backend
+from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
-from palpate.commands.run_told import log_writer
 from palpate.commands.view.plan import recorded_plan, view_scene
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.friction.file import How
-from palpate.experiments.friction.plan import plan as plan_friction
-from palpate.experiments.friction.run import Attempt as RubbingAttempt
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.report import grasp_report
 from palpate.experiments.grasp.robot import hand_backend
 from palpate.experiments.grasp.run import GraspAttempt, write_grasp
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.friction.friction_file import How
 from palpate.robots.devices import with_devices
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import robot_file_text
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
 from support.emulated_file import changed_file
+from support.robot_file_text import robot_file_text
+from support.friction_runs import FRICTION
 from support.ur_library import needs_ur
 
 pytestmark = needs_ur
@@ -69,9 +70,12 @@ def test_what_rubbing_finds_over_the_wire_is_true():
     entry = msgspec.structs.replace(robot.file.backend, address="127.0.9.70", time_scale=0.5)
     limits = msgspec.structs.replace(robot.file.limits, sample_age=0.3)
     robot = replace(robot, file=msgspec.structs.replace(robot.file, backend=entry, limits=limits))
-    rubbing = finished(
-        lambda: RubbingAttempt(plan_friction(FrictionConfig(robot="emulated-ur5e", quick=True), robot))
-    )
+    plan = FRICTION.plan(FRICTION.Config(robot="emulated-ur5e", quick=True), robot, {})
+    for _ in range(4):  # as in `finished`
+        recorded = carry_out(plan)
+        if recorded.run.ending is Ending.DONE:
+            break
+    rubbing = FRICTION.found(plan, recorded)
     assert rubbing.run.ending is Ending.DONE, str(rubbing.run)
     # every motion is done both ways: the arm comes up to its spin as soon as it was told
     for pair in rubbing.pairs:

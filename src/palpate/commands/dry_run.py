@@ -1,78 +1,57 @@
-"""What `--dry-run` says of any experiment: all has been planned and checked, nothing moved or written."""
+"""`palpate EXPERIMENT --dry-run`: all is planned and checked, nothing is moved, connected to or written."""
 
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
 from palpate.commands.answer import Answer, ExitCode, shown_figures
 from palpate.commands.earlier_run import earlier_run
-from palpate.commands.output_folder import check_folder
+from palpate.commands.run import plan_for
 from palpate.commands.said import say
+from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.output_folder import check_folder
+from palpate.experiments.kit.recording import REPORT
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.terminal import key_figures
 from palpate.robots.drivers import can_drive
-from palpate.runtime import Limits
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import RigEntry
 
 LOG = "<date>_<time>.mcap"
 """How the log will be called, beside `latest.mcap`, a link to it."""
 
-MILLI = 1e3
 
-
-def foretell(
-    command: str,
-    task: str,
-    out: Path,
-    names: Sequence[str],
-    figures: Iterable[KeyFigure],
-    *,
-    robot: str,
-    warnings: tuple[str, ...] = (),
-) -> Answer:
-    """Say what would be done, after it has been planned.
-
-    Args:
-        command: That would do it, as typed after `palpate`.
-        task: What it is, for the title.
-        out: Folder that was asked for.
-        names: Of the files that go there besides the log.
-        figures: What is known beforehand.
-        robot: Who would do it.
-        warnings: What people should know before, a sentence each.
+def dry_run_experiment(experiment: Experiment, config: Any) -> Answer:
+    """Plan a run, and say what it would do.
 
     Raises:
-        InvalidValueError: The folder could not be written, or holds a run of another command.
+        InvalidValueError: It cannot be realised, the folder could not be written, or holds another command's run.
     """
-    check_folder(out)
-    warnings = (*warnings, *earlier_run(out, command, names))
-    figures = tuple(figures)
-    files = tuple(out / name for name in (*names, LOG))
+    plan = plan_for(experiment, config)
+    if plan.robot is None:
+        plan.backend()  # what cannot be simulated is refused when it is built; it moves when it is started
+    would = plan.dry_run()
+    check_folder(config.out)
+    warnings = (*would.notes, *earlier_run(config.out, experiment.name, would.files))
+    robot = "the simulation alone" if plan.robot is None else _robot_text(config.robot, plan.robot)
+    files = tuple(config.out / name for name in (REPORT, *would.files, LOG))
     outcome = "Everything is in order: nothing was moved, nothing was written."
+    if plan.preparation:
+        warnings = (f"Before that: {plan.preparation}.", *warnings)
     console = Console()
-    console.print(key_figures(f"{task} (dry run)", outcome, (KeyFigure("robot", "", "", robot), *figures)))
+    figures = (KeyFigure("robot", "", "", robot), *would.figures)
+    console.print(key_figures(f"{would.task} (dry run)", outcome, figures))
     for warning in warnings:
         say(console, f"Note: {warning}")
-    would = ", ".join(str(file) for file in files)
-    say(console, f"Would be written: {would}")
-    values, notes = shown_figures(figures)
-    facts = {"dry_run": True, "task": task, "robot": robot}
+    say(console, f"Would be written: {', '.join(map(str, files))}")
+    values, notes = shown_figures(would.figures)
+    facts = {"dry_run": True, "task": would.task, "robot": robot}
     return Answer(ExitCode.DONE, outcome, values, notes, facts, files, warnings)
 
 
-def robot_words(name: str, robot: Robot) -> str:
-    """Return which robot it would be, and that nothing was connected to."""
+def _robot_text(name: str, robot: Robot) -> str:
+    """Which robot it would be, and that nothing was connected to."""
     kind = robot.file.backend.__struct_config__.tag
     real = "; its devices were not connected to" if isinstance(robot.file.backend, RigEntry) else ""
     here = "" if can_drive(robot) else "; not to be run on this computer, which lacks ur_rtde"
     return f"{name} ({kind}){real}{here}"
-
-
-def limit_figures(limits: Limits) -> tuple[KeyFigure, ...]:
-    """Return at which forces and speeds the supervisor would stop it."""
-    return (
-        KeyFigure("force limit", limits.force, "N", "of the supervisor, which then draws back"),
-        KeyFigure("speed limit", MILLI * limits.speed, "mm/s", "of the supervisor, which then stops it"),
-    )

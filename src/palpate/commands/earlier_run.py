@@ -8,27 +8,14 @@ from rich.console import Console
 
 from palpate.commands.said import say
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.text import FRICTION_TEXT
-from palpate.experiments.grasp.text import GRASP_TEXT
-from palpate.experiments.kit.experiment_file import EXPERIMENT_TEXT
-from palpate.experiments.regulate.file import REGULATION_TEXT
+from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
+from palpate.experiments.kit.recording import REPORT
+from palpate.experiments.kit.registry import experiment_named
 from palpate.runtime.log import log_in
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, attachment_of
 
-REPORT = "report.html"
-"""Every experiment writes one."""
-
-BY_TEXT = {EXPERIMENT_TEXT: "explore", REGULATION_TEXT: "regulate", FRICTION_TEXT: "friction", GRASP_TEXT: "grasp"}
-"""Commands, by the text that their logs have, and no others."""
-
-BY_FILE = {
-    "sweep.json": "sweep",
-    "contacts.csv": "explore",
-    "forces.csv": "regulate",
-    "friction.yaml": "friction",
-    "grasp.csv": "grasp",
-}
-"""Commands, by what only they write beside a report."""
+SWEEP = "sweep.json"
+"""What only a sweep writes."""
 
 
 def earlier_run(folder: Path, command: str, names: Sequence[str]) -> tuple[str, ...]:
@@ -37,7 +24,7 @@ def earlier_run(folder: Path, command: str, names: Sequence[str]) -> tuple[str, 
     Args:
         folder: That is to be written into; need not be there.
         command: Whose run it is to be, as typed after `palpate`.
-        names: Of the files that it writes, the report first.
+        names: Of the files that it writes besides report and log.
 
     Returns:
         A sentence, or none if nothing will be.
@@ -51,7 +38,7 @@ def earlier_run(folder: Path, command: str, names: Sequence[str]) -> tuple[str, 
             f"out = {folder}: holds a run of `palpate {before}`, of which a part would be written over; choose "
             "another folder (--out)"
         )
-    there = [folder / name for name in names if (folder / name).is_file()]
+    there = [folder / name for name in (REPORT, *names) if (folder / name).is_file()]
     if not there:
         return ()
     more = len(there) - 1
@@ -73,27 +60,22 @@ def _command_in(folder: Path) -> tuple[str | None, bool]:
     """Which command has written into a folder, as far as that is to be seen, and whether a log of it is there."""
     if not folder.is_dir():
         return None, False
+    if (folder / SWEEP).is_file():
+        return "sweep", False
     try:
-        texts = _texts_in(log_in(folder))
+        return _experiment_of(log_in(folder)), True
     except (InvalidValueError, DamageError, OSError):  # there is none, or nobody can read it
-        texts = frozenset()
-    for text, command in BY_TEXT.items():
-        if text in texts:
-            return command, True
-    if (folder / REPORT).is_file():
-        for name, command in BY_FILE.items():
-            if (folder / name).is_file():
-                return command, False
-    return None, False
+        return None, False
 
 
-def _texts_in(path: Path) -> frozenset[str]:
-    """Names of what is attached to a log, from its beginning alone: all of it may be gigabytes."""
-    names = set()
+def _experiment_of(path: Path) -> str | None:
+    """The experiment of a log, from its beginning alone: all of it may be gigabytes."""
     with path.open("rb") as file:
         for record in McapWalk(file).records():
             if record.opcode == Opcode.CHUNK:
                 break
             if record.opcode == Opcode.ATTACHMENT:
-                names.add(attachment_of(record).name)
-    return frozenset(names)
+                found = attachment_of(record)
+                if found.name == EXPERIMENT_TEXT:
+                    return experiment_named(experiment_in(found.data.decode())).name
+    return None

@@ -1,12 +1,14 @@
 """What people typed, before anybody has judged it as a whole; imports nothing heavy."""
 
 import dataclasses
+import inspect
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, fields, make_dataclass
+from collections.abc import Sequence
+from dataclasses import fields, make_dataclass
 from enum import Enum
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any, TypeVar, get_type_hints
 
 import tyro
@@ -16,6 +18,13 @@ from palpate.commands.colours import parser_colours
 
 Options = TypeVar("Options", bound=Any)
 """A frozen dataclass."""
+
+
+EXPERIMENT_FILE = (
+    "Experiment file: lines like `force: 3`, with the names of these options. What is typed here goes before what "
+    "it says, and that before what the robot file says."
+)
+"""Help of --config."""
 
 
 class Flag(Enum):
@@ -51,26 +60,48 @@ def read_flagged(
 
     A command that has an option of a flag's name keeps its own.
     """
-    named = flagged(kind, command, flags)
-    if "default" in told:
-        told["default"] = _copied(told["default"], named)
-    with parser_colours(arguments):
-        try:
-            found = tyro.cli(named, prog=command, args=arguments, **told)
-        except SystemExit as left:
-            if left.code:
-                _advise(kind, arguments)
-            raise
-    made: Options = settled(kind, found)
-    return made, frozenset(flag for flag in flags if flag.field not in _names(kind) and getattr(found, flag.field))
+    found = _parsed(flagged(kind, command, flags), kind, command, arguments, told)
+    return _made(kind, found), _flags_in(found, kind, flags)
 
 
-def flagged(kind: type, command: str, flags: Sequence[Flag]) -> Any:
+def read_experiment(
+    kind: type[Options], experiment: str, command: str, arguments: Sequence[str], flags: Sequence[Flag]
+) -> tuple[Options, frozenset[Flag]]:
+    """Return what is typed for an experiment, on top of the experiment file that --config names, and the flags.
+
+    Args:
+        kind: Its `Config`.
+        experiment: Its name.
+        command: As it is typed, with the program's name.
+        arguments: What follows it.
+        flags: That it has besides.
+
+    Raises:
+        InvalidValueError: The file cannot be read, or something in it is wrong.
+    """
+    told: dict[str, Any] = {"description": inspect.getdoc(kind)}
+    named = flagged(kind, command, flags, experiment_file=True)
+    file = option("config", arguments)
+    if file is not None:
+        from palpate.experiments.kit.config_file import load_overlay
+
+        told["default"] = SimpleNamespace(**load_overlay(Path(file), experiment, kind))
+    found = _parsed(named, kind, command, arguments, told)
+    return _made(kind, found), _flags_in(found, kind, flags)
+
+
+def flagged(kind: type, command: str, flags: Sequence[Flag], *, experiment_file: bool = False) -> Any:
     """Return the type that tyro reads: the options of a command with what explains them, and these flags.
 
     A command that has an option of a flag's name keeps its own.
+
+    Args:
+        kind: Of the options.
+        command: As it is typed.
+        flags: Besides.
+        experiment_file: Whether a file can say the options, too.
     """
-    typed = [
+    typed: list[tuple[str, Any, Any]] = [
         (
             flag.field,
             # no --no-json: nobody has said --json before
@@ -80,10 +111,35 @@ def flagged(kind: type, command: str, flags: Sequence[Flag]) -> Any:
         for flag in flags
         if flag.field not in _names(kind)
     ]
+    if experiment_file:
+        file = Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML", help=EXPERIMENT_FILE)]
+        typed.insert(0, ("config", file, dataclasses.field(default=None)))
     # where values cannot be together, tyro names the class that refuses them: people know the command, not ours
     named: Any = make_dataclass(command, typed, bases=(kind,), frozen=True)
     named.__annotations__ |= _explained(kind)
     return named
+
+
+def _parsed(named: Any, kind: type, command: str, arguments: Sequence[str], told: dict[str, Any]) -> Any:
+    if "default" in told:
+        told["default"] = _copied(told["default"], named)
+    with parser_colours(arguments):
+        try:
+            return tyro.cli(named, prog=command, args=arguments, **told)
+        except SystemExit as left:
+            if left.code:
+                _advise(kind, arguments)
+            raise
+
+
+def _made(kind: type[Options], found: Any) -> Options:
+    """The options alone, checked."""
+    made: Options = kind(**{name: getattr(found, name) for name in _names(kind)})
+    return made
+
+
+def _flags_in(found: Any, kind: type, flags: Sequence[Flag]) -> frozenset[Flag]:
+    return frozenset(flag for flag in flags if flag.field not in _names(kind) and getattr(found, flag.field))
 
 
 def _names(kind: type) -> frozenset[str]:
@@ -135,42 +191,3 @@ def option(name: str, arguments: Sequence[str]) -> str | None:
         elif word.startswith(f"--{name}="):
             found = word.removeprefix(f"--{name}=")
     return found
-
-
-def unchecked(kind: type[Options], values: Mapping[str, object]) -> Options:
-    """Return options with these values and defaults for the rest, before anybody has judged them together.
-
-    Every field must have a default.
-    """
-    options = object.__new__(kind)
-    for field in fields(kind):
-        assert field.default is not MISSING
-        object.__setattr__(options, field.name, values.get(field.name, field.default))
-    return options
-
-
-def from_file(kind: type[Options], settled_kind: type, arguments: Sequence[str]) -> Options:
-    """Return what holds if nothing more is typed than the experiment file that --config names.
-
-    It is not checked as a whole, for what is typed comes on top.
-
-    Args:
-        kind: Of the options, which have a field config.
-        settled_kind: The configuration that the file is for.
-        arguments: As typed.
-
-    Raises:
-        InvalidValueError: The file cannot be read, or something in it is wrong.
-    """
-    config = option("config", arguments)
-    if config is None:
-        return unchecked(kind, {})
-    from palpate.experiments.kit.experiment_file import load_overlay
-
-    return unchecked(kind, {"config": Path(config), **load_overlay(Path(config), settled_kind)})
-
-
-def settled(kind: type[Options], options: Options) -> Options:
-    """Return the values of a configuration alone, checked, from an object that has them among others."""
-    made: Options = kind(**{field.name: getattr(options, field.name) for field in fields(kind)})
-    return made

@@ -1,12 +1,12 @@
 """Wrenches in CSV text: columns by name, units as declared, every mistake named with its line."""
 
-import csv
 import math
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from palpate.csv_table import csv_fields, is_comment, is_number, short
 from palpate.errors import InvalidValueError
 
 COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -22,14 +22,6 @@ LONGEST_LINE = 1 << 16
 
 _COLUMN = re.compile(r"(?P<component>[fmt][xyz])(?:[\s_\[(/]+(?P<unit>.*?)[\s\])]*)?", re.IGNORECASE)
 """A component alone, or followed by _, /, a space or a bracket and then its unit; t for torque is another m."""
-
-_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
-"""Characters that no text file holds within a line; a tab is one that does."""
-
-_DECIMAL = re.compile(
-    r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII
-)
-"""What counts as a number: float() alone would also take 1_000 and digits of every script."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +100,7 @@ class WrenchReader:
             for line in lines:
                 self._lines += 1
                 text = self._text(line)
-                if not text.strip() or text.lstrip().startswith("#"):
+                if is_comment(text):
                     continue
                 if self._header is None:
                     self._header = self._read_header(text)
@@ -143,21 +135,11 @@ class WrenchReader:
             raise self._wrong("not UTF-8 text") from None
         if len(line) > LONGEST_LINE:
             raise self._wrong(f"longer than {LONGEST_LINE} bytes; this is not CSV text")
-        if control := _CONTROL.search(text):
-            raise self._wrong(f"holds the control character {control.group()!r}; this is not CSV text")
         return text
 
-    def _fields(self, text: str) -> list[str]:
-        if '"' not in text:
-            return text.split(",")
-        try:
-            return next(csv.reader([text], strict=True))
-        except csv.Error as error:
-            raise self._wrong(f"{error}; a quoted field must be closed on its line") from None
-
     def _read_header(self, text: str) -> Header:
-        columns = [field.strip() for field in self._fields(text)]
-        if all(_DECIMAL.fullmatch(column) for column in columns):
+        columns = [field.strip() for field in csv_fields(text, self._where)]
+        if all(map(is_number, columns)):
             raise self._wrong(f"numbers where the header should be; put {_EXAMPLE} before them")
         if len(columns) == 1 and (separator := next((c for c in ";\t" if c in text), None)):
             raise self._wrong(f"columns must be separated by commas, not {separator!r}")
@@ -179,9 +161,9 @@ class WrenchReader:
             raise self._wrong(f"no column {', '.join(missing)}; the header must hold {_EXAMPLE}")
         names = tuple(columns[i] for i in others)
         if twice := next((name for i, name in enumerate(names) if name in names[:i]), None):
-            raise self._wrong(f"two columns are called {_short(twice)}; rename one")
+            raise self._wrong(f"two columns are called {short(twice)}; rename one")
         if clash := next((name for name in names if name in self._taken), None):
-            raise self._wrong(f"column {_short(clash)} has the name of an output column; rename it")
+            raise self._wrong(f"column {short(clash)} has the name of an output column; rename it")
         places, factors = zip(*(found[component] for component in COMPONENTS), strict=True)
         return Header(len(columns), places, factors, tuple(others), names)
 
@@ -190,38 +172,38 @@ class WrenchReader:
         if not unit:
             if len(column) == len(component):
                 return 1.0
-            raise self._wrong(f"column {_short(column)} names no unit; known are {', '.join(units)}")
+            raise self._wrong(f"column {short(column)} names no unit; known are {', '.join(units)}")
         spelled = unit.replace("µ", "u").replace("μ", "u").replace("·", ".").replace(" ", "").replace("_", "")
         if spelled not in units:
             raise self._wrong(
-                f"column {_short(column)}: unit {_short(unit)} is not known; known for {component} are "
+                f"column {short(column)}: unit {short(unit)} is not known; known for {component} are "
                 f"{', '.join(units)}"
             )
         return units[spelled]
 
     def _read_row(self, header: Header, text: str) -> WrenchRow:
-        fields = self._fields(text)
+        fields = csv_fields(text, self._where)
         if len(fields) != header.width:
             raise self._wrong(f"{len(fields)} fields, but the header has {header.width} columns")
         wrench = []
         for component, place, factor in zip(COMPONENTS, header.places, header.factors, strict=True):
             field = fields[place].strip()
-            if _DECIMAL.fullmatch(field) is None:
-                raise self._wrong(f"{component} = {_short(field)}: must be a number")
+            if not is_number(field):
+                raise self._wrong(f"{component} = {short(field)}: must be a number")
             value = float(field) * factor
             if not (self._not_finite_passes or math.isfinite(value)):
                 raise self._wrong(
-                    f"{component} = {_short(field)}: must be finite; --not-finite mark lets such rows be INVALID"
+                    f"{component} = {short(field)}: must be finite; --not-finite mark lets such rows be INVALID"
                 )
             wrench.append(value)
         return WrenchRow(tuple(wrench), tuple(fields[i] for i in header.others))
 
     def _wrong(self, what: str) -> InvalidValueError:
-        return InvalidValueError(f"{self._name}, line {self._lines}: {what}")
+        return InvalidValueError(f"{self._where}: {what}")
+
+    @property
+    def _where(self) -> str:
+        return f"{self._name}, line {self._lines}"
 
 
 _EXAMPLE = "for example fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm"
-
-
-def _short(text: str) -> str:
-    return repr(text if len(text) <= 40 else text[:37] + "...")

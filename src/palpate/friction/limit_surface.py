@@ -11,7 +11,7 @@ the surface, and the load is the one that takes the most power.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Real
 
 from palpate.errors import InvalidValueError, not_negative, positive, shown
@@ -224,18 +224,6 @@ class LimitSurface:
         most = self.friction * max(normal_force, 0.0)
         along = scale(most * x / speed, slip.velocity) if speed > 0.0 else ZERO
         return ContactLoad(normal_force, along, math.copysign(most * e * y, slip.spin))
-
-    def reduced(self, safety: float) -> LimitSurface:
-        """Return the same surface with friction / safety.
-
-        Raises:
-            InvalidValueError: A safety below 1.
-        """
-        if not (safety >= 1.0 and math.isfinite(safety)):
-            raise InvalidValueError(
-                f"safety = {safety!r}: must be a finite number, at least 1; friction is divided by it"
-            )
-        return replace(self, friction=self.friction / safety)
 
     def _size(self, normal_force: float, tangential_force: float, spin_torque: float) -> float:
         """|(f_t, tau / e)|_p [N]."""

@@ -16,7 +16,7 @@ from palpate.grasp.contacts import GraspContacts
 from palpate.kinematics import Pose
 from palpate.kinematics.pose import times
 from palpate.sensing.contact import Contact, ContactStatus
-from palpate.spatial import Matrix, Vector, Wrench, add, add_scaled, cross, dot, rotate, scale, unit
+from palpate.spatial import Matrix, Vector, Wrench, add, add_scaled, as_vector, cross, dot, rotate, scale, unit
 
 __all__ = [
     "ContactPlace",
@@ -93,8 +93,8 @@ def contact_place(contact: Contact) -> ContactPlace:
         InvalidValueError: Any other status: its numbers are NaN.
     """
     _check_status(contact)
-    x, y, z = _tuple(contact.centroid)
-    n = unit(_tuple(contact.normal))
+    x, y, z = as_vector(contact.centroid)
+    n = unit(as_vector(contact.normal))
     if n[2] < -1.0 + BEHIND:
         t1: Vector = (1.0, 0.0, 0.0)
     else:
@@ -158,7 +158,7 @@ def force_on_object(contact: Contact) -> SoftLoad:
         InvalidValueError: Any other status.
     """
     frame = contact_place(contact).frame
-    friction = _tuple(contact.tangential_force)
+    friction = as_vector(contact.tangential_force)
     a = frame[0][1] * friction[0] + frame[1][1] * friction[1] + frame[2][1] * friction[2]
     b = frame[0][2] * friction[0] + frame[1][2] * friction[1] + frame[2][2] * friction[2]
     return other_side((float(contact.normal_force), a, b, float(contact.spin_torque)))
@@ -177,11 +177,6 @@ def wrench_on_finger(force: SoftLoad | FloatArray, place: ContactPlace) -> Wrenc
     f = rotate(place.frame, (-normal, one, two))
     m = add(cross(place.position, f), scale(spin, (place.frame[0][0], place.frame[1][0], place.frame[2][0])))
     return (*f, *m)
-
-
-def _tuple(values: FloatArray) -> Vector:
-    x, y, z = values.tolist()
-    return (x, y, z)
 
 
 def _check_status(contact: Contact) -> None:

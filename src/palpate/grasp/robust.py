@@ -15,7 +15,6 @@ import numpy as np
 from palpate.errors import FloatArray
 from palpate.grasp.cones_only import check_cones
 from palpate.grasp.contacts import GraspContacts
-from palpate.grasp.dual_newton import E
 from palpate.grasp.least_effort import Outcome
 from palpate.grasp.least_violation import least_violation
 from palpate.grasp.reserved_effort import ReservedEffort
@@ -23,7 +22,7 @@ from palpate.grasp.scaled import ScaledGrasp
 from palpate.grasp.scaled_errors import Design, ScaledErrors
 from palpate.grasp.uncertainty import GraspUncertainty
 
-__all__ = ["RobustForces", "RobustLeastEffort", "reserve_for"]
+__all__ = ["RobustForces", "RobustLeastEffort"]
 
 KEPT = 1e-3
 """What a reserve may lack, over the largest normal force."""
@@ -118,29 +117,6 @@ class _Round:
         return self.keeps and self.slack <= OVER
 
 
-def reserve_for(
-    grasp: GraspContacts, uncertainty: GraspUncertainty, forces: FloatArray, probability: float
-) -> FloatArray:
-    """Return what each contact is to keep back under given forces, shape (n,) [N]: |u_i| <= mu_i f_i - reserve.
-
-    For any objective: solve, keep that back (`ScaledGrasp.of`), solve again. It grows with the grip.
-
-    Args:
-        grasp: Whose limits are cones.
-        uncertainty: Of it and of the load.
-        forces: That hold the load, shape (n, 4) [N, N, N, N m].
-        probability: Of holding with all contacts together, 0.5 to 1.
-
-    Raises:
-        InvalidValueError: A probability out of range, another number of contacts, or a mu that may be 0.
-    """
-    check_cones(grasp, "a reserve is")
-    scaled = ScaledGrasp.of(grasp)
-    errors = ScaledErrors(scaled, uncertainty, probability)
-    row_forces = forces / [1.0, 1.0, 1.0, scaled.length]
-    return errors.design(row_forces, scaled.rows[:, E].copy(), SEARCHES).reserve
-
-
 class RobustLeastEffort:
     """Least effort with a reserve, warm from one load to the next."""
 
@@ -160,7 +136,8 @@ class RobustLeastEffort:
             effort_weight: eps of least effort.
 
         Raises:
-            InvalidValueError: As `reserve_for`; or actuator limits, which the reserve does not know.
+            InvalidValueError: A probability out of range, another number of contacts, a mu that may be 0, or
+                actuator limits, which the reserve does not know.
         """
         check_cones(grasp, "a reserve is")
         self._weight = effort_weight

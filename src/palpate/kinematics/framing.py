@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.spatial import Vector
+from palpate.spatial import Vector, as_vector
 
 UP = (0.0, 0.0, 1.0)
 """Of pictures."""
@@ -59,9 +59,4 @@ def framing(points: FloatArray, towards: Vector, angle: float, aspect: float, ro
     distance = float(np.max(across + seen @ back))
     # points in one place, or in a line with the camera, which stays outside
     distance = max(distance, 0.55 * float(np.linalg.norm(high - low)), 1e-3)
-    return Framing(_vector(middle), _vector(middle + distance * back))
-
-
-def _vector(row: FloatArray) -> Vector:
-    x, y, z = row.tolist()
-    return (x, y, z)
+    return Framing(as_vector(middle), as_vector(middle + distance * back))

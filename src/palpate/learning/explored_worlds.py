@@ -8,6 +8,7 @@ from palpate.errors import not_negative
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.learning.world import World
+from palpate.robots.values import load_named_robot
 from palpate.spatial import scale
 
 DISC = 0.02
@@ -48,10 +49,11 @@ class ExploredWorlds:
         """
         config, (x, y) = self.config, self.config.middle
         dx, dy = rng.uniform(-self.spread, self.spread, 2).tolist()
-        planned = plan(replace(config, seed=int(rng.integers(SEEDS)), center=(x + dx, y + dy)))
+        begun = replace(config, seed=int(rng.integers(SEEDS)), center=(x + dx, y + dy))
+        planned = plan(begun, load_named_robot(config.robot), {})
         parameters = planned.parameters
         return World(
-            planned.backend,
+            planned.backend(),
             planned.finger,
             planned.limits,
             approach=scale(-parameters.landing_speed, planned.plane.axis),

@@ -5,7 +5,6 @@ from palpate.mapping.cloud import standard_deviations as standard_deviations
 from palpate.mapping.files import write_cloud_csv as write_cloud_csv
 from palpate.mapping.files import write_cloud_ply as write_cloud_ply
 from palpate.mapping.files import write_height_map_csv as write_height_map_csv
-from palpate.mapping.files import write_height_map_ply as write_height_map_ply
 from palpate.mapping.height_map import HeightMap as HeightMap
 from palpate.mapping.primitives import FitStatus as FitStatus
 from palpate.mapping.primitives import PrimitiveChoice as PrimitiveChoice
@@ -13,10 +12,7 @@ from palpate.mapping.primitives import PrimitiveFit as PrimitiveFit
 from palpate.mapping.primitives import PrimitiveKind as PrimitiveKind
 from palpate.mapping.primitives import choose_primitive as choose_primitive
 from palpate.mapping.primitives import fit_ball as fit_ball
-from palpate.mapping.primitives import fit_box as fit_box
-from palpate.mapping.primitives import fit_cylinder as fit_cylinder
 from palpate.mapping.primitives import fit_ellipsoid as fit_ellipsoid
-from palpate.mapping.primitives import fit_plane as fit_plane
 from palpate.mapping.sphere_fit import SphereFit as SphereFit
 from palpate.mapping.sphere_fit import SphereFitStatus as SphereFitStatus
 from palpate.mapping.sphere_fit import fit_sphere as fit_sphere

@@ -1,12 +1,12 @@
 """Maps and reference meshes from files: clouds of `palpate explore`, meshes of any kind, in metres or not."""
 
-import csv
 import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from palpate.csv_table import read_csv_table
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.compare import SAMPLES, TouchedMap
 from palpate.mapping.compare_surface import TriangleSurface
@@ -92,22 +92,14 @@ def _cloud_normals(loaded: Any, count: int) -> FloatArray | None:
 
 def _from_csv(path: Path, metres_per_unit: float) -> TouchedMap:
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = csv.reader(file)
-            header = next(rows, [])
-            missing = [name for name in _POSITION if name not in header]
-            if missing:
-                raise InvalidValueError(f"{path}: has no column {missing[0]}: give x_m, y_m, z_m, as explore does")
-            names = [*_POSITION, *(_NORMAL if set(_NORMAL) <= set(header) else ())]
-            places = [header.index(name) for name in names]
-            table = np.array([[float(row[k]) for k in places] for row in rows if row], dtype=np.float64)
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidValueError(f"cannot read {path}: {error}") from None
-    except (ValueError, IndexError) as error:
-        if isinstance(error, InvalidValueError):
-            raise
-        raise InvalidValueError(f"{path}: a row is no row of numbers ({error})") from None
-    table = table.reshape(-1, len(names))
+    found = read_csv_table(
+        text, str(path), "x_m, y_m and z_m below a line with these names, as explore writes them"
+    )
+    names = [*_POSITION, *(_NORMAL if set(_NORMAL) <= set(found.columns) else ())]
+    table = found.numbers(*names)
     table = table[np.isfinite(table).all(axis=1)]  # where nothing was felt, a height map says nan
     if not len(table):
         raise InvalidValueError(f"{path}: holds no points")

@@ -3,18 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.mapping.compare_kernel import nearest_on_triangles
-
-IndexArray = npt.NDArray[np.int64]
-
-LEAF = 4
-"""Triangles per leaf of the tree; 2 to 8 take the same time within a fifth."""
-
-CODE_BITS = 20
-"""Bits per coordinate of the order along a Z curve: a millionth of the size."""
+from palpate.surfaces.triangle_tree import IndexArray, merged, nearest_of_all, triangle_tree
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,13 +15,11 @@ class Nearest:
     Attributes:
         distance: Signed, positive outside, where the surface is watertight; else not negative. Shape (n,) [m].
         point: Shape (n, 3) [m].
-        triangle: Shape (n,).
         normal: Unit normal there, the mean of those that meet at an edge or corner, shape (n, 3).
     """
 
     distance: FloatArray
     point: FloatArray
-    triangle: IndexArray
     normal: FloatArray
 
 
@@ -55,18 +44,14 @@ class TriangleSurface:
     is_watertight: bool = field(init=False)
     normals: FloatArray = field(init=False)
     areas: FloatArray = field(init=False)
-    _order: IndexArray = field(init=False, repr=False)
-    _corners: FloatArray = field(init=False, repr=False)
-    _low: FloatArray = field(init=False, repr=False)
-    _high: FloatArray = field(init=False, repr=False)
-    _features: FloatArray = field(init=False, repr=False)
+    _tree: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64)
         triangles = np.array(self.triangles, dtype=np.int64)
         _check(vertices, triangles)
         # STL files repeat each vertex in every triangle: the same numbers are the same vertex
-        vertices, triangles = _merged(vertices, triangles)
+        vertices, triangles = merged(vertices, triangles)
         distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
         triangles = triangles[distinct]
         corners = vertices[triangles]
@@ -74,21 +59,13 @@ class TriangleSurface:
         doubled = np.linalg.norm(cross, axis=1)
         if not (doubled > 0.0).any():
             raise InvalidValueError(f"{len(triangles)} triangles, and none has an area: give a surface")
-        watertight = _is_watertight(triangles)
-        normals = cross / np.where(doubled > 0.0, doubled, 1.0)[:, np.newaxis]
-        order = _along_curve(corners.mean(axis=1))
-        low, high = _boxes(corners[order])
         values = {
             "vertices": vertices,
             "triangles": triangles,
-            "is_watertight": watertight,
-            "normals": normals,
+            "is_watertight": _is_watertight(triangles),
+            "normals": cross / np.where(doubled > 0.0, doubled, 1.0)[:, np.newaxis],
             "areas": 0.5 * doubled,
-            "_order": order,
-            "_corners": np.ascontiguousarray(corners[order]),
-            "_low": low,
-            "_high": high,
-            "_features": _feature_normals(corners, triangles, normals, len(vertices)),
+            "_tree": triangle_tree(vertices, triangles),
         }
         for name, value in values.items():
             if isinstance(value, np.ndarray):
@@ -109,13 +86,10 @@ class TriangleSurface:
         points = np.ascontiguousarray(points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
             raise InvalidValueError(f"points have shape {points.shape}: must be (n, 3), finite [m]")
-        square, which, foot, feature = nearest_on_triangles(points, self._corners, self._low, self._high, LEAF)
-        triangle = self._order[which]
-        normal = self._features[triangle, feature]
-        distance = np.sqrt(square)
+        distance, foot, normal = nearest_of_all(self._tree, points)
         if self.is_watertight:
             distance = np.where(((points - foot) * normal).sum(axis=1) < 0.0, -distance, distance)
-        return Nearest(distance, foot, triangle, normal)
+        return Nearest(distance, foot, normal)
 
     def samples(self, count: int) -> tuple[FloatArray, FloatArray]:
         """Return `count` points spread evenly over the surface and the normals there, both (count, 3).
@@ -146,70 +120,9 @@ def _check(vertices: FloatArray, triangles: IndexArray) -> None:
         )
 
 
-def _merged(vertices: FloatArray, triangles: IndexArray) -> tuple[FloatArray, IndexArray]:
-    """Return the mesh with vertices of the same place as one."""
-    # a sort: np.unique by rows takes several times as long
-    vertices = vertices + 0.0  # -0 is 0
-    order = np.lexsort(vertices.T)
-    new = np.append(True, (np.diff(vertices[order], axis=0) != 0.0).any(axis=1))
-    name = np.empty(len(vertices), dtype=np.int64)
-    name[order] = np.cumsum(new) - 1
-    return vertices[order][new], name[triangles]
-
-
 def _is_watertight(triangles: IndexArray) -> bool:
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     count = int(triangles.max()) + 1
     forward, ahead = np.unique(edges[:, 0] * count + edges[:, 1], return_counts=True)
     backward, behind = np.unique(edges[:, 1] * count + edges[:, 0], return_counts=True)
     return bool(len(forward) == len(backward) and (forward == backward).all() and (ahead == behind).all())
-
-
-def _along_curve(centres: FloatArray) -> IndexArray:
-    """Return the order along a Z curve (Morton, 1966): neighbours in it are neighbours in space."""
-    low, size = centres.min(axis=0), float(np.ptp(centres, axis=0).max())
-    cells = ((centres - low) / (size or 1.0) * (2**CODE_BITS - 1)).astype(np.uint64)
-    code = np.zeros(len(centres), dtype=np.uint64)
-    for bit in range(CODE_BITS):
-        for axis in range(3):
-            code |= ((cells[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return np.argsort(code, kind="stable").astype(np.int64)
-
-
-def _boxes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the boxes of a complete binary tree over leaves of `LEAF` triangles, the root first."""
-    leaves = -(-len(corners) // LEAF)
-    width = 1 << (leaves - 1).bit_length()
-    starts = np.arange(0, len(corners), LEAF)
-    low, high = np.full((width, 3), np.inf), np.full((width, 3), -np.inf)
-    low[:leaves] = np.minimum.reduceat(corners.min(axis=1), starts, axis=0)
-    high[:leaves] = np.maximum.reduceat(corners.max(axis=1), starts, axis=0)
-    lows, highs = [low], [high]
-    while len(lows[0]) > 1:
-        lows.insert(0, np.minimum(lows[0][0::2], lows[0][1::2]))
-        highs.insert(0, np.maximum(highs[0][0::2], highs[0][1::2]))
-    return np.concatenate(lows), np.concatenate(highs)
-
-
-def _feature_normals(corners: FloatArray, triangles: IndexArray, normals: FloatArray, count: int) -> FloatArray:
-    """Return unit normals of each triangle's inside, three edges and three corners, shape (m, 7, 3)."""
-    result = np.empty((len(triangles), 7, 3))
-    result[:, 0] = normals
-    edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    _, edge = np.unique(edges[:, 0] * count + edges[:, 1], return_inverse=True)
-    edge = edge.reshape(-1)
-    result[:, 1:4] = _summed(edge, np.repeat(normals, 3, axis=0)).reshape(-1, 3, 3)
-    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    sine = np.linalg.norm(np.cross(ahead, behind), axis=2)
-    angle = np.arctan2(sine, (ahead * behind).sum(axis=2))
-    weighted = (angle[:, :, np.newaxis] * normals[:, np.newaxis, :]).reshape(-1, 3)
-    result[:, 4:7] = _summed(triangles.reshape(-1), weighted).reshape(-1, 3, 3)
-    return result
-
-
-def _summed(group: IndexArray, vectors: FloatArray) -> FloatArray:
-    """Return for each row the unit sum of the vectors of its group."""
-    size = int(group.max()) + 1
-    total = np.stack([np.bincount(group, vectors[:, k], size) for k in range(3)], axis=1)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.asarray((total / np.where(length > 0.0, length, 1.0))[group])

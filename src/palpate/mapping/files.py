@@ -15,7 +15,6 @@ from palpate.atomic_file import replacing
 from palpate.errors import FloatArray
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.height_map import HeightMap
-from palpate.mapping.triangulation import height_map_triangles
 
 PathLike = str | os.PathLike[str]
 
@@ -44,9 +43,8 @@ def write_cloud_ply(cloud: TouchCloud, path: PathLike) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    header = _ply_header(len(cloud), _PROPERTIES, comments=("frame: robot base; units: m, s, N, N m",))
     with replacing(path) as file:
-        file.write(header)
+        file.write(_ply_header(len(cloud)))
         file.write(_table(cloud).astype("<f8").tobytes())
 
 
@@ -57,22 +55,6 @@ def write_cloud_csv(cloud: TouchCloud, path: PathLike) -> None:
         OSError: The file cannot be written.
     """
     _write_csv(path, _COLUMNS, _table(cloud))
-
-
-def write_height_map_ply(height_map: HeightMap, path: PathLike) -> None:
-    """Write the observed part of a height map as a triangle mesh; holes stay holes.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    vertices, triangles = height_map_triangles(height_map)
-    faces = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
-    faces["count"], faces["corners"] = 3, triangles
-    comments = (f"frame: robot base; units: m; a height is given up to {height_map.reach:g} m from a contact",)
-    with replacing(path) as file:
-        file.write(_ply_header(len(vertices), ("x", "y", "z"), comments=comments, faces=len(triangles)))
-        file.write(vertices.astype("<f8").tobytes())
-        file.write(faces.tobytes())
 
 
 def write_height_map_csv(height_map: HeightMap, path: PathLike) -> None:
@@ -107,13 +89,8 @@ def _write_csv(path: PathLike, columns: Sequence[str], rows: FloatArray) -> None
         writer.writerows(rows.tolist())
 
 
-def _ply_header(
-    vertices: int, properties: Sequence[str], *, comments: Sequence[str] = (), faces: int | None = None
-) -> bytes:
+def _ply_header(vertices: int) -> bytes:
     lines = ["ply", "format binary_little_endian 1.0", "comment written by palpate"]
-    lines += [f"comment {comment}" for comment in comments]
-    lines.append(f"element vertex {vertices}")
-    lines += [f"property double {name}" for name in properties]
-    if faces is not None:
-        lines += [f"element face {faces}", "property list uchar int vertex_indices"]
+    lines += ["comment frame: robot base; units: m, s, N, N m", f"element vertex {vertices}"]
+    lines += [f"property double {name}" for name in _PROPERTIES]
     return "\n".join([*lines, "end_header", ""]).encode("ascii")

@@ -15,11 +15,6 @@ FEWEST_POINTS = 4
 FLAT_FACTOR = 16.0
 """Points count as coplanar when their thickness is within this many roundings of their coordinates."""
 
-FLATTEST = 5.0
-"""Radius over extent of the points above which they show no sphere. There the points rise by 1/40 of their
-extent above their rim: a fit to anything flat gives some such radius, from errors that its covariance does not
-know."""
-
 WEAK_RELATIVE_SD = 0.1
 """Above this standard deviation of the radius, relative to it, the points say little about the radius."""
 
@@ -57,7 +52,6 @@ class SphereFit:
             deviation. Near 1 for a whole sphere; a cap of half-angle 25 degrees has about 70.
         status: See `SphereFitStatus`.
         point_count: Number of points used.
-        extent: Twice the largest distance of a point from their mean [m].
     """
 
     center: FloatArray
@@ -67,12 +61,6 @@ class SphereFit:
     condition: float
     status: SphereFitStatus
     point_count: int
-    extent: float
-
-    @property
-    def is_evident(self) -> bool:
-        """Whether the points show a sphere: status OK, and curved enough to be told from a plane."""
-        return self.status is SphereFitStatus.OK and self.radius < FLATTEST * self.extent
 
     @property
     def center_sd(self) -> FloatArray:
@@ -151,7 +139,6 @@ def fit_sphere(points: npt.ArrayLike, *, correlation_points: float = 1.0) -> Sph
         condition=condition,
         status=status,
         point_count=len(points),
-        extent=2.0 * scale * float(np.linalg.norm(scaled, axis=1).max()),
     )
 
 

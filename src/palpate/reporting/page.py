@@ -10,6 +10,7 @@ from palpate.atomic_file import replacing
 from palpate.reporting.encode import DOTS_PER_INCH, picture_uri
 from palpate.reporting.report import (
     COLUMNS,
+    NOTHING,
     FigureTable,
     Paragraph,
     Part,
@@ -19,9 +20,6 @@ from palpate.reporting.report import (
 )
 from palpate.reporting.style import Picture, Width
 from palpate.runtime.palette import css_variables
-
-NOTHING = "Nothing has to be done."
-"""Said where there is no advice."""
 
 PHONE_WIDTH = 680
 """Up to this width of the window [px], pictures drawn for a phone are shown; also in `STYLE`."""

@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,17 +13,31 @@ from palpate.reporting.style import OTHER_PHASE, PHASE_COLOURS
 from palpate.runtime.data import Phase
 
 
-def stretches(series: TimeSeries) -> list[tuple[str, float, float]]:
+class Phased(Protocol):
+    """What has a phase at every time: a series, or the record of a run."""
+
+    @property
+    def time(self) -> FloatArray:
+        """Increasing, shape (k,) [s]."""
+        ...
+
+    @property
+    def phase(self) -> Any:
+        """Name of the controller's phase at each, a sequence of length k."""
+        ...
+
+
+def stretches(series: Phased) -> list[tuple[str, float, float]]:
     """Return each phase in turn with the times [s] at which it begins and ends."""
-    if not series.phase:
+    if not len(series.phase):
         return []
-    names = np.array(series.phase, dtype=np.str_)
+    names = np.array([str(name) for name in series.phase], dtype=np.str_)
     begins = np.concatenate([[0], np.flatnonzero(names[1:] != names[:-1]) + 1, [len(names)]])
     last = len(names) - 1
     return [(str(names[i]), float(series.time[i]), float(series.time[min(j, last)])) for i, j in pairwise(begins)]
 
 
-def shade(axes: Axes, series: TimeSeries, after: float = -math.inf, before: float = math.inf) -> None:
+def shade(axes: Axes, series: Phased, after: float = -math.inf, before: float = math.inf) -> None:
     """Shade the phases over the whole height of `axes`, as far as they last between two times [s].
 
     Each name goes into the legend once.

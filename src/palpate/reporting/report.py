@@ -9,6 +9,9 @@ from palpate.reporting.data import KeyFigure
 if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
     from palpate.reporting.style import Picture
 
+NOTHING = "Nothing has to be done."
+"""Said where there is no advice."""
+
 COLUMNS = ("name", "value", "unit", "note")
 """Of a table of figures."""
 

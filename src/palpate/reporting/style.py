@@ -5,6 +5,7 @@ blue through white: both stay distinct with colour-blind eyes. Pictures are draw
 their text and lines follow the reader's theme.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -18,6 +19,7 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
+from matplotlib.ticker import MaxNLocator
 
 from palpate.runtime import palette
 from palpate.runtime.data import Phase
@@ -147,6 +149,11 @@ def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
     axes.set_axisbelow(True)
     if grid:
         axes.grid(visible=True, color=GRID, linewidth=0.6)
+
+
+def few_ticks(share: float) -> MaxNLocator:
+    """Return ticks for an axis that is `share` of the longest."""
+    return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
 
 
 def legend_above(figure: FigureBase, axes: Iterable[Axes], columns: int) -> None:

@@ -5,12 +5,7 @@ from collections.abc import Iterable
 from rich.table import Table
 from rich.text import Text
 
-from palpate.reporting.data import ExplorationReport, KeyFigure
-
-
-def summary_table(report: ExplorationReport) -> Table:
-    """Return the key figures with the title above and the outcome below."""
-    return key_figures(report.title, report.outcome, report.summary)
+from palpate.reporting.data import KeyFigure
 
 
 def key_figures(title: str, outcome: str, figures: Iterable[KeyFigure]) -> Table:
@@ -18,7 +13,14 @@ def key_figures(title: str, outcome: str, figures: Iterable[KeyFigure]) -> Table
 
     Texts are shown as they are: square brackets are not taken for markup.
     """
-    table = Table(title=Text(title), caption=Text(outcome), show_header=False)
+    table = figure_table(figures)
+    table.title, table.caption = Text(title), Text(outcome)
+    return table
+
+
+def figure_table(figures: Iterable[KeyFigure]) -> Table:
+    """Return figures as a table."""
+    table = Table(show_header=False)
     table.add_column("name")
     table.add_column("value", justify="right", style="bold")
     table.add_column("unit")

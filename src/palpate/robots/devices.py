@@ -8,19 +8,16 @@ from dataclasses import replace
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan as plan_exploration
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan_with
-from palpate.experiments.grasp.robot import hand_wires
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.kinematics.pose import Pose, rotvec_from_rotation
-from palpate.robots.emulated.hand import FLANGE_HAND, EmulatedGrasp
+from palpate.robots.emulated.hand import FLANGE_HAND, EmulatedHand
 from palpate.robots.emulated.scene import EmulatedUr5e, pose_flange_tip
 from palpate.robots.emulated.truth import TruthTrace, new_memory
 from palpate.robots.emulated.ur5e import PATIENCE
 from palpate.robots.finger_sensor import model_of_finger, noise_of
+from palpate.robots.hands import described_hand, hand_wires
+from palpate.robots.idle import FORCE_NOISE, MOMENT_NOISE, idle_hand_task, idle_task
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
 from palpate.runtime.robot_file import FingerEntry
@@ -54,7 +51,7 @@ def with_devices(robot: Robot, name: str) -> Iterator[Robot]:
     if isinstance(entry, RigEntry):
         yield robot
     elif isinstance(entry, EmulatedUr5eEntry | EmulatedHandEntry):
-        with _emulated_rig(robot, entry, name) as rig:
+        with _emulated_rig(robot, entry) as rig:
             yield rig
     else:
         raise InvalidValueError(
@@ -64,15 +61,13 @@ def with_devices(robot: Robot, name: str) -> Iterator[Robot]:
 
 
 @contextmanager
-def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry, name: str) -> Iterator[Robot]:
+def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry) -> Iterator[Robot]:
     """Run the emulators of a robot while it is examined."""
     at_once = replace(
         robot,
         file=msgspec.structs.replace(robot.file, backend=msgspec.structs.replace(entry, time_scale=REAL_TIME)),
     )
-    rig, making = (
-        _ur5e(at_once, entry, name) if isinstance(entry, EmulatedUr5eEntry) else _hand(at_once, entry, name)
-    )
+    rig, making = _ur5e(at_once, entry) if isinstance(entry, EmulatedUr5eEntry) else _hand(at_once, entry)
     with ExitStack() as running:
         memory = new_memory()
         running.callback(os.close, memory)
@@ -83,8 +78,8 @@ def _emulated_rig(robot: Robot, entry: EmulatedUr5eEntry | EmulatedHandEntry, na
         yield rig
 
 
-def _ur5e(robot: Robot, entry: EmulatedUr5eEntry, name: str) -> tuple[Robot, Making]:
-    task = plan_exploration(ExploreConfig(robot=name), robot).task
+def _ur5e(robot: Robot, entry: EmulatedUr5eEntry) -> tuple[Robot, Making]:
+    task = idle_task(robot)
     devices = RigEntry(arm=_arm(entry.address, pose_flange_tip(entry)))
     return (
         _rig(robot, devices, (entry.address,)),
@@ -92,9 +87,9 @@ def _ur5e(robot: Robot, entry: EmulatedUr5eEntry, name: str) -> tuple[Robot, Mak
     )
 
 
-def _hand(robot: Robot, entry: EmulatedHandEntry, name: str) -> tuple[Robot, Making]:
-    planned = plan_with(GraspConfig(load="none", robot=name), {}, robot)
-    hand, wires = planned.hand.hand, hand_wires(msgspec.structs.replace(entry, time_scale=REAL_TIME))
+def _hand(robot: Robot, entry: EmulatedHandEntry) -> tuple[Robot, Making]:
+    hand, wires = described_hand(robot).geometry, hand_wires(msgspec.structs.replace(entry, time_scale=REAL_TIME))
+    task = idle_hand_task(hand)
     assert isinstance(hand.finger, SlideFinger)  # of two fingers
     devices = RigEntry(
         arm=_arm(entry.address, FLANGE_HAND),
@@ -111,7 +106,7 @@ def _hand(robot: Robot, entry: EmulatedHandEntry, name: str) -> tuple[Robot, Mak
     )
     return (
         _rig(robot, devices, entry.sensors),
-        lambda process, memory: EmulatedGrasp(planned, wires, process, memory),
+        lambda process, memory: EmulatedHand(task, wires, process, memory),
     )
 
 
@@ -134,7 +129,6 @@ def _rig(robot: Robot, devices: RigEntry, boxes: tuple[str, ...]) -> Robot:
 
 
 def _noise(finger: FingerEntry) -> NoiseEntry:
-    """What its simulated sensor has; that of a grasp where the file does not say it."""
+    """What its simulated sensor has; that of a usual one where the file does not say it."""
     force, moment = noise_of(model_of_finger(finger))
-    usual = GraspConfig()
-    return NoiseEntry(force=force or usual.force_noise, moment=moment or usual.moment_noise)
+    return NoiseEntry(force=force or FORCE_NOISE, moment=moment or MOMENT_NOISE)

@@ -2,14 +2,49 @@
 
 import math
 from dataclasses import replace
+from typing import Protocol
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
 from palpate.robots.control_period import period_of
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_file import FingerEntry
 from palpate.sim.sensor.from_entry import model_of, with_noise
 from palpate.sim.sensor.model import SeededSensor, SensorModel
+
+
+class Pressing(Protocol):
+    """What of a configuration says how a fingertip presses, and what its sensor is like."""
+
+    @property
+    def tip(self) -> tuple[float, ...]:
+        """Half lengths of the fingertip [m]."""
+        ...
+
+    @property
+    def force(self) -> float:
+        """Set normal force [N]."""
+        ...
+
+    @property
+    def force_noise(self) -> float | None:
+        """Standard deviation of the sensor's force noise, each axis [N]; None: the robot file's."""
+        ...
+
+    @property
+    def moment_noise(self) -> float | None:
+        """Likewise of its moments [N m]."""
+        ...
+
+    @property
+    def period(self) -> float | None:
+        """Of control [s]; None: the robot file's."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Of the noise."""
+        ...
+
 
 KEY = "fingers[0].simulated_sensor"
 """Where the robot file says it, for messages."""
@@ -62,8 +97,8 @@ def model_with_noise(finger: FingerEntry, force: float | None, moment: float | N
     return model if wanted == known else with_noise(model, *wanted)
 
 
-def sensor_for(robot: Robot, config: ExploreConfig) -> SeededSensor:
-    """Return the simulated sensor that an exploration is done with.
+def sensor_for(robot: Robot, config: Pressing) -> SeededSensor:
+    """Return the simulated sensor that a run is done with.
 
     It has the noise that the configuration says, if that is another than the robot file's.
 
@@ -107,7 +142,7 @@ def _lost_in_a_row(probability: float) -> int:
     return 0 if probability == 0.0 else math.ceil(math.log(UNLIKELY) / math.log(probability))
 
 
-def _check_fine_enough(finger: FingerEntry, model: SensorModel, config: ExploreConfig, period: float) -> None:
+def _check_fine_enough(finger: FingerEntry, model: SensorModel, config: Pressing, period: float) -> None:
     """Refuse a sensor that does not feel where on the fingertip it touches."""
     between = period if model.clock is None else max(period, 1.0 / model.clock.rate)
     force, moment = max(model.noise_sd[:3]), max(model.noise_sd[3:])

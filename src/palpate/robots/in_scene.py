@@ -4,9 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.hand import grasp_hand
 from palpate.robots.emulated.ur5e import build_emulated_ur5e
+from palpate.robots.hands import described_hand
 from palpate.robots.rig_built import build_rig, check_rig
 from palpate.robots.simulated_stage import RobotInScene, Task, build_stage, check_simulated
 from palpate.robots.simulated_turning_stage import build_turning_stage
@@ -71,7 +70,7 @@ def check(robot: Robot) -> None:
     if isinstance(robot.file.backend, RigEntry):
         check_rig(robot)
     elif isinstance(robot.file.backend, EmulatedHandEntry):
-        grasp_hand(GraspConfig(fingers=len(robot.file.fingers), object="cylinder"), robot)
+        described_hand(robot)
     else:
         check_simulated(robot, robot.file.backend.time_step)
 

@@ -1,23 +1,28 @@
-"""What a robot file says that an exploration would otherwise be told."""
+"""What a robot file says that a run would otherwise be told: fingertip, noise and period."""
 
 from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
 from palpate.robots.finger_sensor import model_of_finger, noise_of
 from palpate.robots.simulated_stage import tip_sizes
 from palpate.runtime.robot import Robot, load_robot
 from palpate.runtime.robot_rig import RigEntry
 
-SAID = ("tip", "force_noise", "moment_noise", "period")
-"""Fields that `values_of` gives."""
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    Config = TypeVar("Config", bound=DataclassInstance)
+
+TAKEN = ("tip", "force_noise", "moment_noise", "period")
+"""Options that `values_of` gives."""
 
 
 def values_of(robot: Robot) -> dict[str, object]:
-    """Return fields of `ExploreConfig` as a robot file gives them: fingertip, noise and period.
+    """Return the options that a robot file says: fingertip [m], noise [N, N m] and control period [s].
 
     Raises:
-        InvalidValueError: It has no fingertip that an exploration can use.
+        InvalidValueError: It has no fingertip that can be simulated.
     """
     force, moment = noise_of(model_of_finger(robot.file.fingers[0]))
     sensor = robot.sensors[0]
@@ -31,17 +36,17 @@ def values_of(robot: Robot) -> dict[str, object]:
     }
 
 
-def on_robot(config: ExploreConfig, robot: Robot) -> ExploreConfig:
-    """Return a configuration in which a robot file says what is left out: fingertip, noise and period.
+def on_robot(config: "Config", robot: Robot) -> "Config":
+    """Return a configuration in which a robot file says what of `TAKEN` is left out.
 
     Raises:
         InvalidValueError: What it says cannot be with the rest.
     """
-    left_out = [name for name in SAID if getattr(config, name) in (None, ())]
+    left_out = [name for name in TAKEN if getattr(config, name) in (None, ())]
     if not left_out:
         return config
-    said = values_of(robot)
-    return replace(config, **{name: said[name] for name in left_out})  # type: ignore[arg-type]  # by their names
+    known = values_of(robot)
+    return replace(config, **{name: known[name] for name in left_out})
 
 
 def load_named_robot(name: str) -> Robot:

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sensing.ft.health import HEALTHY, Verdict
-from palpate.spatial import ZERO, Matrix, Vector, Wrench
+from palpate.spatial import ZERO, Matrix, Vector, Wrench, as_vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,3 +167,10 @@ class Command:
     grip_force: tuple[float, ...] | None = None
     angular_velocity_base_tip: Vector = ZERO
     finger_velocity: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        # tuples go by at no cost; whoever computes with arrays may give them as they are
+        if type(self.velocity_base_tip) is not tuple:
+            object.__setattr__(self, "velocity_base_tip", as_vector(self.velocity_base_tip))
+        if type(self.angular_velocity_base_tip) is not tuple:
+            object.__setattr__(self, "angular_velocity_base_tip", as_vector(self.angular_velocity_base_tip))

@@ -18,7 +18,6 @@ from palpate.runtime.robot_sensor import NoiseEntry, SimulatedSensorEntry
 from palpate.runtime.robot_surface import AnySurfaceEntry
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.strict_decode import decode_file
-from palpate.yaml_text import yaml_text
 
 VERSION = 1
 """Of the file format, under the key `palpate_robot`."""
@@ -122,17 +121,3 @@ def read_robot_file(text: str) -> RobotFile:
         InvalidValueError: It is no robot file, or something in it is wrong; the message names it.
     """
     return decode_file(text, RobotFile, "robot file", "palpate_robot", VERSION)
-
-
-def robot_file_text(robot: RobotFile) -> str:
-    """Return the text of a robot file, every value written out; it reads back to the same."""
-    written: dict[str, object] = msgspec.to_builtins(robot)
-    written["fingers"] = [_without_none(finger) for finger in msgspec.to_builtins(robot.fingers)]
-    return yaml_text(written)
-
-
-def _without_none(value: object) -> object:
-    """The same without keys that say nothing."""
-    if not isinstance(value, dict):
-        return value
-    return {key: _without_none(item) for key, item in value.items() if item is not None}

@@ -12,7 +12,7 @@ from palpate.kinematics.posture import Posture
 from palpate.runtime.data import Phase
 from palpate.runtime.log import Log
 from palpate.sensing.contact import ContactStatus
-from palpate.spatial import Matrix
+from palpate.spatial import Matrix, as_vector
 
 PHASES = tuple(Phase)
 """A row holds a phase's place in here."""
@@ -229,7 +229,7 @@ class Frames:
         """Return where everything was, as far as the row says."""
         row, layout = self.rows[index], self.layout
         return Posture(
-            Pose(_vector(row[POSITION]), _matrix(row[ROTATION].reshape(3, 3))),
+            Pose(as_vector(row[POSITION]), _matrix(row[ROTATION].reshape(3, 3))),
             tuple(row[layout.arm_columns].tolist()),
             tuple(row[layout.hand_columns].tolist()),
             tuple(_body_pose(body) for body in row[layout.free_columns].reshape(-1, PER_BODY)),
@@ -242,7 +242,7 @@ def frames_of_log(log: Log, free_poses: FloatArray | None = None) -> Frames:
 
     Args:
         log: The log.
-        free_poses: Where free bodies were, which no log says: position [m] and quaternion (w, x, y, z) of each,
+        free_poses: Where free bodies were: position [m] and quaternion (w, x, y, z) of each,
             base frame, one after the other, shape (n, 7 bodies). Left out: the frames do not say.
 
     Raises:
@@ -286,13 +286,8 @@ def frames_of_log(log: Log, free_poses: FloatArray | None = None) -> Frames:
 
 def _body_pose(columns: FloatArray) -> Pose:
     rotation = Rotation.from_quat(np.roll(columns[3:], -1))  # scipy has w last
-    return Pose(_vector(columns[:3]), _matrix(rotation.as_matrix()))
-
-
-def _vector(row: FloatArray) -> tuple[float, float, float]:
-    x, y, z = row.tolist()
-    return (x, y, z)
+    return Pose(as_vector(columns[:3]), _matrix(rotation.as_matrix()))
 
 
 def _matrix(rotation: FloatArray) -> Matrix:
-    return (_vector(rotation[0]), _vector(rotation[1]), _vector(rotation[2]))
+    return (as_vector(rotation[0]), as_vector(rotation[1]), as_vector(rotation[2]))

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.sensing.compensation import Payload
-from palpate.sensing.ft.payload import PayloadStatus, identify_payload
+from palpate.sensing.ft.payload import TWO_SIDED, PayloadStatus, identify_payload
 from palpate.sensing.ft.poses import specific_force_from_rotations
 
 
@@ -59,13 +59,12 @@ def trials(sensor, seeds, poses=24):
         wrench, _ = measured(sensor, up, rng)
         found = identify_payload(up, wrench, force_sd=sensor.force_sd, moment_sd=sensor.moment_sd)
         true = np.array(sensor.payload.center_of_mass)
-        low, high = found.mass_interval
-        inside = (found.center_interval[:, 0] <= true) & (true <= found.center_interval[:, 1])
+        inside = np.abs(found.payload.center_of_mass - true) <= TWO_SIDED * found.center_sd
         rows.append(
             [
                 abs(found.payload.mass / sensor.payload.mass - 1.0),
                 np.linalg.norm(found.payload.center_of_mass - true),
-                low <= sensor.payload.mass <= high,
+                abs(found.payload.mass - sensor.payload.mass) <= TWO_SIDED * found.mass_sd,
                 *inside,
                 found.status is PayloadStatus.OK,
             ]

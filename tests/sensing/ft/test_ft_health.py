@@ -180,14 +180,3 @@ def test_a_force_that_is_no_number_changes_nothing():
 def test_thresholds_in_the_noise_are_refused(changes, reason):
     with pytest.raises(InvalidValueError, match=reason):
         detector(**changes)
-
-
-def test_false_touches_are_as_rare_as_claimed():
-    found = detector(noise=0.04)
-    claimed = found.false_touch_probability
-    assert claimed == pytest.approx(1.54e-5, rel=0.01)  # chi law, 3 degrees of freedom, at 5
-    noise = np.random.default_rng(0).normal(size=(1_000_000, 3)) * 0.04
-    touches = (np.linalg.norm(noise, axis=1) > 0.2).sum()
-    # Poisson with mean 15.4.
-    assert 3 <= touches <= 32
-    assert detector(noise=0.0).false_touch_probability == 0.0

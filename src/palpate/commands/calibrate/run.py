@@ -34,8 +34,8 @@ from palpate.commands.calibrate.data import (
 from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.commands.calibrate.tables import UNITS, bias_table, calibration_table, payload_table
-from palpate.commands.output_folder import check_file
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.kit.output_folder import check_file
 from palpate.sensing.ft import (
     CalibrationStatus,
     FTPipeline,

@@ -13,9 +13,9 @@ from rich.text import Text
 from palpate.atomic_file import replacing
 from palpate.commands.answer import Answer
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.output_folder import check_folder, make_folder
 from palpate.commands.said import say
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.output_folder import check_folder, make_folder
 
 if TYPE_CHECKING:
     from palpate.mapping.compare import Comparison, Spread
@@ -57,10 +57,11 @@ def run_compare(config: CompareConfig) -> Answer:
     folder = config.map.resolve().parent if config.out is None else config.out
     check_folder(folder)
     # compiled kernels, meshes and pictures take seconds to import: a wrong name is said before
-    from palpate.commands.compare.report import comparison_html, key_figures
+    from palpate.commands.compare.report import key_figures, map_comparison_report
     from palpate.commands.progress import doing
     from palpate.mapping.compare import compare
     from palpate.mapping.compare_files import read_map, read_reference
+    from palpate.reporting.page import write_report
 
     console = Console()
     with doing(console, "comparing"):
@@ -88,9 +89,7 @@ def run_compare(config: CompareConfig) -> Answer:
     for warning in warnings:
         say(console, warning)
     with doing(console, "drawing the report"):
-        text = comparison_html(found, reference, config)
-        with replacing(folder / "compare.html") as file:
-            file.write(text.encode("utf-8"))
+        write_report(map_comparison_report(found, reference, config), folder / "compare.html")
         with replacing(folder / "compare.json") as file:
             file.write(json.dumps(result(found, reference, config), indent=2, allow_nan=False).encode("ascii"))
     files = (folder / "compare.html", folder / "compare.json")

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore.surface_picture import few_ticks
 from palpate.mapping.compare import Comparison
 from palpate.reporting.style import (
     ERROR_COLOURS,
@@ -23,6 +22,7 @@ from palpate.reporting.style import (
     Picture,
     Width,
     dress,
+    few_ticks,
     new_figure,
 )
 

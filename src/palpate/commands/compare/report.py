@@ -1,7 +1,8 @@
-"""The report on a comparison, as one HTML file."""
+"""The report on a map beside a reference mesh."""
 
 import math
 import shlex
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,7 +10,10 @@ from palpate.commands.compare.config import CompareConfig
 from palpate.mapping.compare import Comparison
 from palpate.mapping.compare_surface import TriangleSurface
 from palpate.reporting.data import KeyFigure
-from palpate.reporting.story import Story
+from palpate.reporting.report import Pictures, Report, Section
+
+if TYPE_CHECKING:
+    from palpate.reporting.style import Picture
 
 _MILLI = 1e3
 
@@ -59,11 +63,13 @@ def outcome(found: Comparison) -> str:
     )
 
 
-def comparison_html(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> str:
-    """Return the report as the text of an HTML document."""
-    # matplotlib takes a third of a second to import: only those who write a report wait for it.
-    from palpate.commands.compare.pictures import error_histogram, error_on_map, gaps_on_reference
-    from palpate.reporting.page import picture_cards, report_page, section
+def map_comparison_report(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> Report:
+    """Return the report."""
+
+    def draw() -> "list[Picture | None]":
+        from palpate.commands.compare.pictures import error_histogram, error_on_map, gaps_on_reference
+
+        return [error_on_map(found, reference.is_watertight), error_histogram(found), gaps_on_reference(found)]
 
     title = f"{config.map.name} against {config.reference.name}"
     closed = "watertight" if reference.is_watertight else "open: distances have no sign"
@@ -78,19 +84,16 @@ def comparison_html(found: Comparison, reference: TriangleSurface, config: Compa
         ("covered means", f"within {_MILLI * config.within:g} mm of the map"),
         ("aligned", "yes" if config.align else "no"),
     )
-    pictures = [error_on_map(found, reference.is_watertight), error_histogram(found), gaps_on_reference(found)]
-    return report_page(
-        Story(
-            title,
-            f"how far {config.map.name} is from {config.reference.name}, which is taken for the truth",
-            outcome(found),
-            key_figures(found),
-            _advice(found, config),
-            (("The same again:", _command(config)),),
-            settings,
-            "Distances to the reference's surface.",
-        ),
-        [section("Errors", [picture_cards(pictures)])],
+    return Report(
+        title=title,
+        asked=f"how far {config.map.name} is from {config.reference.name}, which is taken for the truth",
+        outcome=outcome(found),
+        figures=key_figures(found),
+        sections=(Section("Errors", (Pictures(draw),)),),
+        advice=_advice(found, config),
+        settings=settings,
+        repeat=(("The same again:", _command(config)),),
+        footer="Distances to the reference's surface.",
     )
 
 

@@ -1,11 +1,13 @@
 """Several runs in one picture: lines over one another, and how errors are spread."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from palpate.commands.compare.report_data import Overlay, Spreads
+from palpate.errors import FloatArray
+from palpate.experiments.kit.comparable import ErrorSample
 from palpate.reporting.envelope import envelope
 from palpate.reporting.style import (
     DASHED,
@@ -28,19 +30,40 @@ SHOWN_PERCENT = 99.5
 BINS = 60
 
 
-def overlay_picture(told: Overlay, names: Sequence[str]) -> Picture | None:
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """One line of one run.
+
+    Attributes:
+        run: Whose, from 0.
+        time: Since its first period, shape (n,) [s].
+        y: Shape (n,), may hold NaN.
+        asked: Whether it is what was asked for, drawn dashed.
+    """
+
+    run: int
+    time: FloatArray
+    y: FloatArray
+    asked: bool = False
+
+
+def overlay_picture(
+    title: str, caption: str, y: str, curves: Sequence[Curve], names: Sequence[str]
+) -> Picture | None:
     """Return the runs' lines over one another, each in its run's colour; None if there is none."""
-    if not any(np.isfinite(curve.y).any() for curve in told.curves):
+    if not any(np.isfinite(curve.y).any() for curve in curves):
         return None
     return Picture(
-        told.title, told.caption, _overlay(told, names, Width.FULL), narrow=_overlay(told, names, Width.HALF)
+        title, caption, _overlay(y, curves, names, Width.FULL), narrow=_overlay(y, curves, names, Width.HALF)
     )
 
 
-def spreads_picture(told: Spreads, names: Sequence[str]) -> Picture | None:
+def spread_picture(samples: Sequence[ErrorSample | None], names: Sequence[str]) -> Picture | None:
     """Return the shares of each run's errors; None if no run has any."""
-    known = [values for values in told.values if len(values)]
-    if not known:
+    values_of = [np.zeros(0) if each is None else each.values for each in samples]
+    known = [values for values in values_of if len(values)]
+    told = next((each for each in samples if each is not None and len(each.values)), None)
+    if told is None:
         return None
     figure = new_figure(Width.HALF, 3.8)
     axes = figure.subplots()
@@ -48,7 +71,7 @@ def spreads_picture(told: Spreads, names: Sequence[str]) -> Picture | None:
     low, high = np.percentile(together, [100.0 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
     room = max(0.05 * (high - low), 1e-9)
     bins = np.linspace(low - room, high + room, BINS + 1)
-    for run, values in enumerate(told.values):
+    for run, values in enumerate(values_of):
         if not len(values):
             continue
         share, _ = np.histogram(np.clip(values, bins[0], bins[-1]), bins)
@@ -60,7 +83,7 @@ def spreads_picture(told: Spreads, names: Sequence[str]) -> Picture | None:
             label=label(names[run], LONGEST_NAME),
         )
     axes.axvline(0.0, color=INK, linewidth=0.8)
-    dress(axes, x=told.x, y="share of the points [%]")
+    dress(axes, x=told.axis, y="share of the points [%]")
     legend_above(figure, [axes], columns=2)
     return Picture(told.title, told.caption, figure)
 
@@ -70,13 +93,13 @@ def colour_of(run: int) -> str:
     return SIDE_BY_SIDE[run % len(SIDE_BY_SIDE)]
 
 
-def _overlay(told: Overlay, names: Sequence[str], width: Width) -> Figure:
+def _overlay(y: str, curves: Sequence[Curve], names: Sequence[str], width: Width) -> Figure:
     figure = new_figure(width, 3.6)
     axes = figure.subplots()
-    for curve in told.curves:
+    for curve in curves:
         name = label(names[curve.run], LONGEST_NAME)
         axes.plot(
-            *envelope(curve.x, curve.y),
+            *envelope(curve.time, curve.y),
             color=colour_of(curve.run),
             linewidth=1.4 if curve.asked else 1.0,
             linestyle=DASHED if curve.asked else ("-", ":")[curve.run // len(SIDE_BY_SIDE) % 2],
@@ -84,6 +107,6 @@ def _overlay(told: Overlay, names: Sequence[str], width: Width) -> Figure:
             label=f"{name}, set" if curve.asked else name,
         )
     axes.margins(x=0.0)
-    dress(axes, x=told.x, y=told.y)
+    dress(axes, x="time [s]", y=y)
     legend_above(figure, [axes], columns=4 if width is Width.FULL else 2)
     return figure

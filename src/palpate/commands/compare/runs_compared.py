@@ -1,19 +1,18 @@
-"""Runs of the same experiment, read from their logs to be laid side by side."""
+"""Runs of the same experiment, found again from their logs to be laid side by side."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from palpate.commands.replay.kinds import LogKind, kind_of
-from palpate.commands.view.plan import ViewedPlan, recorded_plan
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore.explored_contacts import ScanContacts
-from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.kit.recorded_run import live_values
-from palpate.experiments.regulate.plan import RegulationPlan
-from palpate.runtime import Phase, Record
+from palpate.experiments.kit.comparable import ErrorSample, WithErrors, WithSetForce
+from palpate.experiments.kit.experiment import Experiment, Result
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import Tell, untold
+from palpate.runtime import Record
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.log.record import record_of
 from palpate.sensing.contact import ContactStatus
@@ -22,10 +21,10 @@ LOG_ENDING = ".mcap"
 """Of the files that runs are recorded in."""
 
 CHANGE = "change"
-"""Field of changes of live parameters, which plans of logs do not have: the log has them."""
+"""Option of changes of live parameters: what was changed, the log has."""
 
 LEFT_OUT = ("out",)
-"""Fields of a configuration that ask for nothing of the run."""
+"""Options that ask for nothing of the run."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,22 +34,42 @@ class ComparedRun:
     Attributes:
         name: To tell it from the others.
         place: As it was named.
-        log: Of it.
-        kind: Which experiment it is of.
-        planned: What was planned.
+        of: What its log is of.
+        result: What came of it.
         records: Every period, per finger.
-        points: Signed distance of felt points to the true surface, shape (n,) [m]; empty where nobody knows.
-        set_force: Normal force asked for, shape (n,) [N]; NaN where none was, or it was a hand.
     """
 
     name: str
     place: Path
-    log: Log
-    kind: LogKind
-    planned: ViewedPlan
+    of: LoggedRun
+    result: Result
     records: tuple[Record, ...]
-    points: FloatArray
-    set_force: FloatArray
+
+    @property
+    def log(self) -> Log:
+        """Of it."""
+        return self.of.log
+
+    @property
+    def config(self) -> Any:
+        """What was asked for."""
+        return self.of.config
+
+    @property
+    def experiment(self) -> Experiment:
+        """Of which it is a run."""
+        return self.of.experiment
+
+    @property
+    def set_force(self) -> FloatArray:
+        """Normal force asked for, shape (n,) [N]; NaN where none was, or nobody says."""
+        known = isinstance(self.result, WithSetForce)
+        return self.result.set_force if known else np.full(len(self.records[0]), np.nan)  # type: ignore[attr-defined]
+
+    @property
+    def errors(self) -> tuple[ErrorSample, ...]:
+        """Whose spread is shown."""
+        return self.result.error_samples() if isinstance(self.result, WithErrors) else ()
 
     @property
     def time(self) -> FloatArray:
@@ -88,8 +107,8 @@ def is_run(place: Path) -> bool:
     return place.is_dir() or place.suffix == LOG_ENDING
 
 
-def read_runs(places: Sequence[Path]) -> tuple[ComparedRun, ...]:
-    """Return the runs that people name.
+def read_runs(places: Sequence[Path], tell: Tell = untold) -> tuple[ComparedRun, ...]:
+    """Return the runs that people name; `tell` is told which is being worked out.
 
     Raises:
         InvalidValueError: One is no run, they are of different experiments, or one and the same.
@@ -106,17 +125,18 @@ def read_runs(places: Sequence[Path]) -> tuple[ComparedRun, ...]:
         if path in paths[:i]:
             raise InvalidValueError(f"{places[i]} and {places[paths.index(path)]} are the same run: {path}")
     logs = [read_log(path) for path in paths]
-    kinds = [kind_of(log) for log in logs]
-    for place, kind in zip(places, kinds, strict=True):
-        if kind is not kinds[0]:
+    found = [LoggedRun.of(log) for log in logs]
+    for place, each in zip(places, found, strict=True):
+        if each.experiment.name != found[0].experiment.name:
             raise InvalidValueError(
-                f"{places[0]} is of `{kinds[0].command}` and {place} of `{kind.command}`: only runs of the same "
-                "experiment can be compared"
+                f"{places[0]} is of `palpate {found[0].experiment.name}` and {place} of `palpate "
+                f"{each.experiment.name}`: only runs of the same experiment can be compared"
             )
-    return tuple(
-        _run(name, place, log, kind)
-        for name, place, log, kind in zip(_names(places, paths), places, logs, kinds, strict=True)
-    )
+    runs = []
+    for name, place, each in zip(_names(places, paths), places, found, strict=True):
+        tell(f"working out {name}")
+        runs.append(_run(name, place, each, tell))
+    return tuple(runs)
 
 
 def changed_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, tuple[object, ...]], ...]:
@@ -137,13 +157,13 @@ def common_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, object], ...]
 
 
 def _asked_fields(run: ComparedRun) -> list[str]:
-    return [field.name for field in fields(run.planned.config) if field.name not in LEFT_OUT]
+    return [field.name for field in fields(run.config) if field.name not in LEFT_OUT]
 
 
 def _asked(run: ComparedRun, name: str) -> object:
     """An option of a run; of its live parameters, what they were changed to by the log, None if they were not."""
     if name != CHANGE:
-        return getattr(run.planned.config, name)
+        return getattr(run.config, name)
     first = run.log.heading.first_time
     told = (f"{each.name} {each.value:g} at {each.time - first:.3g} s" for each in run.log.changes)
     return "; ".join(told) or None
@@ -157,53 +177,9 @@ def _names(places: Sequence[Path], paths: Sequence[Path]) -> list[str]:
     return names if len(set(names)) == len(names) else [f"{i + 1}: {name}" for i, name in enumerate(names)]
 
 
-def _run(name: str, place: Path, log: Log, kind: LogKind) -> ComparedRun:
-    planned = recorded_plan(log)
-    fingers = len(log.codec.heading.layout.channels)
-    records = tuple(record_of(log.codec, log.rows, i) for i in range(fingers))
+def _run(name: str, place: Path, logged: LoggedRun, tell: Tell) -> ComparedRun:
+    log = logged.log
+    records = tuple(record_of(log.codec, log.rows, i) for i in range(len(log.layout.channels)))
     if not len(records[0]):
         raise InvalidValueError(f"{log.path}: there are no periods in it: the run ended before it began")
-    return ComparedRun(
-        name,
-        place,
-        log,
-        kind,
-        planned,
-        records,
-        _points(planned, records[0]),
-        _set_force(planned, records[0], log),
-    )
-
-
-def _points(planned: ViewedPlan, record: Record) -> FloatArray:
-    if not isinstance(planned, ExplorationPlan) or not planned.truth_known:
-        return np.zeros(0)
-    felt = ScanContacts.of(
-        record,
-        planned.finger,
-        half_compliance=planned.half_compliance,
-        sensed_force=planned.config.force,
-        force_noise=planned.config.noise[0],
-    )
-    return np.asarray(planned.target.signed_distance(felt.cloud.position)) if len(felt.cloud) else np.zeros(0)
-
-
-def _set_force(planned: ViewedPlan, record: Record, log: Log) -> FloatArray:
-    wanted = np.full(len(record), np.nan)
-    if isinstance(planned, ExplorationPlan):
-        swept = np.flatnonzero(record.phase == Phase.SCAN.value)
-        if planned.profile is None:
-            live = np.array(live_values("force", planned.controller().live, log.changes, record.time.tolist()))
-            wanted[swept] = live[swept]
-        elif len(swept):
-            since = record.time[swept] - record.time[swept[0]]
-            wanted[swept] = [planned.profile.at(time)[0] for time in since.tolist()]
-    elif isinstance(planned, RegulationPlan):
-        held = np.flatnonzero(record.phase == Phase.HOLD.value)
-        if len(held):
-            since = record.time[held] - record.time[held[0]]
-            # a profile moves with the force that is asked for while it runs
-            live = np.array(live_values("force", planned.controller().live, log.changes, record.time.tolist()))
-            asked = np.array([planned.profile.at(time)[0] for time in since.tolist()])
-            wanted[held] = asked + live[held] - planned.parameters.force
-    return wanted
+    return ComparedRun(name, place, logged, logged.found(tell), records)

@@ -8,13 +8,19 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.commands.answer import UNITS, Answer, figure_name
-from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport
-from palpate.commands.compare.report_page import compared_heads, write_comparison_report
 from palpate.commands.compare.runs_compared import read_runs
-from palpate.commands.compare.runs_compared_report import comparison_report
-from palpate.commands.output_folder import make_folder
+from palpate.commands.compare.runs_compared_report import (
+    ComparedFigure,
+    asked_differently,
+    compared_figures,
+    compared_heads,
+    comparison_report,
+)
 from palpate.commands.progress import doing
 from palpate.commands.said import say
+from palpate.experiments.kit.output_folder import make_folder
+from palpate.reporting.page import write_report
+from palpate.reporting.report import Report
 
 FILE_NAME = "comparison.html"
 """Of the report, in the output folder."""
@@ -36,22 +42,23 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> Answer:
     """
     console = Console()
     with doing(console, "reading the logs"):
-        runs = read_runs(places)
+        runs = read_runs(places, lambda step: say(console, step))
     folder = runs[0].log.path.parent if out is None else out
     make_folder(folder)
     with doing(console, "comparing"):
         report = comparison_report(runs, folder)
-    console.print(_table(report))
+        figures, differences = compared_figures(runs), asked_differently(runs)
+    console.print(_table(report, [run.name for run in runs], figures, differences))
     path = folder / FILE_NAME
     with doing(console, "drawing the report"):
-        write_comparison_report(report, path)
+        write_report(report, path)
     say(console, f"Written: {path}")
     return Answer(
         outcome=report.outcome,
-        figures=dict(_in_si(figure) for figure in report.figures),
+        figures=dict(_in_si(figure) for figure in figures),
         facts={
             "runs": [str(run.log.path) for run in runs],
-            "asked_differently": {row[0]: list(row[2:]) for row in report.differences},
+            "asked_differently": {row[0]: list(row[2:]) for row in differences},
         },
         files=(path,),
     )
@@ -64,15 +71,19 @@ def _in_si(figure: ComparedFigure) -> tuple[str, list[float | str]]:
     return figure_name(figure.name, figure.unit), values
 
 
-def _table(report: ComparisonReport) -> Table:
+def _table(
+    report: Report,
+    names: Sequence[str],
+    figures: Sequence[ComparedFigure],
+    differences: Sequence[tuple[str, ...]],
+) -> Table:
     """The differences of what was asked, and the figures side by side; texts as they are."""
     table = Table(title=Text(report.title), caption=Text(report.outcome))
-    heads = compared_heads(report.names)[:-1]
-    for i, head in enumerate(heads):
+    for i, head in enumerate(compared_heads(names)[:-1]):
         table.add_column(Text(head), justify="left" if i < 2 else "right")
-    blank = ("",) * (len(report.names) - 1)
-    for name, unit, *values in report.differences:
+    blank = ("",) * (len(names) - 1)
+    for name, unit, *values in differences:
         table.add_row(*(Text(each) for each in (f"asked: {name}", unit, *values, *blank)))
-    for figure in report.figures:
+    for figure in figures:
         table.add_row(*(Text(each) for each in (figure.name, figure.unit, *figure.shown, *figure.differences)))
     return table

@@ -3,29 +3,32 @@
 import math
 import shlex
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
 from palpate.commands.compare.runs_compared import ComparedRun, changed_fields, common_fields
 from palpate.errors import FloatArray
-from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.friction.plan import FrictionPlan
-from palpate.experiments.grasp.plan import GraspPlan
-from palpate.experiments.kit.option_words import has_unit, option_unit, option_words
+from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.option_words import has_unit, option_words
+from palpate.experiments.kit.options import specs_of
+from palpate.reporting.data import KeyFigure
+from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from palpate.runtime import Phase
 
-MILLI, MICRO = 1e3, 1e6
+if TYPE_CHECKING:
+    from palpate.reporting.style import Picture
 
-WORK: dict[type, tuple[Phase, str]] = {
-    ExplorationPlan: (Phase.SCAN, "while it slid along the surface"),
-    FrictionPlan: (Phase.SCAN, "while it rubbed"),
-    GraspPlan: (Phase.HOLD, "while it was held"),
-}
-"""Of each kind of plan the phase that it is all about, and its words; of any other it is HOLD."""
+MILLI = 1e3
 
-REST = (Phase.HOLD, "while the force was held")
+WORKING = (Phase.SCAN, Phase.HOLD)
+"""Phases that a run is all about, the first one that it has; approach, settling and lifting are not."""
+
+ALIKE = "Nothing was asked differently."
+
+BoolArray = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 DASHES = (
     " Dashed, what was asked for: the nearer a line to its dashes the better, whatever force a run was asked for."
@@ -35,29 +38,59 @@ LIGHTEST = 0.1
 """Below this share of the median force no ratio of forces is taken: landing and lifting are noise over noise."""
 
 
-def comparison_report(runs: Sequence[ComparedRun], out: Path) -> ComparisonReport:
+@dataclass(frozen=True, slots=True)
+class ComparedFigure:
+    """One figure of every run.
+
+    Attributes:
+        name: What it is.
+        unit: Its unit, "" for a ratio, a count or words.
+        values: A number or words of each run; NaN where a run has none.
+        note: What it tells, and what is good.
+    """
+
+    name: str
+    unit: str
+    values: tuple[float | str, ...]
+    note: str = ""
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The values as shown."""
+        return tuple(KeyFigure(self.name, value, self.unit).text for value in self.values)
+
+    @property
+    def differences(self) -> tuple[str, ...]:
+        """Every later run's value less the first one's, as shown; "" of words, and where one is not known."""
+        return tuple(_less(value, self.values[0]) for value in self.values[1:])
+
+
+def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
     """Return the report on two or more runs of the same experiment.
 
     Args:
         runs: Each another one.
         out: Folder that the report goes to.
     """
-    changed = changed_fields(runs)
     names = tuple(run.name for run in runs)
-    figures = compared_figures(runs)
-    return ComparisonReport(
+    figures, differences, count = compared_figures(runs), asked_differently(runs), len(runs)
+    asked = TextTable(differences, ("name", "unit", *("value",) * count), ("asked differently", "unit", *names))
+    side_by_side = TextTable(
+        [(f.name, f.unit, *f.shown, *f.differences, f.note) for f in figures],
+        ("name", "unit", *("value",) * (2 * count - 1), "note"),
+        compared_heads(names),
+    )
+    return Report(
         title=f"{', '.join(names[:-1])} and {names[-1]}, side by side",
-        asked=f"to compare {len(runs)} runs of {runs[0].kind.command}; differences are to the first, {names[0]}",
+        asked=f"to compare {count} runs of `palpate {runs[0].experiment.name}` with the first of them, {names[0]}",
         outcome=outcome(runs, figures),
-        names=names,
-        differences=tuple(
-            (name, _unit(runs, name, values), *(option_words(value) for value in values))
-            for name, values in changed
+        figures=(),
+        sections=(
+            Section("What was asked differently", (asked if differences else Paragraph(ALIKE),)),
+            Section("Figures side by side", (side_by_side,)),
+            Section("Over one another", (Pictures(lambda: _pictures(runs, names)),)),
         ),
-        figures=figures,
-        overlays=_overlays(runs),
-        spreads=_spreads(runs),
-        advice=_advice(len(changed)),
+        advice=_advice(len(differences)),
         repeat=(
             (
                 "The same again:",
@@ -69,6 +102,21 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> ComparisonRepor
             for name, value in common_fields(runs)
         )
         + tuple((f"log of {run.name}", str(run.log.path)) for run in runs),
+        footer="Figures and pictures are computed anew from the runs' logs, the same way for each.",
+    )
+
+
+def compared_heads(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the heads of a table of figures side by side."""
+    less = (f"{name} less {names[0]}" for name in names[1:])
+    return ("figure", "unit", *names, *less, "what is good")
+
+
+def asked_differently(runs: Sequence[ComparedRun]) -> tuple[tuple[str, ...], ...]:
+    """Return what was asked differently: name, unit, and what was asked of each run."""
+    return tuple(
+        (name, _unit(runs, name, values), *(option_words(value) for value in values))
+        for name, values in changed_fields(runs)
     )
 
 
@@ -86,42 +134,39 @@ def outcome(runs: Sequence[ComparedRun], figures: Sequence[ComparedFigure]) -> s
 
 def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
     """Return the figures of each run, most important first; those that no run has are left out."""
-    phase, while_ = WORK.get(type(runs[0].planned), REST)
-    error = "felt normal force off the set one, RMS"
-    found = [
-        _figure(runs, "points to true surface, RMS", "mm", lambda run: MILLI * _rms(run.points), "less is better"),
+    experiment, while_ = runs[0].experiment, "in the phase that the run is all about"
+    each = [figures_of(experiment, run.result) for run in runs]
+    own = [
+        ComparedFigure(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each))
+        for its in experiment.figures
+    ]
+    felt = [
         _figure(
             runs,
-            error,
+            "felt normal force off the set one, RMS",
             "N",
-            lambda run: _rms(_at(run, phase, run.felt - run.set_force)),
+            lambda run: _rms(_working(run, run.felt - run.set_force)),
             f"{while_}; less is better",
         ),
         _figure(
             runs,
             "commanded grip, mean",
             "N",
-            lambda run: _mean(_at(run, phase, run.commanded_grip)),
+            lambda run: _mean(_working(run, run.commanded_grip)),
             f"{while_}; less is gentler, as long as nothing slips",
         ),
-        _figure(runs, "felt normal force, mean", "N", lambda run: _mean(_at(run, phase, run.felt)), while_),
-        _figure(
-            runs,
-            "largest force felt",
-            "N",
-            lambda run: float(run.felt.max()),
-            "of the whole run; limits stop a run",
-        ),
+        _figure(runs, "felt normal force, mean", "N", lambda run: _mean(_working(run, run.felt)), while_),
+        _figure(runs, "largest force felt", "N", lambda run: float(run.felt.max()), "of the whole run"),
         _figure(
             runs,
             "tangential over normal force, median",
             "",
-            lambda run: _ratio(run, phase),
+            _ratio,
             f"{while_}; where it slides this is the coefficient of friction",
         ),
         _figure(
             runs,
-            "way of the tip",
+            "path length of the tip",
             "mm",
             lambda run: MILLI * float(np.linalg.norm(np.diff(run.records[0].position, axis=0), axis=1).sum()),
             "shorter is quicker",
@@ -130,7 +175,7 @@ def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
             runs, "time of the run", "s", lambda run: float(run.time[-1]), "from its first period to its last"
         ),
     ]
-    known = [f for f in found if any(isinstance(v, str) or math.isfinite(v) for v in f.values)]
+    known = [f for f in (*own, *felt) if any(isinstance(v, str) or math.isfinite(v) for v in f.values)]
     return (*known, ComparedFigure("how it ended", "", tuple(run.ending for run in runs)))
 
 
@@ -140,47 +185,36 @@ def _figure(
     return ComparedFigure(name, unit, tuple(value(run) for run in runs), note)
 
 
-def _overlays(runs: Sequence[ComparedRun]) -> tuple[Overlay, ...]:
+def _pictures(runs: Sequence[ComparedRun], names: Sequence[str]) -> "list[Picture | None]":
+    from palpate.commands.compare.run_pictures import Curve, overlay_picture, spread_picture
+
     felt = [Curve(i, run.time, np.where(run.felt > 0.0, run.felt, np.nan)) for i, run in enumerate(runs)]
     asked = [Curve(i, run.time, run.set_force, asked=True) for i, run in enumerate(runs)]
     asked = [curve for curve in asked if np.isfinite(curve.y).any()]
+    grips = [Curve(i, run.time, run.commanded_grip) for i, run in enumerate(runs)]
     mean = ", the mean over the fingers" if len(runs[0].records) > 1 else ""
-    drawn = [
-        Overlay(
+    samples = [run.errors for run in runs]
+    return [
+        overlay_picture(
             "Normal force over time",
             f"Normal force that was felt{mean}, from the beginning of each run on.{DASHES if asked else ''}",
-            "time [s]",
             "normal force [N]",
             (*felt, *asked),
-        )
-    ]
-    grips = [Curve(i, run.time, run.commanded_grip) for i, run in enumerate(runs)]
-    if any(np.isfinite(curve.y).any() for curve in grips):
-        drawn.append(
-            Overlay(
-                "Grip over time",
-                "Grip that was commanded, the mean over the fingers. The lower the gentler, as long as the object "
-                "neither slips nor spins; how it ended stands above.",
-                "time [s]",
-                "commanded grip [N]",
-                tuple(grips),
-            )
-        )
-    return tuple(drawn)
-
-
-def _spreads(runs: Sequence[ComparedRun]) -> tuple[Spreads, ...]:
-    if not any(len(run.points) for run in runs):
-        return ()
-    return (
-        Spreads(
-            "Errors of the surface",
-            "Signed distances of the touched points from the true surface, positive outside, as shares of each "
-            "run's points. Narrow and about zero is good; what is further off is counted at the rim.",
-            "error of the points [µm]",
-            tuple(MICRO * run.points for run in runs),
+            names,
         ),
-    )
+        overlay_picture(
+            "Grip over time",
+            "Grip that was commanded, the mean over the fingers. The lower the gentler, as long as the object "
+            "neither slips nor spins; how it ended stands above.",
+            "commanded grip [N]",
+            grips,
+            names,
+        ),
+        *(
+            spread_picture([each[i] if i < len(each) else None for each in samples], names)
+            for i in range(max(map(len, samples)))
+        ),
+    ]
 
 
 def _advice(changed: int) -> tuple[str, ...]:
@@ -199,22 +233,41 @@ def _advice(changed: int) -> tuple[str, ...]:
     )
 
 
-def _at(run: ComparedRun, phase: Phase, values: FloatArray) -> FloatArray:
-    return np.asarray(values[run.records[0].phase == phase.value])
+def _in_work(run: ComparedRun) -> BoolArray:
+    """Which periods are of the phase that the run is all about, shape (n,)."""
+    phase = run.records[0].phase
+    each = (phase == its.value for its in WORKING)
+    return np.asarray(next((found for found in each if found.any()), np.ones(len(phase), np.bool_)))
 
 
-def _ratio(run: ComparedRun, phase: Phase) -> float:
+def _working(run: ComparedRun, values: FloatArray) -> FloatArray:
+    return np.asarray(values[_in_work(run)])
+
+
+def _ratio(run: ComparedRun) -> float:
     """Tangential over normal force of the first finger while it worked; NaN of a hand, which does not slide."""
     if len(run.records) > 1:
         return math.nan
     record = next(iter(run.records))
-    kept = (record.phase == phase.value) & record.touching
+    kept = _in_work(run) & record.touching
     normal = record.normal_force[kept]
     if not len(normal):
         return math.nan
     pushing = normal > LIGHTEST * max(float(np.nanmedian(normal)), 0.0)
     along = np.linalg.norm(record.tangential_force[kept], axis=1)
     return float(np.nanmedian(along[pushing] / normal[pushing])) if pushing.any() else math.nan
+
+
+def _value(value: object) -> float | str:
+    if value is None:
+        return math.nan
+    return float(value) if isinstance(value, bool | int | float) else str(value)
+
+
+def _less(value: float | str, first: float | str) -> str:
+    if isinstance(value, str) or isinstance(first, str) or not math.isfinite(value - first):
+        return ""
+    return "0" if value == first else f"{value - first:+.3g}"
 
 
 def _rms(values: FloatArray) -> float:
@@ -228,4 +281,4 @@ def _mean(values: FloatArray) -> float:
 
 
 def _unit(runs: Sequence[ComparedRun], name: str, values: Sequence[object]) -> str:
-    return option_unit(runs[0].kind.experiment, name) if any(map(has_unit, values)) else ""
+    return specs_of(runs[0].experiment.Config)[name].unit if any(map(has_unit, values)) else ""

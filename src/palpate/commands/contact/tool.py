@@ -17,9 +17,9 @@ from palpate.atomic_file import replacing
 from palpate.commands.answer import Answer, ExitCode
 from palpate.commands.contact.config import STANDARD_STREAM, ContactConfig
 from palpate.commands.contact.table import CsvTable, JsonLines, TableFormat
-from palpate.commands.output_folder import check_file
 from palpate.commands.wrench_csv import ByteSource, WrenchReader
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.kit.output_folder import check_file
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.solver import Surface, contacts_from_wrenches
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise

@@ -13,9 +13,9 @@ from palpate.commands.log.answer import log_answer
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
 from palpate.commands.log.export import CsvWriter, ParquetWriter, TableWriter, tables_of
 from palpate.commands.log.summary import VERSIONS, log_summary
-from palpate.commands.output_folder import make_folder
 from palpate.commands.progress import lively
 from palpate.commands.said import say
+from palpate.experiments.kit.output_folder import make_folder
 from palpate.runtime.log import Log, log_in, read_log
 
 PATIENCE = 2.0

@@ -7,11 +7,8 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
 
 from palpate.commands.answer import Answer, ExitCode, shown_figures
-from palpate.commands.output_folder import make_folder
 from palpate.commands.progress import doing, lively
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.replay.controller import load_controller_maker
@@ -25,10 +22,13 @@ from palpate.commands.replay.report import (
     verdict,
     version_differences,
 )
-from palpate.commands.replay.report_page import write_replay_report
 from palpate.commands.replay.run import ReplayedLog, replay_log
-from palpate.commands.replay.settings import settings_of
 from palpate.commands.said import say
+from palpate.commands.typed_values import set_options
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.output_folder import make_folder
+from palpate.reporting.page import write_report
+from palpate.reporting.terminal import figure_table
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
 
@@ -48,14 +48,14 @@ def run_replay(config: ReplayConfig) -> Answer:
         OSError: The log cannot be read, or the report not be written.
     """
     console = Console()
-    settings = settings_of(config.set)
     path = log_in(config.log)
     maker = None if config.controller is None else load_controller_maker(config.controller)
     folder = path.resolve().parent if config.out is None else config.out
-    if settings or maker is not None:
+    if config.set or maker is not None:
         make_folder(folder)  # before the work, so that nothing is lost after it
     with _progress(console) as show:
         log = read_log(path, lambda share: show("reading", share))
+        settings = set_options(config.set, LoggedRun.of(log).experiment.Config, {}) if config.set else {}
         done, count = 0, max(len(log), 1)
 
         def observe(sample: Sample, now: Observation, command: Command) -> None:
@@ -73,11 +73,11 @@ def run_replay(config: ReplayConfig) -> Answer:
             return _answer(found, ExitCode.DONE)
         _explain(console, found)
     else:
-        console.print(_table(found))
+        console.print(figure_table(key_figures(found)))
     make_folder(folder)
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
-        write_replay_report(replay_report(found, config.controller), report)
+        write_report(replay_report(found, config.controller), report)
     say(console, f"Written: {report}")
     wrong = found.should_be_identical or _failed(console, found)
     return _answer(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, (report,))
@@ -128,17 +128,6 @@ def _failed(console: Console, found: ReplayedLog) -> bool:
         return False
     say(console, "".join(traceback.format_exception(error)))
     return True
-
-
-def _table(found: ReplayedLog) -> Table:
-    table = Table(show_header=False)
-    table.add_column("name", no_wrap=True)
-    table.add_column("value", justify="right", style="bold", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("note", style="dim")
-    for figure in key_figures(found):
-        table.add_row(Text(figure.name), Text(figure.text), Text(figure.unit), Text(figure.note))
-    return table
 
 
 def _new_report_path(folder: Path, stem: str) -> Path:

@@ -29,16 +29,13 @@ class ReplayConfig:
     """
 
     log: LogPlace
-    """Log file (.mcap) of `palpate explore`, `regulate`, `friction` or `grasp`; a folder stands for its
-    latest.mcap."""
+    """Log file (.mcap) of an experiment; a folder stands for its latest.mcap."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
-    """Other values for what sensing, control and supervision go by, named as the options of the command that
-    recorded it: of `palpate explore` force, speed, tip, width, depth, spacing, stiffness, robot; of `palpate
-    regulate` force, profile, swing, hold, frequencies, motion, assumed_stiffness, robot and more; of `palpate
-    grasp` margin, known, believed_friction, ignore_spin and more. Several numbers with commas, as in
+    """Other values for what sensing, control and supervision go by, named as the options of the experiment that
+    recorded it, as force=3; what cannot be changed is refused, and says why. Several numbers with commas, as in
     tip=0.008,0.008,0.012."""
     controller: Annotated[str | None, tyro.conf.arg(metavar="MODULE:FUNCTION")] = None
-    """Another controller: what this function returns when it is called with the run's plan, such as an
-    `ExplorationPlan`, `RegulationPlan` or `GraspPlan`. The module is looked for in the present folder first."""
+    """Another controller: what this function returns when it is called with the run's plan. The module is looked
+    for in the present folder first."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """Folder for the report, made if need be. Left out: beside the log. It is named after the log."""

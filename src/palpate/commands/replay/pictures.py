@@ -4,11 +4,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.commands.replay.report_data import ReplayReport
 from palpate.errors import FloatArray
 from palpate.reporting.envelope import envelope
 from palpate.reporting.phases import shade
 from palpate.reporting.style import COMMANDED, MEASURED, MILLI, Picture, Width, dress, legend_above, new_figure
+from palpate.runtime import Record
 
 RECORDED, REPLAYED = COMMANDED, MEASURED
 
@@ -16,7 +16,7 @@ SMALLEST_DRAWN = 1e-15
 """[mm/s]. Smaller differences, the last bits of velocities far below 1 mm/s, are drawn as this one."""
 
 
-def velocity_picture(report: ReplayReport) -> Picture:
+def velocity_picture(recorded: Record, replayed: Record) -> Picture:
     """Return the picture of the commanded velocity, axis by axis."""
     return Picture(
         title="Commanded velocity",
@@ -26,14 +26,14 @@ def velocity_picture(report: ReplayReport) -> Picture:
             "nothing was changed. The "
             "ground shows what the recorded controller was doing."
         ),
-        full=_velocity(report, Width.FULL),
-        narrow=_velocity(report, Width.HALF),
+        full=_velocity(recorded, replayed, Width.FULL),
+        narrow=_velocity(recorded, replayed, Width.HALF),
     )
 
 
-def difference_picture(report: ReplayReport) -> Picture | None:
+def difference_picture(recorded: Record, replayed: Record) -> Picture | None:
     """Return the picture of how far the commands are apart, or None if they are not."""
-    apart = _apart(report)
+    apart = _apart(recorded, replayed)
     if not np.nansum(apart) > 0.0:
         return None
     return Picture(
@@ -44,14 +44,14 @@ def difference_picture(report: ReplayReport) -> Picture | None:
             f"Nothing at all is "
             "good where nothing was changed."
         ),
-        full=_difference(report, apart, Width.FULL),
-        narrow=_difference(report, apart, Width.HALF),
+        full=_difference(recorded, replayed, apart, Width.FULL),
+        narrow=_difference(recorded, replayed, apart, Width.HALF),
     )
 
 
-def felt_picture(report: ReplayReport) -> Picture | None:
+def felt_picture(recorded: Record, replayed: Record) -> Picture | None:
     """Return the picture of the felt normal force, or None if nothing was touched."""
-    if not any(np.isfinite(side.normal_force).any() for side in (report.recorded, report.replayed)):
+    if not any(side.touching.any() for side in (recorded, replayed)):
         return None
     return Picture(
         title="Felt normal force",
@@ -59,17 +59,17 @@ def felt_picture(report: ReplayReport) -> Picture | None:
             "The normal force that touch found in the same samples, then and now. It differs only if what sensing "
             "goes by was changed: fingertip, sensor, or set force and stiffness (how far the tip gives way)."
         ),
-        full=_felt(report, Width.FULL),
-        narrow=_felt(report, Width.HALF),
+        full=_felt(recorded, replayed, Width.FULL),
+        narrow=_felt(recorded, replayed, Width.HALF),
     )
 
 
-def _velocity(report: ReplayReport, width: Width) -> Figure:
+def _velocity(recorded: Record, replayed: Record, width: Width) -> Figure:
     figure = new_figure(width, 5.6)
     rows = figure.subplots(3, 1, sharex=True)
     for i, (axes, name) in enumerate(zip(rows, "xyz", strict=True)):
-        shade(axes, report.recorded.ground)
-        _draw_both(axes, report, MILLI * report.recorded.velocity[:, i], MILLI * report.replayed.velocity[:, i])
+        shade(axes, recorded)
+        _draw_both(axes, recorded.time, MILLI * recorded.command[:, i], MILLI * replayed.command[:, i])
         dress(axes, x="time [s]" if i == 2 else "", y=f"{name} [mm/s]")
         axes.margins(x=0.0)
     figure.align_ylabels()
@@ -77,37 +77,41 @@ def _velocity(report: ReplayReport, width: Width) -> Figure:
     return figure
 
 
-def _difference(report: ReplayReport, apart: FloatArray, width: Width) -> Figure:
+def _difference(recorded: Record, replayed: Record, apart: FloatArray, width: Width) -> Figure:
     figure = new_figure(width, 2.8)
     axes = figure.subplots()
-    shade(axes, report.recorded.ground)
+    shade(axes, recorded)
     shown = np.where(apart > 0.0, np.maximum(apart, SMALLEST_DRAWN), np.nan)
-    axes.plot(*envelope(report.recorded.time, shown), color=REPLAYED, linewidth=1.0, marker=".", markersize=1.5)
+    axes.plot(*envelope(recorded.time, shown), color=REPLAYED, linewidth=1.0, marker=".", markersize=1.5)
     axes.set_yscale("log")
-    axes.set_xlim(report.recorded.time[0], max(report.recorded.time[-1], report.recorded.time[0] + 1e-9))
+    axes.set_xlim(recorded.time[0], max(recorded.time[-1], recorded.time[0] + 1e-9))
     dress(axes, x="time [s]", y="difference [mm/s]")
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
     return figure
 
 
-def _felt(report: ReplayReport, width: Width) -> Figure:
+def _felt(recorded: Record, replayed: Record, width: Width) -> Figure:
     figure = new_figure(width, 3.0)
     axes = figure.subplots()
-    shade(axes, report.recorded.ground)
-    _draw_both(axes, report, report.recorded.normal_force, report.replayed.normal_force)
+    shade(axes, recorded)
+    _draw_both(axes, recorded.time, _felt_force(recorded), _felt_force(replayed))
     dress(axes, x="time [s]", y="normal force [N]")
     axes.margins(x=0.0)
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
     return figure
 
 
-def _draw_both(axes: Axes, report: ReplayReport, recorded: FloatArray, replayed: FloatArray) -> None:
+def _draw_both(axes: Axes, time: FloatArray, recorded: FloatArray, replayed: FloatArray) -> None:
     """A wide pale line below a thin one: where they agree, both are seen."""
-    time = report.recorded.time
     axes.plot(*envelope(time, recorded), color=RECORDED, linewidth=3.2, alpha=0.5, label="recorded")
     axes.plot(*envelope(time, replayed), color=REPLAYED, linewidth=1.0, label="replayed")
 
 
-def _apart(report: ReplayReport) -> FloatArray:
+def _apart(recorded: Record, replayed: Record) -> FloatArray:
     """Length of the difference of velocities, shape (k,) [mm/s]."""
-    return np.asarray(MILLI * np.linalg.norm(report.replayed.velocity - report.recorded.velocity, axis=1))
+    return np.asarray(MILLI * np.linalg.norm(replayed.command - recorded.command, axis=1))
+
+
+def _felt_force(side: Record) -> FloatArray:
+    """Normal force that touch found, shape (k,) [N]; NaN without contact."""
+    return np.where(side.touching, side.normal_force, np.nan)

@@ -3,23 +3,30 @@
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.commands.replay.report_data import ReplayReport, ReplaySeries
 from palpate.commands.replay.run import ReplayedLog
-from palpate.experiments.kit.option_words import has_unit, option_unit, option_words
-from palpate.experiments.kit.report_advice import advice_on_replay
+from palpate.commands.replay.settings import changeable
+from palpate.experiments.kit.option_words import has_unit, option_words
+from palpate.experiments.kit.options import TOUCHED, specs_of
 from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.reporting.data import KeyFigure
+from palpate.reporting.report import NOTHING, Paragraph, Pictures, Report, Section
 from palpate.runtime import Record
 from palpate.runtime.replay_difference import Difference
 from palpate.strict_yaml import read_yaml
 
+if TYPE_CHECKING:
+    from palpate.reporting.style import Picture
+
 _MILLI = 1e3
 
-TOUCHED = ("object", "size", "surface")
-"""What says on what it was recorded."""
+FOOTER = (
+    "Velocities in the robot's base frame. The samples are as recorded: this is what would have been commanded at "
+    "every instant of that run, not what would have happened then."
+)
 
 
 def grouped(count: int) -> str:
@@ -81,19 +88,50 @@ def ending_replayed(done: ReplayedLog) -> str:
     return done.replay.result.ending.value if trip is None else str(trip)
 
 
-def replay_report(done: ReplayedLog, controller: str | None = None) -> ReplayReport:
+def replay_report(done: ReplayedLog, controller: str | None = None) -> Report:
     """Return the report on a replay; `controller` names the one that was in the place of the recorded one."""
     recorded, replayed = done.records()
-    return ReplayReport(
+    any_periods, differs = len(recorded) > 0, bool(np.nansum(np.abs(replayed.command - recorded.command)) > 0.0)
+    touched = bool(recorded.touching.any() or replayed.touching.any())
+
+    def commands() -> "list[Picture | None]":
+        from palpate.commands.replay.pictures import difference_picture, velocity_picture
+
+        return (
+            [velocity_picture(recorded, replayed), difference_picture(recorded, replayed)] if any_periods else []
+        )
+
+    def felt() -> "list[Picture | None]":
+        from palpate.commands.replay.pictures import felt_picture
+
+        return [felt_picture(recorded, replayed)] if any_periods else []
+
+    same = "" if differs or not any_periods else "No commanded velocity differs."
+    nothing = "" if touched or not any_periods else "Nothing was touched."
+    return Report(
         title=f"Replay of {done.log.path.resolve().name}",
         outcome=_outcome(done),
-        summary=key_figures(done),
-        settings=_settings(done, controller),
-        recorded=_series(recorded),
-        replayed=_series(replayed),
+        figures=key_figures(done),
+        sections=(
+            Section("Commands", (Pictures(commands), Paragraph(same))),
+            Section("Sensing", (Pictures(felt), Paragraph(nothing))),
+        ),
         asked=_asked(done, controller),
-        advice=advice_on_replay(done),
+        advice=_advice(done),
+        settings=_settings(done, controller),
         repeat=_repeat(done, controller),
+        footer=FOOTER,
+    )
+
+
+def _advice(done: ReplayedLog) -> tuple[str, ...]:
+    if not done.should_be_identical:
+        return ("To see what the change does to a run, do the run again with it: samples here stay as they were.",)
+    if done.identical:
+        return (f"{NOTHING} Sensing and control do what they did.",)
+    return (
+        "It should have been identical: look at the first difference above, and whether another version of "
+        "palpate, numpy or MuJoCo recorded it (palpate log info).",
     )
 
 
@@ -195,13 +233,15 @@ def _outcome(done: ReplayedLog) -> str:
 def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str], ...]:
     """What was changed first, then the rest of what a replay can change."""
     changed = [(name, _value(done, name) + " (changed)") for name in done.settings]
-    others = [(name, _value(done, name)) for name in done.kind.may.names if name not in done.settings]
+    others = [
+        (name, _value(done, name)) for name in changeable(type(done.planned.config)) if name not in done.settings
+    ]
     return (
         *changed,
         ("controller", f"{controller} (changed)" if controller else "as recorded"),
         *others,
-        ("recorded by", done.kind.command),
-        *((name, _value(done, name)) for name in TOUCHED if hasattr(done.planned.config, name)),
+        ("recorded by", f"palpate {done.of.experiment.name}"),
+        *((name, _value(done, name)) for name in _touched(done)),
         *(
             ("changed while it ran", f"{change.name} to {change.value:g} at t = {change.time:.3f} s")
             for change in done.log.changes
@@ -213,7 +253,7 @@ def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str
 
 def _value(done: ReplayedLog, name: str) -> str:
     value = getattr(done.planned.config, name)
-    unit = option_unit(done.kind.experiment, name) if has_unit(value) else ""
+    unit = specs_of(type(done.planned.config))[name].unit if has_unit(value) else ""
     return f"{option_words(value)} {unit}".rstrip()
 
 
@@ -221,10 +261,6 @@ def _absolute(path: Path) -> Path:
     return path.resolve()
 
 
-def _series(record: Record) -> ReplaySeries:
-    return ReplaySeries(
-        time=record.time,
-        phase=record.phase.tolist(),
-        velocity=record.command,
-        normal_force=np.where(record.touching, record.normal_force, np.nan),
-    )
+def _touched(done: ReplayedLog) -> tuple[str, ...]:
+    """Options that say on what it was recorded."""
+    return tuple(name for name, said in specs_of(type(done.planned.config)).items() if said.fixed == TOUCHED)

@@ -5,20 +5,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from types import MappingProxyType
 
 from palpate.commands.replay.controller import ControllerMaker
-from palpate.commands.replay.kinds import LogKind, ReplayablePlan, kind_of, touch_of
+from palpate.commands.replay.settings import changed_config
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.runtime import Controller, Observer, Record, Supervisor
+from palpate.experiments.kit.experiment import Plan
+from palpate.experiments.kit.from_log import NOTHING_SET, LoggedRun
+from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
 from palpate.runtime.live import Change, live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.log.record import record_of
 from palpate.runtime.replay import Replay, replay
 from palpate.runtime.replay_difference import Difference, difference_of_commands, difference_of_sensing
 from palpate.runtime.replay_extent import Extent, extent_of, rows_of_replay
-
-NOTHING_SET: Mapping[str, object] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +27,7 @@ class ReplayedLog:
     Attributes:
         log: What was recorded.
         extent: How much of it was replayed.
-        kind: What it is of.
+        of: What it is of.
         planned: It, as it was replayed.
         settings: What was changed of it.
         other_controller: Whether another controller was in the place of the recorded one.
@@ -41,8 +40,8 @@ class ReplayedLog:
 
     log: Log
     extent: Extent
-    kind: LogKind
-    planned: ReplayablePlan
+    of: LoggedRun
+    planned: Plan
     settings: Mapping[str, object]
     other_controller: bool
     left_out: tuple[Change, ...]
@@ -86,15 +85,13 @@ def replay_log(
     controller: ControllerMaker | None = None,
     observers: Sequence[Observer] = (),
 ) -> ReplayedLog:
-    """Replay the log of an exploration, a regulation of force, a rubbing run or a grasp.
+    """Replay the log of an experiment.
 
-    For example `replay_log("runs/explore").identical`, or
-    `replay_log("runs/explore", {"force": 3.0}).velocity_difference`.
+    For example `replay_log(folder).identical`, or `replay_log(folder, {"force": 3.0}).velocity_difference`.
 
     Args:
         log: As read, or its file, or a folder with its latest.mcap.
-        settings: Other values for fields of the experiment's configuration, such as `ExploreConfig`: those that
-            sensing, control and supervision go by.
+        settings: Other values for options of the experiment: those that sensing, control and supervision go by.
         controller: What makes another controller; the recorded one, if not given.
         observers: Called every period, for example to show progress.
 
@@ -105,8 +102,8 @@ def replay_log(
     """
     if not isinstance(log, Log):
         log = read_log(log_in(Path(log)))
-    kind = kind_of(log)
-    planned = _plan(log, kind, settings)
+    logged = LoggedRun.of(log)
+    planned = logged.plan(changed_config(logged.config, settings), settings) if settings else logged.plan()
     extent = extent_of(log)
     made = planned.controller() if controller is None else controller(planned)
     changes, left_out = (log.changes, ()) if controller is None else _parted(log.changes, made)
@@ -115,7 +112,7 @@ def replay_log(
     return ReplayedLog(
         log,
         extent,
-        kind,
+        logged,
         planned,
         dict(settings),
         controller is not None,
@@ -125,17 +122,6 @@ def replay_log(
         difference_of_commands(log, extent.count, done, count),
         difference_of_sensing(log, min(extent.count, count), done, count),
     )
-
-
-def _plan(log: Log, kind: LogKind, settings: Mapping[str, object]) -> ReplayablePlan:
-    """The experiment as recorded, but for what is set."""
-    try:
-        recorded = kind.plan(log.attachments, NOTHING_SET)
-    except InvalidValueError as error:
-        raise InvalidValueError(
-            f"{log.path}: what it says of the run cannot be understood; another palpate wrote it? {error}"
-        ) from None
-    return kind.plan(log.attachments, settings) if settings else recorded
 
 
 def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
@@ -150,7 +136,7 @@ def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Ch
 def _replayed(
     log: Log,
     extent: Extent,
-    planned: ReplayablePlan,
+    planned: Plan,
     controller: Controller,
     changes: Sequence[Change],
     observers: Sequence[Observer],
@@ -158,7 +144,7 @@ def _replayed(
     changed: bool,
 ) -> Replay:
     samples = islice(log.samples(), extent.count)
-    touch, supervisor = touch_of(planned), Supervisor(planned.limits)
+    touch, supervisor = Touch(*planned.fingers), Supervisor(planned.limits)
     try:
         return replay(samples, log.heading.period, touch, controller, supervisor, changes, observers)
     except InvalidValueError:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from palpate.commands.recording import log_writer, write_result
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.repeat_words import repeat_commands
 from palpate.experiments.kit.versions import versions

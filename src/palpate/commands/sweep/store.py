@@ -13,11 +13,11 @@ from pathlib import Path
 import msgspec
 
 from palpate.atomic_file import replacing
-from palpate.commands.output_folder import make_folder
 from palpate.commands.sweep.plan import SweepPlan
 from palpate.commands.sweep.record import RunRecord, read_record, record_text
 from palpate.commands.typed_values import shown_value
 from palpate.errors import InvalidValueError, shown
+from palpate.experiments.kit.output_folder import make_folder
 
 SWEEP_FILE = "sweep.json"
 """What was asked."""

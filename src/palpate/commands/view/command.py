@@ -9,47 +9,59 @@ from rich.console import Console
 
 from palpate.commands.answer import Answer, ExitCode
 from palpate.commands.earlier_run import earlier_run
-from palpate.commands.output_folder import make_folder
-from palpate.commands.progress import doing, step_progress
-from palpate.commands.run_told import kept_if_interrupted, log_writer, written
+from palpate.commands.progress import doing
+from palpate.commands.run_shown import kept_if_interrupted
 from palpate.commands.said import say
-from palpate.commands.sweep.explored import figures_of
+from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.growth import plans_of_log, surface_view
-from palpate.commands.view.held import held_poses
+from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
-from palpate.commands.view.plan import ViewedPlan, recorded_plan, simulated_model, view_scene, watched_plan
+from palpate.commands.view.plan import recorded_plan, watched_plan
+from palpate.commands.view.plans import plans_of_log
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.explored_map import STEPS
-from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.explore.plan_watch import PlanWatch
-from palpate.experiments.explore.pressing import prepared
-from palpate.experiments.explore.report import outcome
-from palpate.experiments.explore.run import Attempt
-from palpate.experiments.grasp.plan import GraspPlan
+from palpate.experiments.kit.config_file import load_overlay
+from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.output_folder import make_folder
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recording import log_writer, written
+from palpate.experiments.kit.registry import experiment_named
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
+from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.shown_plan import PlanChange
 from palpate.sim.render.gl import NoRendererError
-from palpate.viewing import LOOPBACK, Frames, LiveView, Player, ViewUnavailableError, check_host, frames_of_log
+from palpate.viewing import (
+    LOOPBACK,
+    Frames,
+    LiveView,
+    Player,
+    ViewScene,
+    ViewUnavailableError,
+    check_host,
+    frames_of_log,
+)
+
+OWN = {"config": "give it as --config FILE.YAML"}
+"""What --set does not take, and what to type."""
 
 STARTING = "starting the view"
 """Said at once: the process that makes the map's surface, and the server, take seconds on a busy computer."""
 
 ENDED = "Stopping: writing the log, and working out what was found (Ctrl-C again: stop without that)"
-"""Said at once after a Ctrl-C while it explores."""
+"""Said at once after a Ctrl-C while it runs."""
 
 
 def run_view(config: ViewConfig) -> Answer:
     """Show a run until Ctrl-C.
 
     Returns:
-        What was written; unfinished if it cannot be shown, or the exploration did not finish, and interrupted if
+        What was written; unfinished if it cannot be shown, or the run did not finish, and interrupted if
         that was.
 
     Raises:
-        InvalidValueError: The configuration cannot be realised, or there is no such log.
+        InvalidValueError: The configuration cannot be realised, or there is no such log or experiment.
         OSError: The log cannot be read or written.
     """
     if config.picture is None and config.video is None:
@@ -62,38 +74,49 @@ def run_view(config: ViewConfig) -> Answer:
 
 
 def _watch(config: ViewConfig, console: Console) -> Answer:
-    """Explore, recorded, while people watch; the view stays open when the run is over."""
-    planned = watched_plan(config.set, config.config, config.time_scale)
-    check_drivers(planned.config.robot)
-    earlier_run(planned.config.out, "explore", ())  # a log among another command's files would be taken for theirs
-    make_folder(planned.config.out)
-    planned = prepared(planned)
-    attempt = Attempt(planned)
-    controller = attempt.controller
-    scene = replace(view_scene(planned), surface=surface_view(planned))
+    """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
+    experiment = experiment_named(config.what)
+    kind = experiment.Config
+    overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
+    asked = kind(**overlay | set_options(config.set, kind, OWN))
+    plan = watched_plan(experiment, asked, config.time_scale)
+    if plan.robot is not None:
+        check_drivers(plan.robot)
+    earlier_run(asked.out, experiment.name, ())  # a log among another command's files would be taken for theirs
+    make_folder(asked.out)
+    if plan.preparation:
+        with doing(console, plan.preparation):
+            plan = plan.prepared()
+    run = RecordedRun(plan)
     with ExitStack() as shown:
         with doing(console, STARTING):
-            live = LiveView(scene, config.host, config.port, live=controller.live, plan=PlanWatch(controller))
-            view = shown.enter_context(live)
+            controller = run.controller
+            live = live_parameters_of(controller)
+            plans, poses = plan.shown_plan(controller), free_poses_of(run.backend)
+            view = shown.enter_context(
+                LiveView(plan.view(), config.host, config.port, live=live, free_poses=poses, plan=plans)
+            )
         _say_where(console, view.url, config.host)
-        log, interrupted = log_writer(planned), False
+        log, interrupted = log_writer(experiment, plan, asked.out), False
         try:
-            result = attempt.run((view.observe,), (log,))
+            result = run.run((view.observe,), (log,))
         except KeyboardInterrupt as interruption:
-            found = result_until(interruption)
-            if found is None:
+            found_until = result_until(interruption)
+            if found_until is None:
                 raise
-            result, interrupted = found, True
+            result, interrupted = found_until, True
             say(console, ENDED)
         view.run_over()
         if not view.makes_surface:
             say(console, "The process that makes the map's surface has ended: the view goes on without it")
-        with kept_if_interrupted(result), step_progress(console, STEPS) as tell:
-            exploration = attempt.found(result, tell)
+        with kept_if_interrupted(result), doing(console, "working out what was found"):
+            found = experiment.found(plan, run.recorded(result, tell=lambda step: say(console, step)))
+        report = experiment.report(found)
+        done = result.ending is Ending.DONE and report.reached
         answer = Answer(
-            ExitCode.DONE if result.ending is Ending.DONE else ExitCode.UNFINISHED,
-            outcome(exploration),
-            figures_of(exploration),
+            ExitCode.DONE if done else ExitCode.UNFINISHED,
+            report.outcome,
+            figures_of(experiment, found),
             files=written(result, ()),
         )
         say(console, answer.outcome)
@@ -118,24 +141,21 @@ def _show(config: ViewConfig, console: Console) -> Answer:
         if path is not None:
             _check_folder(path)
     log = read_log(log_in(config.log))
-    planned = recorded_plan(log)
-    scene, model = view_scene(planned), simulated_model(planned)
+    logged = LoggedRun.of(log)
+    scene = recorded_plan(logged).view()
     if log.damage is not None:
         say(console, f"{log.path}: {log.damage}; what can be read is shown")
-    frames = _frames(log, planned, console)
+    frames = _frames(log, scene, console)
     if config.picture is not None:
-        write_still(model, scene, frames, config.picture)
+        write_still(scene, frames, config.picture)
         say(console, f"Written: {config.picture}")
     if config.video is not None:
-        count = write_video(model, scene, frames, config.video, config.time_scale)
+        count = write_video(scene, frames, config.video, config.time_scale)
         say(console, f"Written: {config.video}, {count} pictures")
     files = tuple(path for path in (config.picture, config.video) if path is not None)
     if files:
         return Answer(facts={"log": log.path}, files=files)
-    plans: Sequence[PlanChange] = ()
-    if isinstance(planned, ExplorationPlan):  # nothing else makes a map, or goes anywhere of its own
-        plans = _plans(log, console)
-        scene = replace(scene, surface=surface_view(planned))
+    plans = _plans(logged, console)
     with ExitStack() as shown:
         with doing(console, STARTING):
             player = Player(scene, frames, config.time_scale, config.host, config.port, plans)
@@ -146,38 +166,26 @@ def _show(config: ViewConfig, console: Console) -> Answer:
     return Answer(facts={"log": log.path})
 
 
-def _frames(log: Log, planned: ViewedPlan, console: Console) -> Frames:
-    """What every period shows; of a grasp with the held object, as far as that can be told."""
-    if not isinstance(planned, GraspPlan):
+def _frames(log: Log, scene: ViewScene, console: Console) -> Frames:
+    """What every period shows, with bodies that move freely as far as the log knows where they were."""
+    if not scene.placement.start.free:
         return frames_of_log(log)
-    if planned.hand.robot is not None:  # no simulation goes as wires, or a real hand, let it go
+    poses = free_poses_in(log)
+    if poses is None:
         say(console, f"{log.path}: no log says where the object was: it stands where it stood at the start")
-        return frames_of_log(log)
-    with doing(console, "working out where the object was"):
-        held = held_poses(log, planned)
-    if not held.known:
-        say(
-            console,
-            f"{log.path}: where the object was is not shown: no log says it, and the simulation does not start as "
-            "it did (another palpate, or another MuJoCo); it stands where it stood at the start",
-        )
-    elif not held.complete:
-        last = log.rows[held.known - 1, log.codec.columns["time"]].item()
-        say(
-            console,
-            f"{log.path}: where the object was is known until {last:.2f} s, for from there on the simulation does "
-            "not go as it did (another MuJoCo, or periods are missing); afterwards it stands where it was last",
-        )
-    return frames_of_log(log, held.rows)
+    return frames_of_log(log, poses)
 
 
-def _plans(log: Log, console: Console) -> Sequence[PlanChange]:
+def _plans(logged: LoggedRun, console: Console) -> Sequence[PlanChange]:
     """Where the tip was going, worked out again from the log; what cannot be is not shown."""
+    plan = logged.plan()
+    if plan.shown_plan(plan.controller()) is None:
+        return ()
     try:
         with doing(console, "working out where the tip was going"):
-            return plans_of_log(log)
+            return plans_of_log(logged)
     except InvalidValueError as error:
-        say(console, f"{log.path}: the plan is not shown: {error}")
+        say(console, f"{logged.log.path}: the plan is not shown: {error}")
         return ()
 
 

@@ -9,17 +9,17 @@ import tyro
 
 from palpate.errors import InvalidValueError, positive
 
-LogPlace = Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
+Shown = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="LOG|EXPERIMENT")]
 
 
 @dataclass(frozen=True, slots=True)
 class ViewConfig:
     """Watch a run in the browser: tip or hand, object, contact forces, the map as it grows, forces as plots.
 
-    With a log, its run is played again. Without one, an exploration is carried out in simulation while it is
-    watched, and recorded. Ctrl-C ends the view.
+    Of a log its run is played again. An experiment is carried out while it is watched, and recorded.
+    Ctrl-C ends the view.
 
-    Example: palpate view --set object=ellipsoid force=3
+    Example: palpate view explore --set object=ellipsoid force=3
 
     Example: palpate view runs/explore --time-scale 2
 
@@ -28,17 +28,17 @@ class ViewConfig:
     Example: palpate view runs/explore --video run.gif --time-scale 10
     """
 
-    log: LogPlace = None
-    """Log file (.mcap) of `palpate explore`, `regulate`, `friction` or `grasp`; a folder stands for its
-    latest.mcap."""
+    what: Shown
+    """Log file (.mcap) of a run, or a folder for its latest.mcap; or an experiment to be carried out: its name, or
+    module:Class."""
     time_scale: Annotated[float, tyro.conf.arg(aliases=("--speed",))] = 1.0
     """Seconds of the run per second of wall time: 2 is twice as fast as in reality; inf: as fast as it can be
     computed."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
-    """Of an exploration, where it is not to be the default: named as the options of `palpate explore`, as in
-    object=box force=3; mu stands for friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
+    """Of an experiment, where it is not to be the default: named as its options, as in object=box force=3; mu
+    stands for friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
     config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
-    """Experiment file of an exploration; --set goes before what it says."""
+    """Experiment file; --set goes before what it says."""
     host: str = "127.0.0.1"
     """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network."""
     port: int = 8080
@@ -55,14 +55,20 @@ class ViewConfig:
             raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, or 0 for one that is free")
         if self.log is None and (self.picture is not None or self.video is not None):
             raise InvalidValueError(
-                "--picture and --video are made of a log: name one, as in palpate view runs/explore --video a.gif"
+                "--picture and --video are made of a log: name one, as in palpate view runs/first --video a.gif"
             )
         if self.log is not None and (self.set or self.config is not None):
             raise InvalidValueError(
-                "--set and --config are for an exploration, and that of a log is over; leave them out, or LOG"
+                f"--set and --config are for an experiment, and the run of {self.what} is over; leave them out"
             )
         for name, path, suffix in (("picture", self.picture, ".png"), ("video", self.video, ".gif")):
             if path is not None and path.suffix.lower() != suffix:
                 raise InvalidValueError(f"{name} = {path}: must end in {suffix}, which is what is written")
         if self.video is not None and math.isinf(self.time_scale):
             raise InvalidValueError("time_scale = inf: a video needs a finite one")
+
+    @property
+    def log(self) -> Path | None:
+        """Of what is to be shown, if it is a log or a folder; else it is an experiment."""
+        place = Path(self.what)
+        return place if place.suffix == ".mcap" or place.is_dir() or "/" in self.what.partition(":")[0] else None

@@ -3,15 +3,14 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
-from palpate.errors import FloatArray, InvalidValueError
+from palpate.errors import InvalidValueError
 from palpate.kinematics.posture import Posture
 from palpate.sim.render.files import write_gif, write_png
 from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.renderer import ContactForce, Picture, SceneRenderer, camera_on
-from palpate.spatial import Vector, add, rotate
+from palpate.spatial import add, as_vector, rotate
 from palpate.viewing import Frames, ViewScene
 
 INTERVAL = 0.05
@@ -24,14 +23,13 @@ MOST_PICTURES = 3000
 """Of one video: two and a half minutes; GIFs of more choke browsers."""
 
 
-def write_still(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: Path) -> None:
+def write_still(scene: ViewScene, frames: Frames, path: Path) -> None:
     """Write a picture of a run's last contact: of the scan's, if there was one; of the run's end without any.
 
     Of a hand it is that in which it grips hardest: at its last contact it lets go.
 
     Args:
-        model: Of the scene.
-        scene: What there is to see, as `palpate.experiments.kit.scene_view` makes it of this model.
+        scene: What there is to see, as `palpate.experiments.kit.scene_view` makes it.
         frames: The run, at least one period.
         path: The file (PNG).
 
@@ -42,16 +40,15 @@ def write_still(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: P
     """
     _check_any(frames)
     index = _last_contact(frames) if frames.layout.fingers == 1 else _hardest_grip(frames)
-    with _renderer(model, scene, (frames.posture(index),)) as renderer:
+    with _renderer(scene, (frames.posture(index),)) as renderer:
         picture = _picture(renderer, scene, frames, index)
     write_png(picture, path)
 
 
-def write_video(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: Path, time_scale: float) -> int:
+def write_video(scene: ViewScene, frames: Frames, path: Path, time_scale: float) -> int:
     """Write a video of a run; returns of how many pictures.
 
     Args:
-        model: Of the scene.
         scene: As for `write_still`.
         frames: The run, at least one period.
         path: The file (GIF).
@@ -76,7 +73,7 @@ def write_video(model: mujoco.MjModel, scene: ViewScene, frames: Frames, path: P
         for index in chosen.tolist():
             yield _picture(renderer, scene, frames, index)
 
-    with _renderer(model, scene, frames.postures(IN_VIEW)) as renderer:
+    with _renderer(scene, frames.postures(IN_VIEW)) as renderer:
         return write_gif(pictures(renderer), path, INTERVAL)
 
 
@@ -100,10 +97,11 @@ def _hardest_grip(frames: Frames) -> int:
     return int(np.argmax(np.min(forces, axis=0)))
 
 
-def _renderer(model: mujoco.MjModel, scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:
+def _renderer(scene: ViewScene, postures: Sequence[Posture]) -> SceneRenderer:
     placement = scene.placement
     if not isinstance(placement, ScenePlacement):
         raise TypeError(f"a {type(placement).__name__} is of no simulated scene")
+    model = placement.model
     return SceneRenderer(model, camera=camera_on(model, placement, postures), placement=placement)
 
 
@@ -113,11 +111,6 @@ def _picture(renderer: SceneRenderer, scene: ViewScene, frames: Frames, index: i
     for i, body in enumerate(scene.fingers):
         contact, pose = frames.finger(i), poses[body]
         if contact.touching[index]:
-            point = add(pose.position, rotate(pose.rotation, _vector(contact.centroid[index])))
-            forces.append(ContactForce(point, rotate(pose.rotation, _vector(contact.force[index]))))
+            point = add(pose.position, rotate(pose.rotation, as_vector(contact.centroid[index])))
+            forces.append(ContactForce(point, rotate(pose.rotation, as_vector(contact.force[index]))))
     return renderer.picture(posture, forces)
-
-
-def _vector(array: FloatArray) -> Vector:
-    x, y, z = array.tolist()
-    return (x, y, z)

@@ -3,35 +3,11 @@
 Forces and speeds beyond the robot's limits: see `palpate.experiments.kit.run_checks`.
 """
 
-from collections.abc import Sequence
-
 from palpate.controllers import ExploreParameters, live_parameters
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import LEAST_FORCE, ExploreConfig
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.sim import PairParameters
-
-SOFT = 1e3
-"""[N/m] Contacts softer than this were not meant: as soft as `palpate regulate --surface soft`."""
-
-
-def check_compression(tip: Sequence[float], force: float, stiffness: float) -> None:
-    """Refuse a fingertip that is compressed by more than its radius: by half of what the contact gives way.
-
-    Args:
-        tip: Its radius or semi-axes [m].
-        force: That it is pressed with [N].
-        stiffness: Of the contact [N/m].
-
-    Raises:
-        InvalidValueError: It is.
-    """
-    compression = 0.5 * force / stiffness
-    if min(tip) <= compression:
-        hint = f"; is the stiffness in another unit? For {stiffness:g} kN/m give --stiffness {1e3 * stiffness:g}"
-        raise InvalidValueError(
-            f"tip = {min(tip):g} m: must be larger than its compression at {force:g} N and {stiffness:g} N/m, "
-            f"{compression:.2g} m{hint if stiffness < SOFT else ''}"
-        )
 
 
 def check_least_force(config: ExploreConfig, least: float) -> None:
@@ -66,23 +42,23 @@ def check_changes(config: ExploreConfig, parameters: ExploreParameters) -> None:
             raise InvalidValueError(f"change after {time:g} s: {error}") from None
 
 
-def check_push(config: ExploreConfig, stiffness: float, leash: float) -> None:
-    """Refuse a force that the servos never reach: their reference runs no farther ahead than the leash.
+def check_push(config: ExploreConfig, stiffness: float, following_error: float) -> None:
+    """Refuse a force that the servos never reach within the limit of their following error.
 
     Args:
         config: What was asked for.
         stiffness: Of the servos [N/m].
-        leash: Of their reference [m].
+        following_error: Its limit [m].
 
     Raises:
         InvalidValueError: It is such a force.
     """
-    push = stiffness * leash
+    push = stiffness * following_error
     if config.greatest_force > push:
         raise InvalidValueError(
-            f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' {stiffness:.3g} "
-            f"N/m over a leash of {leash:g} m (leash_m, bandwidth_rad_per_s in the robot file); press with less, "
-            "or let the leash be longer or the bandwidth higher"
+            f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' "
+            f"{stiffness:.3g} N/m over a following error of {following_error:g} m (leash_m, "
+            "bandwidth_rad_per_s in the robot file); press with less, or allow more of either"
         )
 
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.errors import InvalidValueError, not_negative, positive
+from palpate.errors import InvalidValueError
 from palpate.experiments.explore.objects import (
     ObjectName,
     article_of,
@@ -14,14 +14,11 @@ from palpate.experiments.explore.objects import (
 from palpate.experiments.explore.strategies import (
     ACCURACY,
     SPACING,
-    STRATEGY_OPTIONS,
     CurveName,
     MeasureName,
     StrategyName,
     TurnName,
-    check_options,
 )
-from palpate.experiments.friction.bound import check_friction, check_spin_length
 from palpate.experiments.kit.change_names import EXPLORED, check_change_names
 from palpate.experiments.kit.config_checks import (
     check_length,
@@ -31,21 +28,15 @@ from palpate.experiments.kit.config_checks import (
     spaced,
     speed_hint,
 )
-from palpate.experiments.kit.owned_options import given_owned
-from palpate.experiments.kit.settled_values import settle
-
-TOUCH_FORCE = 0.2
-"""A force above this counts as a touch [N], unless noise asks for more."""
-
-TOUCH_DEVIATIONS = 7.0
-"""A touch is at least this many standard deviations of the force noise of one axis: the length of the noise's
-three components passes that once in 1e10 samples."""
-
-LEAST_FORCE = 1.5
-"""The set force is at least this many times the force that counts as a touch."""
-
-MOST_FORCE = 15.0
-"""Above this [N] landing could reach the supervisor's limit of 20 N."""
+from palpate.experiments.kit.contact_checks import (
+    LEAST_FORCE,
+    LEAST_TOUCH_FORCE,
+    MOST_FORCE,
+    TOUCH_DEVIATIONS,
+    check_force_noise,
+)
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
+from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 
 SHORTEST_SWING = 0.1
 """Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""
@@ -60,20 +51,15 @@ SIDE = 0.04
 """Of the rectangle that is explored, if no other is asked for [m]."""
 
 FASTEST = 0.1
-"""Fastest exploration [m/s]: the stage's leash lets it follow up to 0.125 m/s."""
+"""Fastest exploration [m/s]: its following error limit lets the stage follow up to 0.125 m/s."""
 
 
-def check_force_noise(noise: float) -> None:
-    """Refuse a noise of the force [N] in which no touch can be told, or that is in another unit.
-
-    Raises:
-        InvalidValueError: It is such a noise.
-    """
-    if LEAST_FORCE * TOUCH_DEVIATIONS * not_negative("force_noise", noise, "N") > MOST_FORCE:
-        raise InvalidValueError(
-            f"force_noise = {noise:g} N: too large to tell a touch within {MOST_FORCE:g} N; for {noise:g} mN give "
-            f"{noise / 1e3:g}"
-        )
+_ANY = ("strategy", ("raster", "spiral", "contour", "taps", "active"))
+_WITHIN = ("strategy", ("raster", "spiral", "taps", "active"))
+_EVEN = ("strategy", ("raster", "spiral", "taps"))
+_RECTANGLE = ("strategy", ("raster", "taps", "active"))
+_SPIRAL, _CONTOUR, _ACTIVE = (("strategy", (name,)) for name in ("spiral", "contour", "active"))
+"""Strategies that an option belongs to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,108 +79,106 @@ class ExploreConfig:
     or palpate explore --strategy active --object bumps --accuracy 2e-5
     """
 
-    object: ObjectName = "sphere"
+    object: ObjectName = option("sphere", fixed=TOUCHED)
     """What to touch, from above. Its middle is at the origin; a height field's over it, with the heights as they
     are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin."""
-    size: tuple[float, ...] = ()
+    size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
     """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
     height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
     bumps; a height field's width and depth, if its file does not say them. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
-    file: Path | None = None
+    file: Path | None = option(None, fixed=TOUCHED)
     """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
     z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy)."""
-    scale: float = 1.0
+    scale: float = option(1.0, fixed=TOUCHED)
     """Metres per unit of that file: 0.001 if it is in millimetres."""
-    tip: tuple[float, ...] = ()
+    tip: tuple[float, ...] = option((), "m")
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     noise and period below: what the robot file says."""
-    force: float = 2.0
+    force: float = option(2.0, "N")
     """Normal force to hold [N]."""
-    force_swing: float = 0.0
+    force_swing: float = option(0.0, "N", bound="not negative")
     """Let the force swing about that as a sine, so far up and down [N], while the tip slides: then the map tells
     how stiff the object is where it went, as for --force-swing 0.5. Left out: the force is constant, and stiffness
     stays unknown."""
-    force_period: float = 1.0
+    force_period: float = option(1.0, "s", bound="positive")
     """How long a swing takes [s]. Stiffness is a mean over the way of a whole swing, 20 mm at 20 mm/s; in a faster
     swing, what damps the contact passes for stiffness."""
-    identify: bool = False
+    identify: bool = option(False, fixed="the log keeps what pressing has found")
     """Press first, where the exploration begins, for half a minute, to find stiffness and delay of contact and
     robot, and hold the force by what was found. Otherwise the gain is made for --stiffness and what the robot file
     says."""
-    speed: float = 0.02
+    speed: float = option(0.02, "m/s")
     """Speed along the surface [m/s]."""
     strategy: StrategyName = "raster"
     """How to explore. raster: rows over a rectangle. spiral: from the middle of a disc outwards. contour: once
     round the object. taps: single touches on a grid. active: coarse rows over a rectangle, then closer ones where
     the map would err, until it is accurate enough. Of the options from here to --beyond each strategy takes those
     that name it."""
-    width: float | None = None
+    width: float | None = option(None, "m", of=_RECTANGLE, bound="positive")
     """raster, taps, active: extent along x, along the rows [m]: of the path of the fingertip's centre. On a
     rounded object the contacts span less. Width and depth left out: 40 mm, or as much of it as the object has
     room for."""
-    depth: float | None = None
+    depth: float | None = option(None, "m", of=_RECTANGLE, bound="positive")
     """raster, taps, active: extent along y, across the rows [m], likewise."""
-    center: tuple[float, ...] = ()
+    center: tuple[float, ...] = option((), "m", of=_ANY)
     """Middle of the rectangle or disc, x and y [m]; for a contour where to land. Left out: over the origin; on a
     torus over its tube, where y is 0; elsewhere if there is no room; for a level contour beside its curve."""
-    spacing: float | None = None
+    spacing: float | None = option(None, "m", of=_EVEN, bound="positive")
     """raster, spiral, taps: distance between rows, turns or taps [m]. Left out: 2 mm; of taps 5 mm."""
-    radius: float | None = None
+    radius: float | None = option(None, "m", of=_SPIRAL, bound="positive", hint="; the object's size is --size")
     """spiral: of its disc [m]. Left out: 20 mm, or as much of it as the object has room for."""
-    curve: CurveName = "level"
+    curve: CurveName = option("level", of=_CONTOUR)
     """contour: what to go along. level: the curve on which the fingertip keeps its height. edge: from the middle
     outwards to the first edge, and along it; on a rounded object, along where it leans by 45 degrees."""
-    below: float | None = None
+    below: float | None = option(None, "m", of=_CONTOUR, bound="positive")
     """contour, level: how far below its height on the object's top the fingertip goes round [m]. Left out: half
     the fingertip's radius, less on a flat relief."""
-    turn: TurnName = "left"
+    turn: TurnName = option("left", of=_CONTOUR)
     """contour: which way round, seen from above: left is counter-clockwise."""
-    accuracy: float | None = None
+    accuracy: float | None = option(None, "m", of=_ACTIVE, bound="positive")
     """active: wanted error of the map [m]. Left out: 0.02 mm; for --measure largest 0.1 mm."""
-    measure: MeasureName = "rms"
+    measure: MeasureName = option("rms", of=_ACTIVE)
     """active: which error --accuracy speaks of, the root mean square over the rectangle or the largest."""
-    area: float = 1.0
+    area: float = option(1.0, of=_ACTIVE)
     """active: part of the rectangle, from 0 to 1, over which --accuracy is wanted; the rest may stay unknown."""
-    time: float | None = None
+    time: float | None = option(None, "s", of=_ACTIVE, bound="positive")
     """active: no new row begins after about so long [s]. Left out: as long as it takes."""
-    beyond: bool = False
+    beyond: bool = option(False, of=_WITHIN)
     """raster, spiral, taps, active: go where the object may end or be too steep, too, as on an object that nobody
     knows. What cannot be felt there is marked instead of refused beforehand."""
-    friction: float = 0.3
+    friction: float = option(0.3, fixed=TOUCHED)
     """Friction coefficient between tip and object."""
-    spin_length: float = 0.004
+    spin_length: float = option(0.004, "m", fixed=TOUCHED)
     """Largest spin torque per largest friction force [m]."""
-    stiffness: float = 20e3
+    stiffness: float = option(20e3, "N/m", bound="positive")
     """Contact stiffness [N/m]. The compliance correction uses it as known, and without --identify the controller's
     gain."""
-    force_noise: float | None = None
+    force_noise: float | None = option(None, "N", fixed=NOISY)
     """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = None
+    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    seed: int = 0
+    seed: int = option(0, fixed=NOISY)
     """Seed of the noise: the same seed gives the same run."""
-    period: float | None = None
+    period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
-    change: tuple[tuple[float, str, float], ...] = ()
+    change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
     """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
     as in --change 5 force 3 6 speed 0.05. The start is that of the run, landing included. The change is ramped, so
     that nothing jumps."""
     robot: str = "stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    out: Path = Path("runs/explore")
+    out: Path = option(Path("runs/explore"), fixed=WRITTEN)
     """Folder for the report, the points and the map."""
 
     def __post_init__(self) -> None:
-        settle(self)
+        check_options(self)
         object.__setattr__(self, "size", checked_size(self.object, self.size))
         check_file(self.object, self.file, self.scale)
         if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
             raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
         check_tip(self.tip)
         check_seed(self.seed)
-        if self.moment_noise is not None:
-            not_negative("moment_noise", self.moment_noise, "N m")
         self._check_force()
         if not 0.0 < self.speed <= FASTEST:
             hint = speed_hint(self.speed, FASTEST)
@@ -214,7 +198,6 @@ class ExploreConfig:
         check_change_names(self.change, EXPLORED)
         check_friction(self.friction)
         check_spin_length(self.spin_length)
-        positive("stiffness", self.stiffness, "N/m")
 
     @property
     def article(self) -> str:
@@ -259,7 +242,7 @@ class ExploreConfig:
     @property
     def touch_force(self) -> float:
         """Force that counts as a touch [N]."""
-        return max(TOUCH_FORCE, TOUCH_DEVIATIONS * self.noise[0])
+        return max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * self.noise[0])
 
     @property
     def least_force(self) -> float:
@@ -272,8 +255,6 @@ class ExploreConfig:
         return self.force + self.force_swing
 
     def _check_force(self) -> None:
-        not_negative("force_swing", self.force_swing, "N")
-        positive("force_period", self.force_period, "s")
         check_force_noise(self.noise[0])
         least = LEAST_FORCE * self.touch_force
         noise = f" with a force noise of {self.force_noise:g} N" if self.force_noise else ""
@@ -294,15 +275,12 @@ class ExploreConfig:
             )
 
     def _check_strategy(self) -> None:
-        given = given_owned(self, STRATEGY_OPTIONS)
-        check_options(self.strategy, given)
         for name in ("width", "depth", "spacing", "radius", "below", "accuracy"):
-            if name in given:
-                check_length(name, getattr(self, name))
+            length = getattr(self, name)
+            if length is not None:
+                check_length(name, length)
         if self.below is not None and self.curve != "level":
             raise InvalidValueError(f"below = {self.below:g} m: is for --curve level; an edge has its own height")
-        if self.time is not None:
-            positive("time", self.time, "s")
         if not 0.0 <= self.area <= 1.0:
             hint = f"; for {self.area:g} % give {self.area / 100.0:g}" if 1.0 < self.area <= 100.0 else ""
             raise InvalidValueError(f"area = {self.area:g}: must lie between 0 and 1, all of the rectangle{hint}")

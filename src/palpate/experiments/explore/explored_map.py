@@ -1,7 +1,6 @@
 """The map that an exploration makes: surface, mesh, budget of errors, friction, and which shape it is."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +15,7 @@ from palpate.experiments.explore.map_budget import MapBudget
 from palpate.experiments.explore.named_shape import NamedShape, named_shape
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan, TapScan
+from palpate.experiments.kit.recorded_run import Tell, untold
 from palpate.mapping import (
     Knowledge,
     MapSettings,
@@ -49,21 +49,6 @@ SHAPE_CONTACTS = 400
 
 LITTLE = 0.25
 """Share of what could be reached, of which less rules out no shape: a run that was cut short."""
-
-GROWTH_STEP = "how the map grew"
-
-STEPS = (
-    "fitting the map",
-    "cutting the mesh",
-    "friction, stiffness and curvature",
-    "which shape it is",
-    "comparing with the truth",
-    GROWTH_STEP,
-)
-"""What is done, in order, for whoever shows progress."""
-
-Tell = Callable[[str], None]
-"""Takes the name of a step, when it begins."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,6 +116,12 @@ class ExploredMap:
         return float(np.sqrt(np.mean(np.square(error)))) if len(error) else math.nan
 
     @property
+    def band(self) -> float:
+        """Median half-width of the claimed vertices' 95 % band [m]; NaN without any."""
+        band = self.mesh.band()[self.claimed]
+        return float(np.median(band)) if len(band) else math.nan
+
+    @property
     def covered(self) -> float:
         """Share of true errors of the claimed vertices inside the 95 % band; NaN without any."""
         inside = (np.abs(self.error) <= self.mesh.band())[self.claimed]
@@ -154,7 +145,7 @@ def explored_map(
     scan: Scan,
     config: ExploreConfig,
     budget: MapBudget,
-    tell: Tell = lambda step: None,
+    tell: Tell = untold,
 ) -> ExploredMap:
     """Return the map of what was felt.
 
@@ -164,27 +155,27 @@ def explored_map(
         scan: Where it went.
         config: What was asked for.
         budget: From `map_budget`.
-        tell: Told of each step of `STEPS`.
+        tell: Told of each step.
     """
-    tell(STEPS[0])
+    tell("fitting the map")
     cloud = felt.cloud
     rows = neighbour_distance(cloud, scan, config.gap)
     surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, bias=budget.total))
-    tell(STEPS[1])
+    tell("cutting the mesh")
     voxel = voxel_for(cloud.position, config.map_spacing, MOST_VERTICES)
     mesh = ribbon_mesh(surface, voxel) if isinstance(scan, ContourScan) else surface_mesh(surface, voxel)
-    tell(STEPS[2])
+    tell("friction, stiffness and curvature")
     friction = friction_on(mesh, felt, config.gap)
     if config.force_swing:
         stiffness = stiffness_on(mesh, felt, surface.model, rows, config.force_period)
     else:  # what the force errs by at edges is no press: it would be told as a stiffness, far off
         stiffness = unknown_layer("stiffness", mesh)
     curvature = () if isinstance(scan, ContourScan) else curvature_layers(surface, mesh)
-    tell(STEPS[3])
+    tell("which shape it is")
     apart = shape_spacing(cloud, config.gap)
     thin = cloud.thinned(apart)
     shape = named_shape(thin, points_per_row(thin, scan.row, apart), budget, surface.model)
-    tell(STEPS[4])
+    tell("comparing with the truth")
     reachable = ReachableSurface.unknown() if target is None else ReachableSurface.of(target, config, scan)
     return ExploredMap(
         surface=surface,

@@ -33,6 +33,19 @@ SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
 """Objects of which a simulation knows where a sphere touches, and no other tip."""
 
 
+def object_of(config: ExploreConfig, texts: Mapping[str, str]) -> SceneObject:
+    """Return the object that a configuration asks for, from its file or, of an earlier run, from what a log kept.
+
+    Args:
+        config: Complete, as plans have it.
+        texts: By file name, as `object_texts` wrote them; empty to read the file.
+
+    Raises:
+        InvalidValueError: There is no such object, or its geometry is not among the texts.
+    """
+    return scene_object(config) if config.file is None or not texts else _object_in(texts, config)
+
+
 def scene_object(config: ExploreConfig) -> SceneObject:
     """Return the object that a configuration asks for; a file is read, and what stands in it put in its place.
 
@@ -84,18 +97,7 @@ def object_texts(target: SceneObject, config: ExploreConfig) -> dict[str, str]:
     raise TypeError(f"a {type(target).__name__} comes from no file")
 
 
-def object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject | None:
-    """Return the object whose geometry is among texts; None for what the configuration describes by itself.
-
-    Args:
-        texts: By file name, as a log keeps them.
-        config: That asked for it; complete, as plans have it.
-
-    Raises:
-        InvalidValueError: It is missing, or not as `object_texts` writes it.
-    """
-    if config.file is None:
-        return None
+def _object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject:
     name = MESH_TEXT if config.object == "mesh" else HEIGHTS_TEXT
     if name not in texts:
         raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport
+from palpate.experiments.explore.map_growth import GrowthCurve, MapGrowth
 from palpate.reporting.style import (
     INK,
     MEASURED,
@@ -38,7 +38,7 @@ class _Scale:
     value: FloatArray
 
 
-def growth_picture(told: GrowthReport) -> Picture:
+def growth_picture(told: MapGrowth) -> Picture:
     """Return area and standard deviations against way, time and contacts; for a phone against the way alone."""
     curve = told.curve
     scales = _scales(curve)
@@ -64,7 +64,7 @@ def growth_picture(told: GrowthReport) -> Picture:
     )
 
 
-def share_text(told: GrowthReport, moment: int) -> str:
+def share_text(told: MapGrowth, moment: int) -> str:
     """Return how much of the way is behind the tip, in words."""
     whole = told.curve.way[-1]
     return f"{100.0 * told.curve.way[moment] / whole:.0f} %" if whole > 0.0 else "100 %"
@@ -78,7 +78,7 @@ def _scales(curve: GrowthCurve) -> tuple[_Scale, ...]:
     )
 
 
-def _draw(told: GrowthReport, scale: _Scale, above: Axes, below: Axes, *, is_first: bool) -> None:
+def _draw(told: MapGrowth, scale: _Scale, above: Axes, below: Axes, *, is_first: bool) -> None:
     curve = told.curve
     above.plot(scale.value, AREA * curve.area, color=MEASURED, linewidth=1.6, label="observed area")
     below.plot(
@@ -96,7 +96,7 @@ def _draw(told: GrowthReport, scale: _Scale, above: Axes, below: Axes, *, is_fir
     below.xaxis.set_major_locator(MaxNLocator(5))
 
 
-def _name_snapshots(told: GrowthReport, scale: _Scale, axes: Axes) -> None:
+def _name_snapshots(told: MapGrowth, scale: _Scale, axes: Axes) -> None:
     """Write the share of the way over each dotted line of the first panel."""
     for each in told.snapshots[:-1]:
         axes.annotate(

@@ -1,11 +1,11 @@
 """Height fields from files: as a grid of numbers, or as the height map that an exploration writes."""
 
-import csv
 import re
 from pathlib import Path
 
 import numpy as np
 
+from palpate.csv_table import CsvTable, is_number, read_csv_table
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
@@ -13,8 +13,11 @@ from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
 EXTENT = re.compile(r"# *width_m *= *([^\s,]+) *,? *depth_m *= *([^\s,]+) *")
 """First line of a grid that says how large it is."""
 
-NAMED = re.compile(r"[xyz](\W|_|$).*", re.IGNORECASE)
-"""A column of points: `x_m`, and `x`, `X [mm]` or `x_mm`, to say what it must be called."""
+HOLDS = (
+    "the heights of one row of the grid, or x_m, y_m and z_m of a point below a line with these names (of a "
+    "file in millimetres say so by --scale 0.001)"
+)
+"""What a line of such a file is."""
 
 TALLEST = 1.0
 """Largest height [m], up or down: robots reach so far; of a larger number the unit is another."""
@@ -60,15 +63,13 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
         raise InvalidValueError(f"file = {name}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise InvalidValueError(f"{name}: not text: a height field is a CSV or .npy file") from None
-    first, _, rest = text.partition("\n")
-    if any(NAMED.fullmatch(word) for word in _words(first)):
-        heights, own = _map(name, text)
-        return _field(name, heights * metres_per_unit, _sized(name, size, tuple(metres_per_unit * s for s in own)))
-    said = EXTENT.fullmatch(first.strip())
-    if said is None:
-        return _field(name, _grid(name, text) * metres_per_unit, size)
-    own = (_number(name, 1, said[1]), _number(name, 1, said[2]))
-    return _field(name, _grid(name, rest, 2) * metres_per_unit, _sized(name, size, own))
+    own, table = _extent(name, text), read_csv_table(text, name, HOLDS)
+    if table.columns:
+        heights, sides = _map(table)
+        own = (metres_per_unit * sides[0], metres_per_unit * sides[1])
+    else:
+        heights = table.numbers()
+    return _field(name, heights * metres_per_unit, size if own is None else _sized(name, size, own))
 
 
 def heights_text(field: HeightField) -> str:
@@ -83,11 +84,10 @@ def read_heights_text(text: str, name: str) -> HeightField:
     Raises:
         InvalidValueError: It did not.
     """
-    first, _, rest = text.partition("\n")
-    said = EXTENT.fullmatch(first.strip())
-    if said is None:
+    extent = _extent(name, text)
+    if extent is None:
         raise InvalidValueError(f"{name}: its first line is no `# width_m=... depth_m=...`")
-    return HeightField(_grid(name, rest, 2), _number(name, 1, said[1]), _number(name, 1, said[2]))
+    return HeightField(read_csv_table(text, name, HOLDS).numbers(), *extent)
 
 
 def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightField:
@@ -132,52 +132,20 @@ def _array(path: Path) -> FloatArray:
         raise InvalidValueError(f"file = {path}: cannot be read as an array of numbers ({error})") from None
 
 
-def _words(line: str) -> list[str]:
-    return [word.strip() for word in line.split(",")]
+def _extent(name: str, text: str) -> tuple[float, float] | None:
+    """Width and depth as the first line of a grid says them [m]."""
+    found = EXTENT.fullmatch(text.partition("\n")[0].strip())
+    if found is None:
+        return None
+    if not (is_number(found[1]) and is_number(found[2])):
+        raise InvalidValueError(f"{name}, line 1: width_m = {found[1]}, depth_m = {found[2]}: must be numbers")
+    return float(found[1]), float(found[2])
 
 
-def _number(name: str, line: int, word: str) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        raise InvalidValueError(f"{name}, line {line}: {word.strip()!r}: must be a number") from None
-
-
-def _grid(name: str, text: str, first_line: int = 1) -> FloatArray:
-    """Heights of a text with nothing but numbers, shape (ny, nx)."""
-    rows: list[list[float]] = []
-    for i, words in enumerate(csv.reader(text.splitlines()), first_line):
-        if not words or words[0].startswith("#"):
-            continue
-        rows.append([_number(name, i, word) for word in words])
-        if len(rows[-1]) != len(rows[0]):
-            raise InvalidValueError(
-                f"{name}, line {i}: {len(rows[-1])} numbers, the first row has {len(rows[0])}; commas part them"
-            )
-    if not rows:
-        raise InvalidValueError(f"{name}: empty, there are no heights in it")
-    return np.array(rows)
-
-
-def _map(name: str, text: str) -> tuple[FloatArray, tuple[float, float]]:
+def _map(table: CsvTable) -> tuple[FloatArray, tuple[float, float]]:
     """Heights of a table of points, shape (ny, nx), and their extent along x and y; in the file's unit."""
-    header, *lines = text.splitlines()
-    columns = _words(header)
-    for wanted in ("x_m", "y_m", "z_m"):
-        if wanted not in columns:
-            raise InvalidValueError(
-                f"{name}, line 1: no column {wanted}: there are {', '.join(columns)}; call them x_m, y_m, z_m, "
-                "and of a file in millimetres say so by --scale 0.001"
-            )
-    places = [columns.index(wanted) for wanted in ("x_m", "y_m", "z_m")]
-    points = []
-    for i, words in enumerate(csv.reader(lines), 2):
-        if not words:
-            continue
-        if len(words) != len(columns):
-            raise InvalidValueError(f"{name}, line {i}: {len(words)} values for {len(columns)} columns")
-        points.append([_number(name, i, words[k]) for k in places])
-    x, y, z = np.array(points).reshape(-1, 3).T
+    name = table.name
+    x, y, z = table.numbers("x_m", "y_m", "z_m").T
     column, across = _places(name, "x_m", x)
     row, along = _places(name, "y_m", y)
     ny, nx = int(row.max()) + 1, int(column.max()) + 1

@@ -1,14 +1,13 @@
-"""How the map of an exploration grew: worked out after the run, from its contacts."""
+"""How the map of an exploration grew: a few numbers at many moments, the map at a few; worked out afterwards."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
 from palpate.experiments.explore.explored_map import ribbon_mesh
-from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.mapping import Knowledge, SurfaceMap, SurfaceMesh, TouchCloud, surface_mesh
 from palpate.mapping.mesh_figures import MeshFigures, voxel_for
 from palpate.runtime.log import Record
@@ -28,6 +27,71 @@ MOST_CONTACTS = 20_000
 """Of those that are taken: every so manieth. They are averaged over a millimetre, fifty times as much."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class GrowthCurve:
+    """How much was known when, k moments.
+
+    Attributes:
+        time: From the beginning of the run, shape (k,) [s].
+        contacts: So far, shape (k,).
+        way: Of the tip so far, lifted or not, shape (k,) [m].
+        area: Observed, shape (k,) [m^2].
+        middle: Standard deviation that half of that area stays below, shape (k,) [m]; NaN without area.
+        tail: Likewise for 95 % of it, shape (k,) [m].
+    """
+
+    time: FloatArray
+    contacts: FloatArray
+    way: FloatArray
+    area: FloatArray
+    middle: FloatArray
+    tail: FloatArray
+
+    def __len__(self) -> int:
+        """Number of moments."""
+        return len(self.time)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GrowthSnapshot:
+    """The map at one moment.
+
+    Attributes:
+        moment: Which of the curve's it is.
+        mesh: What was observed by then.
+        done: Where the tip was by then, shape (n, 3) [m].
+        to_go: Of the leg of that moment, what the tip had still to go, shape (m, 3) [m]; empty if what is felt
+            leads.
+        marks: By then.
+    """
+
+    moment: int
+    mesh: SurfaceMesh
+    done: FloatArray
+    to_go: FloatArray
+    marks: Sequence[ShownMark]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapGrowth:
+    """How a map grew.
+
+    Attributes:
+        curve: Over all moments.
+        snapshots: In order, at least one.
+    """
+
+    curve: GrowthCurve
+    snapshots: tuple[GrowthSnapshot, ...]
+
+    @property
+    def largest_sd(self) -> float:
+        """Standard deviation that 98 % of all vertices stay below [m]: where a common scale of colours ends."""
+        found = np.concatenate([np.zeros(0), *(each.mesh.sd for each in self.snapshots)])
+        found = found[np.isfinite(found)]
+        return float(np.percentile(found, 98.0)) if len(found) else 0.0
+
+
 def map_growth(
     cloud: TouchCloud,
     record: Record,
@@ -36,7 +100,7 @@ def map_growth(
     *,
     worst: Knowledge = Knowledge.OBSERVED,
     finest: float = 5e-4,
-) -> GrowthReport | None:
+) -> MapGrowth | None:
     """Return how the map grew, or None if nothing was touched.
 
     All moments are judged by the same belief about surface and noise, that of the whole run: what a map knew then
@@ -76,7 +140,7 @@ def map_growth(
         middle=np.array([each.middle for each in figures]),
         tail=np.array([each.tail for each in figures]),
     )
-    return GrowthReport(curve, _snapshots(record, until, meshes, plans))
+    return MapGrowth(curve, _snapshots(record, until, meshes, plans))
 
 
 def _mesh(surface: SurfaceMap, voxel: float, worst: Knowledge) -> SurfaceMesh:

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore.map_data import MapReport
-from palpate.mapping import Knowledge, SurfaceMesh
+from palpate.experiments.explore.explored_map import ExploredMap
+from palpate.mapping import SurfaceMesh
 from palpate.reporting.style import (
     ERROR_COLOURS,
     FONT_SIZE,
@@ -33,28 +33,23 @@ MISSED_DRAWN = 4000
 """Marks drawn of what was not observed: more cover each other."""
 
 
-def map_picture(told: MapReport) -> Picture | None:
+def map_picture(found: ExploredMap) -> Picture | None:
     """Return errors, if they are known, and standard deviations of a map; None if nothing of it is claimed."""
-    claimed = told.mesh.knowledge == Knowledge.OBSERVED
-    if not claimed.any():
+    if not found.claimed.any():
         return None
-    panels = 1 if told.error is None else 2
+    panels = 2 if found.truth_known else 1
     full = new_figure(Width.HALF if panels == 1 else Width.FULL, 4.7)
     narrow = new_figure(Width.HALF, 4.6 * panels) if panels == 2 else None
-    _draw(told, full, full.subplots(1, panels, squeeze=False).ravel().tolist())
+    _draw(found, full, full.subplots(1, panels, squeeze=False).ravel().tolist())
     if narrow is not None:
-        _draw(told, narrow, narrow.subplots(panels, 1, squeeze=False).ravel().tolist())
-    band = MICRO * told.mesh.band()[claimed]
-    inside = ""
-    if told.error is not None:
-        share = 100.0 * float(np.mean(np.abs(MICRO * told.error[claimed]) <= band))
-        inside = f" {share:.1f} % of the true errors are inside it."
+        _draw(found, narrow, narrow.subplots(panels, 1, squeeze=False).ravel().tolist())
+    inside = f" {100.0 * found.covered:.1f} % of the true errors are inside it." if found.truth_known else ""
     return Picture(
         title="The map and its uncertainty",
         caption=(
             f"Seen from above. Standard deviations are of random errors; together with what may be off "
-            f"everywhere, {MICRO * told.mesh.bias:.3g} µm, they make a 95 % band of "
-            f"±{float(np.median(band)):.3g} µm (median).{inside} Nothing is claimed on grey ground. Good "
+            f"everywhere, {MICRO * found.mesh.bias:.3g} µm, they make a 95 % band of "
+            f"±{MICRO * found.band:.3g} µm (median).{inside} Nothing is claimed on grey ground. Good "
             f"is a map that "
             "is even, without holes, and off by no more than its band."
         ),
@@ -64,17 +59,17 @@ def map_picture(told: MapReport) -> Picture | None:
     )
 
 
-def _draw(told: MapReport, figure: Figure, axes: list[Axes]) -> None:
-    if told.error is not None:
-        error = MICRO * told.error
+def _draw(found: ExploredMap, figure: Figure, axes: list[Axes]) -> None:
+    if found.truth_known:
+        error = MICRO * found.error
         limit = max(float(np.percentile(np.abs(error), SHOWN_PERCENT)), 1e-3)
         label = "error of the map [µm], + is outside the surface"
-        from_above(figure, axes[0], told.mesh, error, ERROR_COLOURS, (-limit, limit), label)
-    sd = MICRO * told.mesh.sd
+        from_above(figure, axes[0], found.mesh, error, ERROR_COLOURS, (-limit, limit), label)
+    sd = MICRO * found.mesh.sd
     largest = max(float(np.percentile(sd, SHOWN_PERCENT)), 1e-3)
-    from_above(figure, axes[-1], told.mesh, sd, HEIGHT_COLOURS, (0.0, largest), "standard deviation [µm]")
-    if len(told.missed):
-        missed = MILLI * told.missed[:: -(-len(told.missed) // MISSED_DRAWN)]
+    from_above(figure, axes[-1], found.mesh, sd, HEIGHT_COLOURS, (0.0, largest), "standard deviation [µm]")
+    if len(found.missed):
+        missed = MILLI * found.missed[:: -(-len(found.missed) // MISSED_DRAWN)]
         for each in axes:
             label = "could be felt, is not observed"
             each.plot(missed[:, 0], missed[:, 1], "x", color=TRUE, markersize=2.5, linewidth=0.0, label=label)

@@ -19,41 +19,45 @@ from palpate.controllers import (
 )
 from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.landing import moved_mass
-from palpate.controllers.paths import PathPlane, Strategy
+from palpate.controllers.paths import PathPlane
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.checks import (
-    check_changes,
-    check_compression,
-    check_least_force,
-    check_push,
-    check_sliding,
-)
-from palpate.experiments.explore.config import FASTEST, LEAST_FORCE, MOST_FORCE, SLOWEST, ExploreConfig
-from palpate.experiments.explore.explored_object import object_in, object_texts, scene_object
+from palpate.experiments.explore.checks import check_changes, check_least_force, check_push, check_sliding
+from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
+from palpate.experiments.explore.explored_object import object_of, object_texts
+from palpate.experiments.explore.files import FILE_NAMES
 from palpate.experiments.explore.identified import (
     IDENTIFIED_TEXT,
     IdentifiedForce,
     identified_text,
     read_identified,
 )
-from palpate.experiments.explore.scans import ContourScan, Effort, Scan, scan_on
+from palpate.experiments.explore.objects import FROM_FILE
+from palpate.experiments.explore.plan_watch import PlanDiary, PlanWatch
+from palpate.experiments.explore.pressing import pressed
+from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.explore.wall_bound import WallBound
-from palpate.experiments.kit.experiment_file import EXPERIMENT_TEXT, config_text, read_config
+from palpate.experiments.kit.contact_checks import LEAST_FORCE, MOST_FORCE, check_compression
+from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
+from palpate.mapping import Knowledge
+from palpate.reporting.data import KeyFigure
 from palpate.robots.control_period import period_of
 from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.in_scene import build
-from palpate.robots.known_truth import scene_of
+from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import Task, only_finger
-from palpate.robots.values import load_named_robot, on_robot
+from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
-from palpate.runtime.robot import Robot, read_robot
+from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.runtime.robot_rig import RigEntry
-from palpate.sim import SceneObject
+from palpate.runtime.truth import TruthSource
+from palpate.sim import Scene, SceneObject
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
+from palpate.viewing import SurfaceView, ViewScene
 
 ROOM = 0.02
 """How far beyond its path the supervisor lets the tip go [m]; half of it the controller, which marks what is
@@ -62,39 +66,38 @@ beyond instead of being stopped."""
 BENDS = 2.0
 """A contour bends no more sharply than so many times the fingertip: its middle goes round a corner at a radius."""
 
-WASTE = 10.0
-"""May always be lost [s]."""
+SPARE_TIME = 10.0
+"""That a run may always take longer [s]."""
 
 FASTEST_LANDING = 0.005
 """[m/s], where what lands and what it lands on would allow more."""
 
+MILLI = 1e3
+"""mm per m."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ExplorationPlan:
+class ExplorationPlan(PlanDefaults):
     """An exploration that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
-        asked: What was asked for.
-        config: The same, with what the robot file says where it left something out.
+        config: What is asked for, with what the robot file says where it left something out.
         robot: What carries it out.
         target: What is touched.
         scan: Where it goes, for the middle of the tip.
         plane: In it the coordinates of the tip frame's origin are those of the middle of the tip.
         parameters: For the controller.
-        effort: What ways cost.
+        effort: What paths cost.
         finger: For touch.
         limits: For the supervisor.
-        backend: The robot.
-        expected_duration: About how long it takes [s].
-        longest_duration: Then something is wrong [s].
+        scene: What is simulated; None on a robot.
         half_compliance: Of tip and object together, half their compression per force [m/N].
-        task: What the robot was built for.
+        task: What the robot is built for.
         touch_force: Force that counts as a touch [N].
         wall: What a wall in the way of the sweep would do.
         identified: What pressing has found; None: the gain is made for what is assumed.
     """
 
-    asked: ExploreConfig
     config: ExploreConfig
     robot: Robot
     target: SceneObject
@@ -104,9 +107,7 @@ class ExplorationPlan:
     effort: Effort
     finger: FingerDescription
     limits: Limits
-    backend: Backend
-    expected_duration: float
-    longest_duration: float
+    scene: Scene | None
     half_compliance: float
     task: Task
     touch_force: float
@@ -114,19 +115,24 @@ class ExplorationPlan:
     identified: IdentifiedForce | None = None
 
     @property
+    def fingers(self) -> tuple[FingerDescription, ...]:
+        """See `Plan`: one."""
+        return (self.finger,)
+
+    @property
     def period(self) -> float:
         """Of control [s]."""
         return self.task.period
 
-    def strategy(self) -> Strategy:
-        """Return a fresh strategy for it."""
-        return self.scan.strategy(self.plane, self.effort)
+    @property
+    def expected_duration(self) -> float:
+        """See `Plan`; without pressing first."""
+        return self.scan.duration(self.effort)
 
-    def controller(self) -> ExploreController:
-        """Return a fresh controller for it, with a fresh strategy."""
-        found = self.identified
-        law = None if found is None else found.law(self.period)
-        return ExploreController(self.parameters, self.strategy(), self.period, law=law, profile=self.profile)
+    @property
+    def longest_duration(self) -> float:
+        """See `Plan`."""
+        return self.scan.longest(self.effort) + SPARE_TIME
 
     @property
     def profile(self) -> ForceProfile | None:
@@ -136,14 +142,46 @@ class ExplorationPlan:
             return None
         return SineForce(config.force, config.force_swing, 1.0 / config.force_period)
 
-    @property
-    def truth_known(self) -> bool:
-        """Whether it is simulated."""
-        return scene_of(self.backend) is not None
-
-    def another_backend(self) -> Backend:
-        """Return the same robot above the same object once more."""
+    def backend(self) -> Backend:
+        """See `Plan`."""
         return build(self.robot, self.task).backend
+
+    def controller(self) -> ExploreController:
+        """See `Plan`; with a fresh strategy."""
+        found, strategy = self.identified, self.scan.strategy(self.plane, self.effort)
+        law = None if found is None else found.law(self.period)
+        return ExploreController(self.parameters, strategy, self.period, law=law, profile=self.profile)
+
+    def changes(self) -> tuple[Change, ...]:
+        """See `Plan`."""
+        return tuple(Change(*change) for change in self.config.change)
+
+    def observer(self, controller: ExploreController, truth: TruthSource | None) -> PlanDiary:
+        """See `Plan`: keeps where the tip was going."""
+        return PlanDiary(controller)
+
+    def shown_plan(self, controller: ExploreController) -> PlanWatch:
+        """See `Plan`."""
+        return PlanWatch(controller)
+
+    def texts(self) -> dict[str, str]:
+        """See `Plan`: the geometry of an object from a file, and what pressing has found."""
+        found = self.identified
+        pressed_text = {} if found is None else {IDENTIFIED_TEXT: identified_text(found)}
+        return pressed_text | object_texts(self.target, self.config)
+
+    @property
+    def preparation(self) -> str:
+        """See `Plan`."""
+        return "pressing, to find stiffness and delay" if self._must_press else ""
+
+    def prepared(self) -> "ExplorationPlan":
+        """See `Plan`: press where it begins, if that was asked for, and take the force law that follows."""
+        return self.with_identified(pressed(self)) if self._must_press else self
+
+    @property
+    def _must_press(self) -> bool:
+        return self.config.identify and self.identified is None
 
     def with_identified(self, found: IdentifiedForce) -> "ExplorationPlan":
         """Return the plan with the force law that pressing has found.
@@ -157,58 +195,62 @@ class ExplorationPlan:
             self, parameters=parameters, effort=replace(self.effort, parameters=parameters), identified=found
         )
 
-    def changes(self) -> tuple[Change, ...]:
-        """Return the changes of live parameters that were asked for beforehand."""
-        return tuple(Change(*change) for change in self.config.change)
+    def dry_run(self) -> DryRun:
+        """See `Plan`."""
+        config, scan = self.config, self.scan
+        (x0, y0), (x1, y1) = ((MILLI * x, MILLI * y) for x, y in scan.box)
+        unknown = "what is felt decides" if math.isnan(scan.length) else "seen from above"
+        # nobody knows what the next object is like
+        unforeseen = config.speed > self.wall.speed and (config.beyond or config.object in FROM_FILE)
+        return DryRun(
+            f"Exploration of {config.article} {config.object} by touch",
+            (
+                KeyFigure("path", scan.line),
+                KeyFigure("expected duration", self.expected_duration, "s", "without pressing first"),
+                KeyFigure("longest duration", self.longest_duration, "s", "then it is stopped"),
+                KeyFigure("path length", MILLI * scan.length, "mm", unknown),
+                KeyFigure("path along x", x1 - x0, "mm", f"from {x0:.4g} to {x1:.4g} mm"),
+                KeyFigure("path along y", y1 - y0, "mm", f"from {y0:.4g} to {y1:.4g} mm"),
+                KeyFigure("force", config.force, "N", "to hold"),
+                KeyFigure("greatest force asked for", config.greatest_force, "N"),
+                KeyFigure("speed", MILLI * config.speed, "mm/s", "along the surface"),
+                KeyFigure("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
+                *limit_figures(self.limits),
+            ),
+            FILE_NAMES,
+            (f"A wall or step in the way would be {self.wall}.",) if unforeseen else (),
+        )
 
-    def texts(self) -> dict[str, str]:
-        """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
-        found = self.identified
-        return {
-            EXPERIMENT_TEXT: config_text(self.config),
-            **({} if found is None else {IDENTIFIED_TEXT: identified_text(found)}),
-            **object_texts(self.target, self.config),
-            **self.robot.texts,
-        }
+    def view(self) -> ViewScene:
+        """See `Plan`: scene, map and the surface that it becomes."""
+        from palpate.experiments.kit.scene_view import scene_view  # with what draws
+
+        config, scan, scene = self.config, self.scan, known_scene(self.backend())
+        title = f"Exploration of {config.article} {config.object}, {config.robot}"
+        growing = SurfaceView(
+            rows=scan.prior if isinstance(scan, ActiveScan) else config.gap,
+            voxel=config.map_spacing,
+            half_compliance=self.half_compliance,
+            sensed_force=config.force,
+            # beside a single line nothing is surrounded by contacts: its ribbon is all there is
+            worst=Knowledge.EXTRAPOLATED if isinstance(scan, ContourScan) else Knowledge.OBSERVED,
+        )
+        return replace(scene_view(title, scene.model, config.map_spacing), surface=growing)
 
 
-def plan_from_texts(texts: Mapping[str, str]) -> ExplorationPlan:
-    """Return the plan that `ExplorationPlan.texts` came from, as a log keeps them.
-
-    Raises:
-        InvalidValueError: One is missing, or something in one is wrong.
-    """
-    if EXPERIMENT_TEXT not in texts:
-        raise InvalidValueError(f"{EXPERIMENT_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
-    config = read_config(texts[EXPERIMENT_TEXT])
-    return plan_with(config, read_robot(texts), texts)
-
-
-def plan_with(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> ExplorationPlan:
-    """Return the plan of a configuration, with object and what pressing has found as a log keeps them.
-
-    Raises:
-        InvalidValueError: Something in a text is wrong, or the configuration cannot be realised.
-    """
-    planned = plan(config, robot, object_in(texts, on_robot(config, robot)))
-    found = texts.get(IDENTIFIED_TEXT)
-    return planned if found is None else planned.with_identified(read_identified(found))
-
-
-def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject | None = None) -> ExplorationPlan:
-    """Check and build everything that an exploration needs.
+def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> ExplorationPlan:
+    """Check and build everything that an exploration needs; see `Experiment.plan`.
 
     Args:
         config: What to do. Fingertip, noise and period that it leaves out the robot file says.
-        robot: What carries it out; the one that `config.robot` names, if not given.
-        target: What is touched; the one that `config.object` names, from its file if there is one, if not given.
+        robot: What carries it out.
+        texts: What the log of an earlier run kept; empty for a new run, for which the object's file is read.
 
     Raises:
-        InvalidValueError: The configuration cannot be realised; the message says what to change.
+        InvalidValueError: It cannot be realised; the message says what to change.
     """
-    robot = robot or load_named_robot(config.robot)
-    asked, config = config, on_robot(config, robot)
-    target = target or scene_object(config)
+    config = on_robot(config, robot)
+    target = object_of(config, texts)
     scan = scan_on(target, config)
     half_compliance = 0.5 / config.stiffness
     check_compression(config.tip, config.force, config.stiffness)
@@ -268,26 +310,24 @@ def plan(config: ExploreConfig, robot: Robot | None = None, target: SceneObject 
     below = float(target.height(np.array(first_x), np.array(first_y)))
     below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
     gap = max(top - below - config.tip[-1], CLEARANCE)
-    effort = Effort(parameters, gap, descent)
-    return ExplorationPlan(
-        asked,
+    planned = ExplorationPlan(
         config,
         robot,
         target,
         scan,
         plane,
         parameters,
-        effort,
+        Effort(parameters, gap, descent),
         ready.finger,
         limits,
-        ready.backend,
-        scan.duration(effort),
-        scan.longest(effort) + WASTE,
+        scene,
         half_compliance,
         task,
         ready.touch_force,
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
     )
+    found = texts.get(IDENTIFIED_TEXT)
+    return planned if found is None else planned.with_identified(read_identified(found))
 
 
 def _acceleration(config: ExploreConfig, scan: Scan) -> float:

@@ -42,7 +42,7 @@ class PlanDiary:
         self._watch = PlanWatch(controller)
         self._changes: list[PlanChange] = []
 
-    def observe(self, sample: Sample, now: Observation, command: Command) -> None:
+    def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Keep the plan if it is another one."""
         plan = self._watch.news()
         if plan is not None:

@@ -1,26 +1,21 @@
 """Pressing before an exploration: what is met where it begins tells stiffness and delay."""
 
+from typing import TYPE_CHECKING
+
 from palpate.controllers import IdentifyController, IdentifyParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.identified import IdentifiedForce
-from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.kit.pressing import pressing
 from palpate.runtime import Supervisor, Touch, run
+
+if TYPE_CHECKING:  # which presses by what is here
+    from palpate.experiments.explore.plan import ExplorationPlan
 
 PRESSING = 60.0
 """[s] It takes about 30 once it has landed."""
 
 
-def prepared(planned: ExplorationPlan) -> ExplorationPlan:
-    """Press first, if that is asked for; return the plan with the force law that follows.
-
-    Raises:
-        InvalidValueError: Pressing has found nothing; the message says why.
-    """
-    return planned.with_identified(pressed(planned)) if planned.config.identify else planned
-
-
-def pressed(planned: ExplorationPlan) -> IdentifiedForce:
+def pressed(planned: "ExplorationPlan") -> IdentifiedForce:
     """Press where an exploration begins, with a robot and scene of its own, and return what that tells.
 
     Raises:
@@ -30,7 +25,7 @@ def pressed(planned: ExplorationPlan) -> IdentifiedForce:
     controller = IdentifyController(wanted, planned.period)
     longest = wanted.approach_distance / wanted.landing_speed + PRESSING
     result = run(
-        planned.another_backend(),
+        planned.backend(),
         Touch(planned.finger),
         controller,
         Supervisor(planned.limits),
@@ -42,7 +37,7 @@ def pressed(planned: ExplorationPlan) -> IdentifiedForce:
         raise InvalidValueError(f"identify: {error} (the run: {result})") from None
 
 
-def pressing_of(planned: ExplorationPlan) -> IdentifyParameters:
+def pressing_of(planned: "ExplorationPlan") -> IdentifyParameters:
     """Return how it is pressed."""
     return pressing(
         planned.config.force,

@@ -1,31 +1,46 @@
 """What the report on an exploration says."""
 
+import shlex
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 import numpy as np
+import numpy.typing as npt
 
 from palpate.controllers.paths import Measure
+from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_marks import marks_text, not_felt
 from palpate.experiments.explore.explored_object import object_line
-from palpate.experiments.explore.run import Exploration
+from palpate.experiments.explore.map_growth import MapGrowth
 from palpate.experiments.explore.run_account import account_sentences
 from palpate.experiments.explore.scans import ActiveScan, Scan
 from palpate.experiments.explore.tables import (
     TOO_LITTLE,
     as_known,
-    map_report,
+    candidate_rows,
+    layer_rows,
+    map_rows,
     median_sd,
     shape_name,
-    shape_report,
+    shape_rows,
+    shape_sentence,
 )
+from palpate.experiments.kit.advice import advice_on_ending
 from palpate.experiments.kit.change_account import change_rows, change_sentences
-from palpate.experiments.kit.repeat_words import repeat_commands
-from palpate.experiments.kit.report_advice import advice_on_exploration
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.mapping.layers import VertexLayer
-from palpate.reporting.data import ExplorationReport, KeyFigure, TimeSeries, TrueSurface
+from palpate.reporting.computing import computing
+from palpate.reporting.data import KeyFigure, TimeSeries
+from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from palpate.robots.known_truth import NOT_KNOWN, cost_row, time_name
 from palpate.runtime import Ending
+from palpate.sim.scene_cost import SceneCost, scene_cost
+
+if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
+    from palpate.reporting.style import Picture
 
 CONTACT_NOTE = (
     "Where the finger accelerates, as at corners, points come out outside: MuJoCo's friction adds to the normal "
@@ -40,40 +55,153 @@ OUTSIDE = 2e-6
 GRID = 81
 """Grid lines of the true surface's picture along each side."""
 
+DRAWN = ("friction", "stiffness", "curvature_mean")
+"""Layers that the report has a picture of; of curvature one tells enough, and map.ply has them all."""
 
-def exploration_report(exploration: Exploration) -> ExplorationReport:
+WELL_OBSERVED = 0.95
+"""Share of what can be felt from which on a map counts as whole."""
+
+
+def exploration_report(exploration: Exploration) -> Report:
     """Return the report on an exploration."""
-    config, record, result = exploration.config, exploration.record, exploration.run
-    true_force = np.where(exploration.truth.touching, exploration.true_normal_force, np.nan)
-    true_spin = np.where(exploration.truth.touching, exploration.true_spin_torque, np.nan)
-    found, known = exploration.map, exploration.truth.known
-    return ExplorationReport(
+    config = exploration.config
+    return Report(
         title=f"Exploration of {config.article} {config.object} by touch",
         outcome=outcome(exploration),
-        summary=key_figures(exploration),
-        settings=settings(exploration),
-        cloud=exploration.cloud,
-        series=TimeSeries(
-            time=record.time,
-            phase=[str(phase) for phase in record.phase],
-            measured_force=np.where(record.touching, record.normal_force, np.nan),
-            set_force=exploration.set_force,
-            spin_torque=np.where(record.touching, record.spin_torque, np.nan),
-            speed=np.linalg.norm(record.velocity, axis=1),
-            true_force=true_force if known else None,
-            true_spin_torque=true_spin if known else None,
+        figures=key_figures(exploration),
+        sections=(
+            _surface(exploration),
+            *_map(exploration.map),
+            *_growth(exploration.growth),
+            *_shape(exploration.map),
+            Section("Errors of single points", (Pictures(lambda: _error_pictures(exploration)),)),
+            Section("Over time", (Pictures(lambda: _time_pictures(exploration)),)),
+            computing(exploration.run.timing),
         ),
-        timing=result.timing,
-        map=None if found is None else map_report(found),
-        shape=None if found is None or found.shape is None else shape_report(found.shape, found.felt_little),
-        growth=exploration.growth,
-        true_surface=_true_surface(exploration) if known and len(exploration.cloud) else None,
-        point_error=exploration.point_error if known else None,
-        error_note=CONTACT_NOTE if known and exploration.point_error.max(initial=0.0) > OUTSIDE else "",
         asked=_asked(config),
-        advice=advice_on_exploration(exploration),
-        repeat=repeat_commands("explore", exploration.asked, result),
+        advice=_advice(exploration),
+        settings=settings(exploration),
+        footer="Lengths and forces in the robot's base frame.",
+        reached=exploration.run.ending is Ending.DONE,
     )
+
+
+def _surface(exploration: Exploration) -> Section:
+    nothing = "" if len(exploration.cloud) else "The finger felt nothing, so there is no surface to show."
+
+    def draw() -> "Iterator[Picture]":
+        from palpate.experiments.explore.surface_picture import touched_surface, true_surface  # with matplotlib
+
+        cloud, found = exploration.cloud, exploration.map
+        if len(cloud):
+            yield touched_surface(cloud, found.mesh if found is not None and len(found.mesh.triangles) else None)
+            if exploration.truth.known:
+                yield true_surface(cloud, *true_surface_of(exploration))
+
+    return Section("The surface", (Paragraph(nothing), Pictures(draw)))
+
+
+def _map(found: ExploredMap | None) -> tuple[Section, ...]:
+    if found is None:
+        return ()
+
+    def draw() -> "Iterator[Picture | None]":
+        from palpate.experiments.explore.layer_picture import layer_picture
+        from palpate.experiments.explore.map_picture import map_picture
+
+        yield map_picture(found)
+        for layer in found.layers:
+            if layer.name in DRAWN and isinstance(layer, VertexLayer):
+                yield layer_picture(found.mesh, layer)
+
+    nothing = "Contacts are too far apart: nothing of the surface counts as observed."
+    shown = Pictures(draw) if len(found.mesh.triangles) else Paragraph(nothing)
+    return (Section("The map", (TextTable((*map_rows(found), *layer_rows(found))), shown)),)
+
+
+def _growth(growth: MapGrowth | None) -> tuple[Section, ...]:
+    if growth is None:
+        return ()
+
+    def draw() -> "Iterator[Picture]":
+        from palpate.experiments.explore.growth_picture import growth_picture
+        from palpate.experiments.explore.snapshots_picture import snapshots_picture
+
+        if growth.curve.area.any():
+            yield growth_picture(growth)
+        yield snapshots_picture(growth)
+
+    return (Section("How the map grew", (Pictures(draw),)),)
+
+
+def _shape(found: ExploredMap | None) -> tuple[Section, ...]:
+    if found is None or found.shape is None:
+        return ()
+    shape = found.shape
+    candidates = TextTable(candidate_rows(shape), heads=("shape", "misses by", "", "verdict"))
+    said = Paragraph(shape_sentence(shape, found.felt_little))
+    return (Section("Which shape it is", (said, TextTable(shape_rows(shape)), candidates)),)
+
+
+def _error_pictures(exploration: Exploration) -> "Iterator[Picture]":
+    from palpate.experiments.explore.error_picture import error_histogram, error_map
+
+    error = exploration.point_error
+    if exploration.truth.known and len(error):
+        yield error_map(exploration.cloud, error, CONTACT_NOTE if error.max() > OUTSIDE else "")
+        yield error_histogram(error)
+
+
+def _time_pictures(exploration: Exploration) -> "Iterator[Picture | None]":
+    from palpate.experiments.explore.spin_picture import spin_picture
+    from palpate.reporting.force_picture import force_overview, force_zoom
+
+    series = time_series(exploration)
+    if series.phase:
+        yield force_overview(series)
+        yield force_zoom(series)
+        yield spin_picture(series, exploration.cloud)
+
+
+def time_series(exploration: Exploration) -> TimeSeries:
+    """Return forces, spin torque and speed over time."""
+    record, truth = exploration.record, exploration.truth
+    return TimeSeries(
+        time=record.time,
+        phase=[str(phase) for phase in record.phase],
+        measured_force=np.where(record.touching, record.normal_force, np.nan),
+        set_force=exploration.set_force,
+        spin_torque=np.where(record.touching, record.spin_torque, np.nan),
+        speed=np.linalg.norm(record.velocity, axis=1),
+        true_force=np.where(truth.touching, exploration.true_normal_force, np.nan) if truth.known else None,
+        true_spin_torque=np.where(truth.touching, exploration.true_spin_torque, np.nan) if truth.known else None,
+    )
+
+
+def _advice(exploration: Exploration) -> tuple[str, ...]:
+    """What to do after it."""
+    said, found, config = list(advice_on_ending(exploration.run)), exploration.claimed_map, exploration.config
+    if not len(exploration.cloud):
+        said.append(
+            "Nothing was felt: check where the object is, and --center, --width and --depth; --dry-run says "
+            "where the tip would go."
+        )
+    elif found is None:
+        said.append(
+            "No surface is claimed, for contacts are too far apart or on one line: rows that lie closer "
+            "(--spacing) make a map."
+        )
+    else:
+        if found.truth_known and found.observed_share < WELL_OBSERVED:
+            said.append(
+                f"Of what could be felt {100.0 * found.observed_share:.0f} % were observed: closer rows "
+                "(--spacing) or --strategy active find more."
+            )
+        said.append(
+            "To compare the map with a model of the object: palpate compare "
+            f"{shlex.quote(str(config.out / 'contacts.ply'))} part.stl, both in metres."
+        )
+    return tuple(said)
 
 
 def _asked(config: ExploreConfig) -> str:
@@ -118,30 +246,26 @@ def _places(count: int) -> str:
 def key_figures(exploration: Exploration) -> tuple[KeyFigure, ...]:
     """Return the figures that matter, most important first."""
     result = exploration.run
-    figures = [KeyFigure("contacts", len(exploration.cloud)), *_true_figures(exploration)]
-    figures.append(
-        KeyFigure("largest force felt", exploration.account.most_force, "N", f"limit {exploration.wall.limit:g} N")
-    )
-    figures += _map_figures(exploration)
-    figures.append(KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)))
-    figures += [
-        KeyFigure(time_name(exploration.cost), result.duration, "s"),
+    limit = f"limit {exploration.plan.limits.force:g} N"
+    return (
+        KeyFigure("contacts", len(exploration.cloud)),
+        *_true_figures(exploration),
+        KeyFigure("largest force felt", exploration.account.most_force, "N", limit),
+        *_map_figures(exploration),
+        KeyFigure("marks", len(exploration.marks), "", marks_text(exploration.marks)),
+        KeyFigure(time_name(_cost(exploration)), result.duration, "s"),
         KeyFigure("real-time factor", result.real_time_factor, "", f"control at {1 / result.timing.period:g} Hz"),
         KeyFigure("sensing and control, median", 1e6 * result.timing.compute_spread.p50, "µs", "per period"),
-    ]
-    return tuple(figures)
+    )
 
 
 def _true_figures(exploration: Exploration) -> list[KeyFigure]:
     """How far points and forces are off."""
     if not exploration.truth.known:
         return [KeyFigure("points to true surface", NOT_KNOWN), KeyFigure("true normal force", NOT_KNOWN)]
-    error = np.abs(exploration.point_error)
     return [
         KeyFigure("points to true surface, RMS", 1e3 * exploration.point_rms, "mm"),
-        KeyFigure("points to true surface, 99 %", 1e3 * float(np.percentile(error, 99)), "mm")
-        if error.size
-        else KeyFigure("points to true surface, 99 %", float("nan"), "mm"),
+        KeyFigure("points to true surface, 99 %", 1e3 * exploration.point_p99, "mm"),
         KeyFigure("true normal force, RMS error", exploration.force_rms, "N", _set_force(exploration)),
     ]
 
@@ -153,10 +277,10 @@ def _map_figures(exploration: Exploration) -> list[KeyFigure]:
         return []
     figures: list[KeyFigure] = []
     if found.claimed.any():
-        band = 1e3 * float(np.median(found.mesh.band()[found.claimed]))
+        band = 1e3 * found.band
         if found.truth_known:
             figures += [
-                *_accuracy(exploration.scan, found),
+                *_accuracy(exploration.plan.scan, found),
                 KeyFigure("map to true surface, RMS", 1e3 * found.rms, "mm", f"95 % band ±{band:.2g} mm"),
                 KeyFigure("true errors inside that band", 100.0 * found.covered, "%"),
             ]
@@ -229,12 +353,12 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units, and the gain that followed."""
     config, known = exploration.config, exploration.truth.known
     return (
-        ("object", object_line(exploration.target, config)),
+        ("object", object_line(exploration.plan.target, config)),
         ("fingertip", f"{' x '.join(f'{1e3 * s:g}' for s in config.tip)} mm"),
         ("normal force", f"{config.force:g} N{_swing(config)}"),
         ("speed along the surface", f"{1e3 * config.speed:g} mm/s"),
-        ("a wall in its way", str(exploration.wall)),
-        (config.strategy, exploration.scan.line),
+        ("a wall in its way", str(exploration.plan.wall)),
+        (config.strategy, exploration.plan.scan.line),
         ("friction, spin length", f"{config.friction:g}, {1e3 * config.spin_length:g} mm" if known else NOT_KNOWN),
         (f"contact stiffness, {'simulated and ' if known else ''}assumed", f"{config.stiffness / 1e3:g} kN/m"),
         (
@@ -242,7 +366,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
             f"{1e3 * config.noise[0]:g} mN, {1e3 * config.noise[1]:g} mN m, seed {config.seed}",
         ),
         ("robot", config.robot),
-        *cost_row(exploration.cost),
+        *cost_row(_cost(exploration)),
         ("control period", f"{1e3 * exploration.run.timing.period:g} ms"),
         *_force_law(exploration),
         *change_rows(exploration.changes),
@@ -256,7 +380,7 @@ def _swing(config: ExploreConfig) -> str:
 
 def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     """The law of force control with its margins, and what they were found from."""
-    gain, found = exploration.gain, exploration.identified
+    gain, found = exploration.plan.parameters.gain, exploration.plan.identified
     if found is None:
         said = (
             f"{1e3 * gain.gain:.3g} mm/s/N from K = {gain.stiffness / 1e3:.3g} kN/m and T = "
@@ -279,10 +403,14 @@ def _force_law(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _true_surface(exploration: Exploration) -> TrueSurface:
-    """The true upper surface over the touched region."""
+def _cost(exploration: Exploration) -> SceneCost | None:
+    scene = exploration.plan.scene
+    return None if scene is None else scene_cost(scene.model)
+
+
+def true_surface_of(exploration: Exploration) -> tuple[FloatArray, npt.NDArray[np.integer]]:
+    """Return the true upper surface over the touched region: vertices [m] and triangles."""
     touched = exploration.cloud.position
     x, y = (np.linspace(touched[:, i].min(), touched[:, i].max(), GRID) for i in (0, 1))
-    z = exploration.target.height(*np.meshgrid(x, y))
-    vertices, triangles = height_map_triangles(HeightMap(x, y, z, np.zeros_like(z), 0.0))
-    return TrueSurface(vertices, triangles)
+    z = exploration.plan.target.height(*np.meshgrid(x, y))
+    return height_map_triangles(HeightMap(x, y, z, np.zeros_like(z), 0.0))

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore.growth_data import GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.growth_picture import AREA, share_text
+from palpate.experiments.explore.map_growth import GrowthSnapshot, MapGrowth
 from palpate.reporting.style import (
     COMMANDED,
     DASHED,
@@ -56,7 +56,7 @@ HEADER = 0.95
 """Of a picture, for legend and colour bar [inch]."""
 
 
-def snapshots_picture(told: GrowthReport) -> Picture:
+def snapshots_picture(told: MapGrowth) -> Picture:
     """Return the map at each snapshot, all in one scale of colours and lengths."""
     count = len(told.snapshots)
     limits = _limits(told.snapshots)
@@ -76,7 +76,7 @@ def snapshots_picture(told: GrowthReport) -> Picture:
     )
 
 
-def _known(told: GrowthReport) -> str:
+def _known(told: MapGrowth) -> str:
     """What is seen of the map, in words."""
     if not told.curve.area.any():
         return (
@@ -89,7 +89,7 @@ def _known(told: GrowthReport) -> str:
     )
 
 
-def _figure(told: GrowthReport, width: Width, across: int, limits: FloatArray) -> Figure:
+def _figure(told: MapGrowth, width: Width, across: int, limits: FloatArray) -> Figure:
     rows = -(-len(told.snapshots) // across)
     shape = float(np.clip((limits[1, 1] - limits[1, 0]) / (limits[0, 1] - limits[0, 0]), FLATTEST, TALLEST))
     panel = width.value / across
@@ -171,7 +171,7 @@ def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequ
         axis.set_major_locator(MaxNLocator(5))
 
 
-def _heading(told: GrowthReport, moment: int) -> str:
+def _heading(told: MapGrowth, moment: int) -> str:
     curve = told.curve
     if not curve.area.any():
         return f"{share_text(told, moment)} of the way, {curve.time[moment]:.1f} s"

@@ -1,6 +1,5 @@
 """The touched surface and the true one, in space."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,13 +7,11 @@ import numpy.typing as npt
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 from palpate.errors import FloatArray
 from palpate.mapping import Knowledge, SurfaceMesh, TouchCloud
-from palpate.reporting.data import IndexArray, TrueSurface
 from palpate.reporting.style import (
     FONT_SIZE,
     HEIGHT_COLOURS,
@@ -26,9 +23,12 @@ from palpate.reporting.style import (
     SMALL_SIZE,
     Picture,
     Width,
+    few_ticks,
     new_figure,
     rim,
 )
+
+IndexArray = npt.NDArray[np.integer]
 
 ELEVATION, AZIMUTH = 38.0, -58.0
 LIGHT = np.array([-0.35, -0.45, 0.82])
@@ -104,15 +104,21 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
     return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
 
 
-def true_surface(cloud: TouchCloud, surface: TrueSurface) -> Picture:
-    """Return the true surface in the same view and colours; only the touched region is drawn."""
+def true_surface(cloud: TouchCloud, vertices: FloatArray, triangles: IndexArray) -> Picture:
+    """Return the true surface in the same view and colours; only the touched region is drawn.
+
+    Args:
+        cloud: What was touched.
+        vertices: Of the surface, base frame, shape (n, 3) [m].
+        triangles: Indices of vertices, shape (m, 3).
+    """
     view = View.around(cloud)
     figure, axes = _empty_view(view)
-    centres = surface.vertices[surface.triangles].mean(axis=1)
+    centres = vertices[triangles].mean(axis=1)
     low, high = view.touched
     inside = ((centres[:, :2] >= low) & (centres[:, :2] <= high)).all(axis=1)
     inside &= (centres[:, 2] >= view.low[2]) & (centres[:, 2] <= view.high[2])
-    _draw_triangles(axes, view, surface.vertices, surface.triangles[inside])
+    _draw_triangles(axes, view, vertices, triangles[inside])
     return Picture(
         title="True surface",
         caption="The surface of the simulated object over the same region, in the same view and colours: "
@@ -144,11 +150,6 @@ def _empty_view(view: View) -> tuple[Figure, Axes3D]:
     bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
     bar.ax.ticklabel_format(axis="x", useOffset=False)
     return figure, axes
-
-
-def few_ticks(share: float) -> MaxNLocator:
-    """Ticks of an axis that is `share` of the longest."""
-    return MaxNLocator(nbins=math.ceil(5.0 * share), steps=[1, 2, 5, 10], min_n_ticks=1)
 
 
 def _draw_triangles(axes: Axes3D, view: View, vertices: FloatArray, triangles: IndexArray) -> None:

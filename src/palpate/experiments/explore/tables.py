@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from palpate.experiments.explore.explored_map import ExploredMap
-from palpate.experiments.explore.map_data import MapReport, ShapeReport
 from palpate.experiments.explore.named_shape import NamedShape
 from palpate.mapping import FitStatus, PrimitiveFit, PrimitiveKind
 from palpate.mapping.layers import VertexLayer
@@ -18,9 +17,6 @@ MILLI, CM2 = 1e3, 1e4
 STIFFNESS_NOTE = "the object alone: of the compression, half is taken for the tip's"
 
 FRICTION_NOTE = "told where it slid steadily, not near turns, landings and where it speeds up"
-
-DRAWN = ("friction", "stiffness", "curvature_mean")
-"""Layers that the report has a picture of; of curvature one tells enough, and map.ply has them all."""
 
 TOO_LITTLE = "too little was felt"
 
@@ -35,14 +31,6 @@ Row = tuple[str, str, str, str]
 
 LINE: Row = ("map", "a line", "", "the ribbon beside it is drawn on, not claimed")
 """Said in the place of all that is claimed of a surface."""
-
-
-def map_report(found: ExploredMap) -> MapReport:
-    """Return what a report says of a map."""
-    rows = (*map_rows(found), *layer_rows(found))
-    drawn = [layer for layer in found.layers if layer.name in DRAWN and isinstance(layer, VertexLayer)]
-    error = found.error if found.truth_known else None
-    return MapReport(found.mesh, rows, error, found.missed, tuple(drawn))
 
 
 def map_rows(found: ExploredMap) -> tuple[Row, ...]:
@@ -60,7 +48,7 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
             ("largest error", _mm(float(np.abs(found.error[claimed]).max())), "mm", ""),
             (
                 "95 % band, median",
-                f"±{_mm(float(np.median(mesh.band()[claimed])))}",
+                f"±{_mm(found.band)}",
                 "mm",
                 "of random errors and of the budget",
             ),
@@ -142,23 +130,17 @@ def median_sd(layer: VertexLayer, scale: float) -> float:
     return float(np.median(sd)) if len(sd) else math.nan
 
 
-def shape_report(shape: NamedShape, felt_little: bool = False) -> ShapeReport:
-    """Return what a report says of the shape; `felt_little` is `ExploredMap.felt_little`."""
-    sentence = shape_sentence(shape)
-    if felt_little and shape.kind is None:
-        sentence = f"Too little was felt to say which shape it is. {sentence}"
-    return ShapeReport(sentence, shape_rows(shape), candidate_rows(shape))
-
-
 def shape_name(shape: NamedShape, felt_little: bool = False) -> str:
-    """Return the shape in a word or three; `felt_little` likewise."""
+    """Return the shape in a word or three; `felt_little` is `ExploredMap.felt_little`."""
     if shape.kind is not None:
         return shape.kind.value
     return "unclear" if felt_little else "none of these"
 
 
-def shape_sentence(shape: NamedShape) -> str:
-    """Return the answer as a sentence."""
+def shape_sentence(shape: NamedShape, felt_little: bool = False) -> str:
+    """Return the answer as a sentence; `felt_little` likewise."""
+    if felt_little and shape.kind is None:
+        return f"Too little was felt to say which shape it is. {shape_sentence(shape)}"
     limits = f"{_mm(shape.limit)} mm and {math.degrees(shape.limit_tilt):.2g} degrees"
     if shape.fit is None:
         return f"None of these shapes comes within {limits} (RMS) of what was felt."

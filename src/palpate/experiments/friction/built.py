@@ -5,8 +5,8 @@ from dataclasses import replace
 import msgspec
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
 from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.robots.control_period import period_of
 from palpate.robots.finger_sensor import model_with_noise
@@ -121,13 +121,13 @@ def _touching_above(robot: Robot, model: SensorModel, config: FrictionConfig, to
     return replace(robot, sensors=(msgspec.structs.replace(file, contact=contact), *robot.sensors[1:]))
 
 
-def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInScene:
+def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
     """Return the robot above the object.
 
     Raises:
         InvalidValueError: The fingertip is smaller than its compression, or the simulation cannot be so.
     """
-    tip = config.tip or tip_sizes(robot)
+    shape, tip = object_of(config), config.tip or tip_sizes(robot)
     sensor = sensor_of(robot, config)
     loads = config.rubbed_loads
     # half way in between: touch takes one size of the tip for all loads
@@ -153,7 +153,7 @@ def built(config: FrictionConfig, robot: Robot, shape: SceneObject) -> RobotInSc
         start=(-x, -y, shape.top + max(tip) + CLEARANCE - z),
         period=period_of(config, robot),
         sensor=sensor,
-        touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
+        touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )
     robot = _touching_above(robot, sensor.model, config, task.touch_force)
     ready, plant = build(robot, task), friction_law(config)

@@ -4,22 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.experiments.explore.config import (
-    MOST_FORCE,
-    check_force_noise,
-)
-from palpate.experiments.friction.bound import check_friction, check_spin_length
-from palpate.experiments.kit.config_checks import (
-    check_not_negative,
-    check_period,
-    check_positive,
-    check_seed,
-    check_size,
-    check_tip,
-    given,
-)
-from palpate.experiments.kit.settled_values import settle
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.config_checks import check_period, check_seed, check_size, check_tip
+from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
+from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 from palpate.friction.limit_surface import LimitSurface
 
 RubbedName = Literal["plate", "box", "sphere"]
@@ -49,6 +38,9 @@ MOST_REPEATS = 100
 
 STIFFNESS = 4e3
 """Of a rubber fingertip on something hard [N/m]."""
+
+LIBRARY_TEXT = "library.yaml"
+"""Under this name a log keeps the library."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,38 +79,38 @@ class FrictionConfig:
     Afterwards `palpate replay runs/friction` computes every command again, from the log.
     """
 
-    object: RubbedName = "plate"
+    object: RubbedName = option("plate", fixed=TOUCHED)
     """What is rubbed: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
     radius."""
-    size: tuple[float, ...] = ()
+    size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
     """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
-    friction: float = 0.5
+    friction: float = option(0.5, fixed=TOUCHED)
     """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
-    spin_length: float = 0.003
+    spin_length: float = option(0.003, "m", fixed=TOUCHED)
     """Its true e at 1 N: largest spin torque per largest friction force [m]."""
-    norm_exponent: float | None = None
+    norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive")
     """Its true p: how force and torque share, 2 (ellipse) to 1 (diamond). This and the next five make the friction
     plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
-    load_exponent: float | None = None
+    load_exponent: float | None = option(None, fixed=TOUCHED, bound="not negative")
     """Its true gamma: e grows as load^gamma, 0 to 1/3."""
-    static_friction: float | None = None
+    static_friction: float | None = option(None, fixed=TOUCHED, bound="positive")
     """Its true mu at rest, at least --friction."""
-    stribeck_speed: float | None = None
+    stribeck_speed: float | None = option(None, "m/s", fixed=TOUCHED, bound="positive")
     """How fast mu falls from static to kinetic [m/s]; goes with --static-friction. Left out: 0.01."""
-    viscous_friction: float | None = None
+    viscous_friction: float | None = option(None, "s/m", fixed=TOUCHED, bound="not negative")
     """How mu grows with the slip speed [s/m]."""
-    skin_stiffness: float | None = None
+    skin_stiffness: float | None = option(None, "N/m", fixed=TOUCHED, bound="positive")
     """How stiffly finger and surface hang together along the surface until they slip [N/m]. Left out: 20e3."""
-    loads: tuple[float, ...] = (1.0, 2.0, 4.0)
+    loads: tuple[float, ...] = option((1.0, 2.0, 4.0), "N", bound="positive")
     """Normal forces to rub with, rising [N]."""
-    speed: float = 0.01
+    speed: float = option(0.01, "m/s", bound="positive")
     """Slip speed of strokes at every load; twists come as near to it as the robot can turn [m/s]."""
-    speeds: tuple[float, ...] = (0.0025, 0.005, 0.02, 0.04)
+    speeds: tuple[float, ...] = option((0.0025, 0.005, 0.02, 0.04), "m/s", bound="positive")
     """More speeds, at the middle load: for mu over speed, and because creep looks like slip at any single one
     [m/s]. On a sphere only those whose strokes are short enough for it."""
-    travel: float = 0.004
+    travel: float = option(0.004, "m", bound="positive")
     """Least travel of a stroke [m]; one that has not slipped yet goes farther, up to --most-travel."""
-    most_travel: float | None = None
+    most_travel: float | None = option(None, "m", bound="positive")
     """How far a stroke may go [m]. Left out: 25 mm, less on what is smaller or curved."""
     repeats: int = 1
     """How often each stroke and twist is done: twice as often tells 0.7 times the noise."""
@@ -126,45 +118,43 @@ class FrictionConfig:
     """One speed, and only the least and the largest load."""
     fit_exponents: bool = False
     """Slide and turn at once, too, 18 times there and back at the least and the largest load: tells p, gamma."""
-    stiffness: float = STIFFNESS
+    stiffness: float = option(STIFFNESS, "N/m", fixed=TOUCHED, bound="positive")
     """Of the simulated contact along the normal [N/m]."""
-    calibration: float = 0.003
+    calibration: float = option(
+        0.003, fixed="a replay computes commands, and no intervals; rub again", bound="not negative"
+    )
     """What the intervals allow for the sensor's calibration: standard deviation of the ratio of two loads on
     different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered."""
-    drift: float = 0.0
+    drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
     """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
     zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
-    tip: tuple[float, ...] = ()
+    tip: tuple[float, ...] = option((), "m")
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     the next three: what the robot file says."""
-    force_noise: float | None = None
+    force_noise: float | None = option(None, "N", fixed=NOISY)
     """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = None
+    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = None
+    period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
-    seed: int = 0
+    seed: int = option(0, fixed=NOISY)
     """Seed of the noise: the same seed gives the same run."""
-    library: Path | None = None
+    library: Path | None = option(None, fixed="a replay recognises nothing; rub again", kept=LIBRARY_TEXT)
     """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
     its package: says which of them this one is, or that it is none, and what touch would tell most next. The
     report names the file that was read, and each of its surfaces."""
     robot: str = "turning-stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
     that cannot turn its tip finds mu, but not e."""
-    out: Path = Path("runs/friction")
+    out: Path = option(Path("runs/friction"), fixed=WRITTEN)
     """Folder for friction.yaml, the report and the log."""
 
     def __post_init__(self) -> None:
-        settle(self)
-        check_positive(self, _POSITIVE)
-        check_positive(self, given(self, _POSITIVE_IF_GIVEN))
-        check_not_negative(self, given(self, _NOT_NEGATIVE_IF_GIVEN))
+        check_options(self)
         self._check_surface()
         if self.force_noise is not None:
             check_force_noise(self.force_noise)
-        check_not_negative(self, _NOT_NEGATIVE)
-        if not_negative("calibration", self.calibration, "") > LARGEST_CALIBRATION:
+        if self.calibration > LARGEST_CALIBRATION:
             raise InvalidValueError(
                 f"calibration = {self.calibration:g}: must be at most {LARGEST_CALIBRATION:g}; 0.01 stands for 1 %"
             )
@@ -172,7 +162,7 @@ class FrictionConfig:
         check_tip(self.tip)
         self._check_loads()
         for name, speed in (("speed", self.speed), *(("speeds", each) for each in self.speeds)):
-            if positive(name, speed, "m/s") < SLOWEST_RUB:
+            if speed < SLOWEST_RUB:
                 raise InvalidValueError(
                     f"{name} = {speed:g} m/s: must be at least {SLOWEST_RUB:g} m/s; slower, strokes take minutes "
                     "and creep looks like slip"
@@ -206,8 +196,6 @@ class FrictionConfig:
     def _check_loads(self) -> None:
         if not self.loads:
             raise InvalidValueError("loads: there are none; give one at least [N]")
-        for load in self.loads:
-            positive("loads", load, "N")
         if list(self.loads) != sorted(set(self.loads)):
             told = " ".join(f"{load:g}" for load in self.loads)
             raise InvalidValueError(f"loads = {told}: must rise, each above the one before")
@@ -244,17 +232,3 @@ PLANT = (
     "skin_stiffness",
 )
 """Options that only the friction plant can do."""
-
-_POSITIVE = {"spin_length": "m", "speed": "m/s", "travel": "m", "stiffness": "N/m"}
-
-_POSITIVE_IF_GIVEN = {
-    "norm_exponent": "",
-    "static_friction": "",
-    "stribeck_speed": "m/s",
-    "skin_stiffness": "N/m",
-    "most_travel": "m",
-}
-
-_NOT_NEGATIVE = {"drift": "N/min"}
-
-_NOT_NEGATIVE_IF_GIVEN = {"load_exponent": "", "viscous_friction": "s/m", "moment_noise": "N m"}

@@ -1,105 +1,75 @@
-"""The figures of what was found of a surface, with intervals, and why what is no more than a bound is one."""
+"""What was found of a surface, in numbers: for tables, sweeps and comparisons."""
 
-from palpate.experiments.friction.file import Finding, FrictionFile, How
-from palpate.experiments.friction.run import RubbingRun
-from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
-from palpate.friction.rubbing.sliding import FrictionMeasured
-from palpate.reporting.data import KeyFigure
-from palpate.reporting.interval_words import interval_words, value_words
-from palpate.robots.known_truth import time_name
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
+from palpate.experiments.kit import Figure, FigureValue
 
-def key_figures(rubbing: RubbingRun) -> tuple[KeyFigure, ...]:
-    """Return the figures that matter, most important first."""
-    file, planned = rubbing.file, rubbing.planned
-    run = (KeyFigure(time_name(rubbing.cost), rubbing.run.duration, "s"),)
-    if file is None:
-        return run
-    plant = planned.plant
-    truth: dict[str, float | None] = {
-        "mu": planned.true_friction(file.speed),
-        "gamma": 0.0 if plant is None else plant.load_exponent,
-        "p": 2.0 if plant is None else plant.norm_exponent,
-    }
-    if not planned.truth_known:
-        truth = dict.fromkeys(truth)
-    slipped = file.friction.how is How.MEASURED
-    together = "all loads together, " if len(file.loads) > 1 else ""
-    note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if slipped else ""
-    figures = [_figure("friction mu", file.friction, truth["mu"], note=note, bound=_strokes_bound(rubbing))]
-    if file.static_friction is not None:
-        static = None if plant is None or not planned.truth_known else plant.static_friction
-        figures.append(_figure("static friction", file.static_friction, static, bound=_static_bound(rubbing)))
-    true_length, why = planned.true_spin_length(1.0), no_spin_length(rubbing)
-    if file.spin_length is None:
-        true = "" if true_length is None else f"; true {1e3 * true_length:.4g} mm at 1 N"
-        figures.append(KeyFigure("spin length e", "not found", "", f"{why}{true}"))
-        figures += _torque(file)
-    else:
-        figures.append(_figure("spin length e at 1 N", file.spin_length, true_length, "mm", 1e3, bound=why or ""))
-        figures.append(_figure("growth of e with load, gamma", file.load_exponent, truth["gamma"]))
-        figures.append(_figure("norm exponent p", file.norm_exponent, truth["p"]))
-    curve = rubbing.found.curve
-    if curve is not None:
-        slope = "see picture" if _varies(file) else "constant"
-        creep = f"; crept at {', '.join(f'{1e3 * v:.2g}' for v in curve.creeping)} mm/s" if curve.creeping else ""
-        figures.append(KeyFigure("friction over speed", slope, "", f"{len(rubbing.found.speeds)} speeds{creep}"))
-    known = rubbing.recognised
-    if known is not None:
-        figures.append(KeyFigure("surface", known.material, "", f"by the library {planned.config.library}"))
-    return (*figures, *run)
+if TYPE_CHECKING:  # commands import this module for --help, which must be quick
+    from palpate.experiments.friction.result import FrictionResult
+    from palpate.friction.friction_file import Finding
+
+Value = Callable[["FrictionResult"], FigureValue]
 
 
-def _figure(
-    name: str,
-    found: Finding,
-    true: float | None,
-    unit: str = "",
-    factor: float = 1.0,
-    note: str = "",
-    bound: str = "it never slipped",
-) -> KeyFigure:
-    parts = []
-    if found.how is How.MEASURED:
-        parts.append(interval_words(factor * found.value, factor * found.lower, factor * found.upper))
-    elif found.how is How.BOUND:
-        parts.append(f"{bound}: a lower bound")
-    else:
-        parts.append("assumed, not measured" + ("; --fit-exponents measures it" if name.endswith(" p") else ""))
-    if note:
-        parts.append(note)
-    if true is not None:
-        parts.append(f"true {factor * true:.4g}")
-    value = value_words(factor * found.value, factor * found.lower, factor * found.upper)
-    if found.how is How.BOUND:
-        value = bound_words(factor * found.value)
-    return KeyFigure(name, value, unit, "; ".join(parts))
+def _found(key: str, value: "Callable[[Finding], FigureValue]") -> Value:
+    """Of what friction.yaml has under a key; None if it has nothing."""
+
+    def told(result: "FrictionResult") -> FigureValue:
+        found: Finding | None = None if result.file is None else getattr(result.file, key)
+        return None if found is None else value(found)
+
+    return told
 
 
-def _strokes_bound(rubbing: RubbingRun) -> str:
-    """Why strokes gave no more than a bound; of several reasons that of who came nearest to slip."""
-    reasons = {bound_reason(each.friction) for each in rubbing.found.loads}
-    return max(reasons, default="", key=len)
+def _number(key: str, end: str = "value") -> Value:
+    return _found(key, lambda found: getattr(found, end))
 
 
-def _static_bound(rubbing: RubbingRun) -> str:
-    felt = [each for each in rubbing.found.speeds if isinstance(each.friction, FrictionMeasured)]
-    if any(each.friction.turns is not None for each in felt if isinstance(each.friction, FrictionMeasured)):
-        return "it stuck and let go a few times only"
-    return f"mu still rose at the slowest speed, {1e3 * min(each.speed for each in felt):.3g} mm/s"
+def _measured(key: str) -> Value:
+    return _found(key, lambda found: found.value if found.measured else None)
 
 
-def _torque(file: FrictionFile) -> list[KeyFigure]:
-    """The largest mu e that was borne, where mu is not known."""
-    known = [(at.torque_ratio, at.normal_force) for at in file.loads if at.torque_ratio is not None]
-    if not known:
-        return []
-    ratio, force = max(known, key=lambda each: each[0].value)
-    note = f"spin torque over normal force that was borne at {force:.3g} N"
-    return [KeyFigure("mu e", bound_words(1e3 * ratio.value), "mm", note)]
+def _against(key: str, true: "Callable[[FrictionResult], float | None]", bounds: bool) -> Value:
+    """Of what was measured, not bounded or assumed: its error, or whether its interval holds the truth."""
+
+    def told(result: "FrictionResult") -> FigureValue:
+        found: Finding | None = None if result.file is None else getattr(result.file, key)
+        truth = true(result)
+        if found is None or truth is None or not found.measured:
+            return None
+        return found.lower <= truth <= found.upper if bounds else found.value - truth
+
+    return told
 
 
-def _varies(file: FrictionFile) -> bool:
-    """Whether mu at one speed is another than at some other, beyond their intervals."""
-    felt = [each.friction for each in file.speeds if each.friction.how is How.MEASURED]
-    return max(each.lower for each in felt) > min(each.upper for each in felt)
+def _true_mu(result: "FrictionResult") -> float | None:
+    return None if result.file is None else result.plan.true_friction(result.file.speed)
+
+
+def _true_e(result: "FrictionResult") -> float | None:
+    return result.plan.true_spin_length(1.0)
+
+
+MU, E = "friction", "spin_length"
+
+FIGURES = (
+    Figure("mu_error", "mu found less true mu", "", _against(MU, _true_mu, bounds=False)),
+    Figure("spin_length_error_m", "e found less true e", "m", _against(E, _true_e, bounds=False)),
+    Figure("mu_found", "friction mu that was found", "", _number(MU)),
+    Figure("mu_lower", "lower end of its 95 % interval", "", _number(MU, "lower")),
+    Figure("mu_upper", "upper end of its 95 % interval", "", _number(MU, "upper")),
+    Figure("mu_how", "how mu was found", "", _found(MU, lambda found: found.how.value)),
+    Figure("mu_true", "true mu", "", _true_mu),
+    Figure("mu_inside", "share of intervals that hold true mu", "", _against(MU, _true_mu, bounds=True)),
+    Figure("spin_length_found_m", "spin length e at 1 N that was found", "m", _number(E)),
+    Figure("spin_length_lower_m", "lower end of its 95 % interval", "m", _number(E, "lower")),
+    Figure("spin_length_upper_m", "upper end of its 95 % interval", "m", _number(E, "upper")),
+    Figure("spin_length_how", "how e was found", "", _found(E, lambda found: found.how.value)),
+    Figure("spin_length_true_m", "true e at 1 N", "m", _true_e),
+    Figure("spin_length_inside", "share of intervals that hold true e", "", _against(E, _true_e, bounds=True)),
+    Figure("load_exponent_found", "growth of e with load, gamma", "", _measured("load_exponent")),
+    Figure("norm_exponent_found", "norm exponent p", "", _measured("norm_exponent")),
+    Figure("lost", "times contact was lost", "", lambda result: result.lost),
+    Figure("simulated_s", "simulated time", "s", lambda result: result.run.duration),
+)

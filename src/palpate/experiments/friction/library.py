@@ -2,7 +2,7 @@
 
 import importlib.resources
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +10,10 @@ import msgspec
 import numpy as np
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.config import LIBRARY_TEXT, FrictionConfig
 from palpate.experiments.friction.found import FrictionFound
 from palpate.experiments.friction.pooled import pooled
-from palpate.friction.materials.library import MaterialLibrary, load_materials, simulated_materials
+from palpate.friction.materials.library import MaterialLibrary, load_materials, read_materials
 from palpate.friction.materials.next_touch import Advice, TouchAdvice, candidate_touches, next_touch
 from palpate.friction.materials.recognition import Answer, Recognition, recognise
 from palpate.friction.materials.touch_evidence import STROKE_ROW, NeverSlipped, Touch, twist_row
@@ -79,29 +79,32 @@ class Recognised:
         return said
 
 
-def library_of(config: FrictionConfig) -> MaterialLibrary | None:
+def library_of(config: FrictionConfig, texts: Mapping[str, str]) -> MaterialLibrary | None:
     """Return the library that a configuration names; None if it names none.
+
+    Args:
+        config: That names it.
+        texts: Of a log, which has kept what was read then.
 
     Raises:
         InvalidValueError: It cannot be read, or something in it is wrong.
     """
-    if config.library is None:
+    path = library_path(config)
+    if path is None:
         return None
-    if config.library == SHIPPED and not config.library.exists():
-        return simulated_materials()
+    if LIBRARY_TEXT in texts:
+        return read_materials(texts[LIBRARY_TEXT])
     try:
-        return load_materials(config.library)
+        return load_materials(path)
     except OSError as error:
         raise InvalidValueError(
-            f"library = {config.library}: cannot be read: {error.strerror}; `--library simulated` takes the one "
-            "that comes with palpate"
+            f"library = {path}: cannot be read: {error.strerror}; `--library simulated` takes the one that comes "
+            "with palpate"
         ) from None
 
 
 def library_path(config: FrictionConfig) -> Path | None:
     """Return the file of the library that a configuration names; None if it names none."""
-    if config.library is None:
-        return None
     if config.library == SHIPPED and not config.library.exists():
         return Path(str(importlib.resources.files("palpate").joinpath("materials/simulated.yaml")))
     return config.library

@@ -9,7 +9,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from palpate.errors import FloatArray
-from palpate.experiments.friction.report_data import Measured, StrokeCurve, SurfacePoints
+from palpate.experiments.friction.measured import Measured
+from palpate.experiments.friction.slip_points import SurfacePoints
+from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.reporting.envelope import envelope
 from palpate.reporting.interval_words import interval_words
 from palpate.reporting.style import (

@@ -9,20 +9,32 @@ from palpate.controllers.rub_program import Survey, SurveyWanted
 from palpate.controllers.rubbing import RubbingController
 from palpate.controllers.rubbing_parameters import RubbingParameters
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import LEAST_FORCE
-from palpate.experiments.friction.built import built, friction_law, object_of
-from palpate.experiments.friction.config import EXPONENT_SLIPS, FrictionConfig
-from palpate.experiments.friction.text import FRICTION_TEXT, friction_text, read_friction_config
+from palpate.experiments.friction.built import built, friction_law
+from palpate.experiments.friction.config import EXPONENT_SLIPS, LIBRARY_TEXT, FrictionConfig
+from palpate.experiments.friction.library import library_of
+from palpate.experiments.friction.strokes import RubRecorder
+from palpate.experiments.kit import DryRun, PlanDefaults
+from palpate.experiments.kit.contact_checks import LEAST_FORCE
+from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force, check_speed
-from palpate.robots.known_truth import scene_of
+from palpate.experiments.kit.scene_view import scene_view
+from palpate.friction.limit_surface import LimitSurface
+from palpate.friction.materials.library import MaterialLibrary, materials_text
+from palpate.reporting.data import KeyFigure
+from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import RobotInScene
-from palpate.robots.values import load_named_robot
+from palpate.robots.twin import stage_twin
 from palpate.runtime import Backend, FingerDescription, Limits
-from palpate.runtime.live import Change
-from palpate.runtime.robot import Robot, read_robot
+from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import StageEntry
-from palpate.sim import SceneObject
+from palpate.runtime.truth import TruthSource
 from palpate.sim.friction.law import FrictionLaw
+from palpate.viewing import ViewScene
+
+FILE_NAME = "friction.yaml"
+"""Of what was found, in the output folder."""
+
+MILLI = 1e3
 
 FASTEST_LANDING = 0.005
 """[m/s]"""
@@ -51,58 +63,92 @@ TURNS = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FrictionPlan:
+class FrictionPlan(PlanDefaults):
     """A rubbing run that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
         config: What was asked for.
         robot: What carries it out.
-        shape: What is rubbed.
         wanted: Loads, speeds and ways.
         left_out: Speeds that were asked for, but whose strokes would be too long here [m/s].
         parameters: For the controller.
         plant: How it rubs in truth, if it is not MuJoCo that does.
-        finger: For touch.
+        library: Of materials, to say which one it is; None if none was asked for.
         limits: For the supervisor.
-        backend: The robot.
         ready: The robot as built, with what is known of it.
         expected_duration: About how long it takes [s].
     """
 
     config: FrictionConfig
     robot: Robot
-    shape: SceneObject
     wanted: SurveyWanted
     left_out: tuple[float, ...]
     parameters: RubbingParameters
     plant: FrictionLaw | None
-    finger: FingerDescription
+    library: MaterialLibrary | None
     limits: Limits
-    backend: Backend
     ready: RobotInScene
     expected_duration: float
 
     @property
-    def period(self) -> float:
-        """Of control [s]."""
-        return self.backend.period
+    def fingers(self) -> tuple[FingerDescription, ...]:
+        """For touch: one."""
+        return (self.ready.finger,)
+
+    @property
+    def longest_duration(self) -> float:
+        """After which it is stopped [s]: what does not slip is rubbed again, up to eight times as far."""
+        return 8.0 * self.expected_duration + 20.0
+
+    def backend(self) -> Backend:
+        """Return the robot."""
+        return built(self.config, self.robot).backend
 
     def controller(self) -> RubbingController:
         """Return a fresh controller for it."""
-        return RubbingController(self.parameters, Survey(self.wanted), self.period)
+        return RubbingController(self.parameters, Survey(self.wanted), self.ready.backend.period)
 
-    def changes(self) -> tuple[Change, ...]:
-        """Return the changes of live parameters that were asked for beforehand: none."""
-        return ()
+    def observer(self, controller: RubbingController, truth: TruthSource | None) -> RubRecorder:
+        """Return what keeps the strokes."""
+        return RubRecorder()
 
     def texts(self) -> dict[str, str]:
-        """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
-        return {FRICTION_TEXT: friction_text(self.config), **self.robot.texts}
+        """Return the library, if there is one."""
+        return {} if self.library is None else {LIBRARY_TEXT: materials_text(self.library)}
+
+    def dry_run(self) -> DryRun:
+        """Return what it would do."""
+        wanted = self.wanted
+        notes = [] if wanted.most_spin else ["This robot does not turn its tip: it finds mu, but not e."]
+        if self.left_out:
+            speeds = ", ".join(f"{MILLI * speed:g}" for speed in self.left_out)
+            notes.append(f"Strokes at {speeds} mm/s are left out: they would go too far on this object.")
+        return DryRun(
+            f"Friction of a {self.config.object} by touch",
+            (
+                KeyFigure("expected duration", self.expected_duration, "s"),
+                KeyFigure("loads", len(wanted.loads), "", ", ".join(f"{load:g} N" for load in wanted.loads)),
+                KeyFigure("greatest force asked for", max(wanted.loads), "N"),
+                KeyFigure("speed", MILLI * wanted.speed, "mm/s", "of strokes at every load"),
+                KeyFigure("fastest stroke", MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
+                KeyFigure("longest stroke", MILLI * wanted.most_travel, "mm"),
+                KeyFigure("twist, largest", wanted.most_angle if wanted.most_spin else 0.0, "rad", "one way"),
+                *limit_figures(self.limits),
+            ),
+            (FILE_NAME,),
+            tuple(notes),
+        )
+
+    def view(self) -> ViewScene:
+        """Return what there is to see of it; of a rig's run, what it was told that there is."""
+        ready = self.ready if self.truth_known else built(self.config, stage_twin(self.robot))
+        title = f"Friction of a {self.config.object}, {self.config.robot}"
+        return scene_view(title, known_scene(ready.backend).model)
 
     @property
     def truth_known(self) -> bool:
         """Whether it is simulated."""
-        return scene_of(self.backend) is not None
+        return scene_of(self.ready.backend) is not None
 
     def true_friction(self, speed: float) -> float | None:
         """Return the mu that is simulated, at a slip speed [m/s]; None on a robot."""
@@ -116,30 +162,29 @@ class FrictionPlan:
             return None
         return self.config.spin_length if self.plant is None else self.plant.spin_length_at(load)
 
-
-def plan_from_texts(texts: Mapping[str, str]) -> FrictionPlan:
-    """Return the plan that `FrictionPlan.texts` came from, as a log keeps them.
-
-    Raises:
-        InvalidValueError: One is missing, or something in one is wrong.
-    """
-    if FRICTION_TEXT not in texts:
-        raise InvalidValueError(f"{FRICTION_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
-    return plan(read_friction_config(texts[FRICTION_TEXT]), read_robot(texts))
+    @property
+    def true_limit_surface(self) -> LimitSurface | None:
+        """What the simulated contact bears in slip; None on a robot."""
+        if not self.truth_known:
+            return None
+        if self.plant is None:
+            return LimitSurface(self.config.friction, self.config.spin_length)
+        return self.plant.limit_surface(self.plant.kinetic_friction)
 
 
-def plan(config: FrictionConfig, robot: Robot | None = None) -> FrictionPlan:
+def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> FrictionPlan:
     """Check and build everything that rubbing needs.
 
     Args:
         config: What to do.
-        robot: What carries it out; the one that `config.robot` names, if not given.
+        robot: What carries it out.
+        texts: Of the log of an earlier run, its library among them; empty for a new run.
 
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
     """
-    robot = robot or load_named_robot(config.robot)
-    shape, limits, loads = object_of(config), robot.file.limits.limits(), config.rubbed_loads
+    library = library_of(config, texts)
+    limits, loads = robot.file.limits.limits(), config.rubbed_loads
     check_force(loads[-1], loads[-1], limits)
     check_speed("speed", max((config.speed, *config.speeds)), limits)
     turns = not isinstance(robot.file.backend, StageEntry)
@@ -147,7 +192,7 @@ def plan(config: FrictionConfig, robot: Robot | None = None) -> FrictionPlan:
         raise InvalidValueError(
             f"robot = {config.robot}: it cannot turn its tip, which --fit-exponents asks for; take turning-stage"
         )
-    ready = built(config, robot, shape)
+    ready = built(config, robot)
     most_spin = SPIN_SHARE * limits.angular_speed if turns else 0.0
     wanted, left_out = _survey(config, most_spin, TURNING_SHARE * ready.angular_acceleration)
     least = LEAST_FORCE * ready.touch_force
@@ -170,14 +215,12 @@ def plan(config: FrictionConfig, robot: Robot | None = None) -> FrictionPlan:
     return FrictionPlan(
         config,
         robot,
-        shape,
         wanted,
         left_out,
         parameters,
         friction_law(config),
-        ready.finger,
+        library,
         limits,
-        ready.backend,
         ready,
         wanted.expected_duration + around,
     )

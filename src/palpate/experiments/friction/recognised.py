@@ -1,17 +1,22 @@
 """What a library says of a surface, for the report: every material, how far the nearest is, what to touch next."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.experiments.friction.file import Finding, FrictionFile, How
 from palpate.experiments.friction.library import Recognised
-from palpate.experiments.friction.report_data import MaterialMatch, RecognitionReport
-from palpate.experiments.friction.run import RubbingRun, listed
+from palpate.experiments.friction.result import FrictionResult, listed
 from palpate.experiments.friction.summary import SIGMAS
+from palpate.friction.friction_file import Finding, FrictionFile
 from palpate.friction.materials.material import Material
 from palpate.friction.materials.recognition import Answer
+from palpate.reporting.report import COLUMNS, Paragraph, Pictures, Section, TextTable
+
+if TYPE_CHECKING:
+    from palpate.reporting.style import Picture
 
 APART = 2.58
 """Standard deviations from which on a number counts as one that does not fit: so far off is 1 of 100."""
@@ -19,42 +24,77 @@ APART = 2.58
 ALIKE = 0.005
 """Relative: less apart is told without a percentage."""
 
+MOST_MATCHES = 20
+"""Materials whose posterior is written down."""
 
-def recognition_report(rubbing: RubbingRun) -> RecognitionReport | None:
-    """Return it; None without a library."""
-    known = rubbing.recognised
-    if known is None:
-        return None
+
+def recognition_section(result: FrictionResult, known: Recognised) -> Section:
+    """Return the section on which surface of the library it may be, the likeliest first."""
+
+    def draw() -> "Iterator[Picture | None]":
+        from palpate.experiments.friction.confusion_picture import confusion_picture  # with matplotlib
+
+        yield None if known.confusion is None else confusion_picture(known.confusion)
+
+    fits = known.recognition.answer is not Answer.UNKNOWN
+    likely = f"probability, {'if it is' if fits else 'were it'} one of these"
+    heads = ("material", likely, "", "how likely the rubs are of it; how seldom it would be as far off itself")
+    return Section(
+        "Which surface it may be",
+        (
+            Paragraph(f"{known.words} {_how_far(result, known)}".strip()),
+            TextTable(
+                _match_rows(known),
+                # of what none fits, no share is a result
+                COLUMNS if fits else ("name", "unit", "unit", "note"),
+                heads,
+            ),
+            Paragraph(_setting(known)),
+            Pictures(draw),
+        ),
+    )
+
+
+def _match_rows(known: Recognised) -> list[tuple[str, ...]]:
     found = known.recognition
     likelihood = found.known.log_likelihood[:-1]
+    below = (likelihood.max() - likelihood).tolist()
     order = np.lexsort((-likelihood, -found.posterior)).tolist()
-    matches = tuple(
-        MaterialMatch(
+    return [
+        (
             found.library.names[i],
-            float(likelihood[i] - likelihood.max()),
-            float(found.posterior[i]),
-            float(found.fit[i]),
+            _percent(float(found.posterior[i])),
+            "",
+            f"ln likelihood {'the largest' if below[i] == 0.0 else f'{below[i]:.1f} below the largest'}; "
+            f"{_percent(float(found.fit[i]))} of its own touches fit no better",
         )
-        for i in order
+        for i in order[:MOST_MATCHES]
+    ]
+
+
+def _percent(share: float) -> str:
+    if 0.0 < share < 1e-3:
+        return "below 0.1 %"
+    return "above 99.9 %" if 0.999 < share < 1.0 else f"{100.0 * share:.3g} %"
+
+
+def _setting(known: Recognised) -> str:
+    """Which touches the picture is of, and how many of each material."""
+    if known.confusion is None:
+        return ""
+    count, shown = len(known.recognition.library.materials), len(known.confusion.truths)
+    drawn = int(known.confusion.counts[0].sum())
+    of = "each material" if shown == count else f"each of the {shown} likeliest of {count} materials"
+    return (
+        f"The rubs of this run, drawn {drawn} times for {of} as the library says that it scatters: "
+        f"{100.0 * known.confusion.right:.3g} % of the answers are right."
     )
-    setting = ""
-    if known.confusion is not None:
-        count, shown = len(found.library.materials), len(known.confusion.truths)
-        drawn = int(known.confusion.counts[0].sum())
-        of = "each material" if shown == count else f"each of the {shown} likeliest of {count} materials"
-        setting = (
-            f"The rubs of this run, drawn {drawn} times for {of} as the library says that it scatters: "
-            f"{100.0 * known.confusion.right:.3g} % of the answers are right."
-        )
-    words = f"{known.words} {_how_far(rubbing, known)}".strip()
-    fits = found.answer is not Answer.UNKNOWN
-    return RecognitionReport(words, matches, known.confusion, setting, fits)
 
 
-def _how_far(rubbing: RubbingRun, known: Recognised) -> str:
+def _how_far(result: FrictionResult, known: Recognised) -> str:
     """What does not fit the nearest material, if none fits, and which rub tells whether it is so elsewhere."""
-    found, file, config = known.recognition, rubbing.file, rubbing.planned.config
-    if found.answer is not Answer.UNKNOWN or file is None or file.friction.how is not How.MEASURED:
+    found, file, config = known.recognition, result.file, result.plan.config
+    if found.answer is not Answer.UNKNOWN or file is None or not file.friction.measured:
         return ""
     nearest = found.library.materials[found.library.names.index(found.best)]
     told = _told_apart(file, nearest, config.calibration)
@@ -90,7 +130,7 @@ def _told_apart(file: FrictionFile, nearest: Material, calibration: float) -> li
     touch, specimen = nearest.scatter.variances, nearest.specimen.variances
     mu, c, gamma, p = np.sqrt(touch + specimen).tolist()
     told = [_relative("mu", file.friction, nearest.friction_at(file.speed), math.hypot(mu, calibration))]
-    spun = [at for at in file.loads if at.spin_length is not None and at.spin_length.how is How.MEASURED]
+    spun = [at for at in file.loads if at.spin_length is not None and at.spin_length.measured]
     for at in dict.fromkeys((0, len(spun) - 1)) if spun else ():
         length, force = spun[at].spin_length, spun[at].normal_force
         assert length is not None
@@ -101,7 +141,7 @@ def _told_apart(file: FrictionFile, nearest: Material, calibration: float) -> li
         ("gamma", " (how e grows with the load)", file.load_exponent, nearest.load_exponent, gamma),
         ("p", "", file.norm_exponent, nearest.norm_exponent, p),
     ):
-        if here.how is How.MEASURED:
+        if here.measured:
             words = f"{name}{what} is {here.value:.2f} for {there:.2f}"
             told.append(_Apart(name, words, abs(here.value - there) / math.hypot(_sd(here), own)))
     return told

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from palpate.experiments.friction.file import Finding, How
 from palpate.experiments.friction.found import FrictionFound
+from palpate.friction.friction_file import Finding, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.friction.rubbing.speed_curve import SpeedCurve
 from palpate.friction.rubbing.stick_slip import LEAST_LET_GO, STATIC_ABOVE, STATIC_BELOW

@@ -3,14 +3,6 @@
 import math
 from collections.abc import Sequence
 
-from palpate.experiments.friction.file import (
-    VERSION,
-    Finding,
-    FrictionFile,
-    How,
-    LoadFinding,
-    SpeedFinding,
-)
 from palpate.experiments.friction.found import (
     ASSUMED_EXPONENT,
     AtLoad,
@@ -18,6 +10,14 @@ from palpate.experiments.friction.found import (
 )
 from palpate.experiments.friction.pooled import growth_of, pooled
 from palpate.experiments.friction.static import static_finding
+from palpate.friction.friction_file import (
+    VERSION,
+    Finding,
+    FrictionFile,
+    How,
+    LoadFinding,
+    SpeedFinding,
+)
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured

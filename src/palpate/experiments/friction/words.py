@@ -1,10 +1,10 @@
 """What the report on friction says in words: outcome and settings."""
 
-from palpate.experiments.friction.file import How
 from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.plan import FrictionPlan
-from palpate.experiments.friction.run import RubbingRun, listed
+from palpate.experiments.friction.result import FrictionResult, listed
 from palpate.experiments.friction.strokes import FreeAir
+from palpate.friction.friction_file import How
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
 from palpate.robots.known_truth import NOT_KNOWN, cost_row
@@ -14,28 +14,27 @@ LEAST_MOVED = 0.01
 """[mN] Of a sensor's zero that is worth a figure: a thousandth of its noise."""
 
 
-def outcome(rubbing: RubbingRun) -> str:
+def outcome(result: FrictionResult) -> str:
     """Return how it ended, and what could not be told."""
-    result = rubbing.run
-    rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
-    count = len(rubbing.pairs)
-    if result.ending is Ending.DONE:
-        said = [f"Finished after {result.duration:.1f} s: {_rubs(count)} there and back; {rest}."]
-    elif result.ending is Ending.TRIPPED:
-        said = [f"Stopped by the supervisor after {_rubs(count)}: {result.why}; {rest}."]
-    elif result.ending is Ending.LOST and not count:
+    run, count = result.run, len(result.pairs)
+    rest = "the robot is at rest" if run.stopped else "THE ROBOT DID NOT COME TO REST"
+    if run.ending is Ending.DONE:
+        said = [f"Finished after {run.duration:.1f} s: {_rubs(count)} there and back; {rest}."]
+    elif run.ending is Ending.TRIPPED:
+        said = [f"Stopped by the supervisor after {_rubs(count)}: {run.why}; {rest}."]
+    elif run.ending is Ending.LOST and not count:
         said = [f"Not finished: nothing was found where the surface was looked for; {rest}."]
     else:
-        said = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s and {_rubs(count)}; {rest}."]
-    if rubbing.lost:
-        times = "once" if rubbing.lost == 1 else f"{rubbing.lost} times"
+        said = [f"Not finished ({run.ending.value}) after {run.duration:.1f} s and {_rubs(count)}; {rest}."]
+    if result.lost:
+        times = "once" if result.lost == 1 else f"{result.lost} times"
         said.append(f"Contact was lost {times}.")
-    said += _bounds(rubbing)
-    said += rubbing.shortfalls
-    if rubbing.planned.left_out:
-        speeds = ", ".join(f"{1e3 * speed:g}" for speed in rubbing.planned.left_out)
+    said += _bounds(result)
+    said += result.shortfalls
+    if result.plan.left_out:
+        speeds = ", ".join(f"{1e3 * speed:g}" for speed in result.plan.left_out)
         said.append(f"Strokes at {speeds} mm/s were left out: they would go too far on this object.")
-    said += _sticking(rubbing)
+    said += _sticking(result)
     return " ".join(said)
 
 
@@ -44,12 +43,12 @@ def bound_words(value: float) -> str:
     return f"at least {value:.3g}"
 
 
-def no_spin_length(rubbing: RubbingRun) -> str | None:
+def no_spin_length(result: FrictionResult) -> str | None:
     """Return why e is not known, or no more than bounded, in words; None if it was measured."""
-    spins = [each.spin for each in rubbing.found.loads]
+    spins = [each.spin for each in result.found.loads]
     if any(isinstance(spin, SpinMeasured) for spin in spins):
         return None
-    if rubbing.planned.wanted.most_spin == 0.0:
+    if result.plan.wanted.most_spin == 0.0:
         return "the robot does not turn its tip"
     doubts = [spin.doubt for spin in spins if isinstance(spin, SpinBound)]
     if not doubts:
@@ -58,7 +57,7 @@ def no_spin_length(rubbing: RubbingRun) -> str | None:
         return "it slipped about the normal, but mu is not known, and twists tell mu e alone"
     if SpinDoubt.SLID in doubts:
         return "the finger slid more than it spun"
-    if rubbing.file is not None and rubbing.file.spin_length is None:
+    if result.file is not None and result.file.spin_length is None:
         return "it did not slip about the normal, as far as it turned, nor is it known how large mu may be"
     return "it did not slip about the normal, as far as it turned"
 
@@ -74,13 +73,13 @@ def _rubs(count: int) -> str:
     return "1 rub" if count == 1 else f"{count} rubs"
 
 
-def _sticking(rubbing: RubbingRun) -> list[str]:
-    told = [(each.load, each.friction) for each in rubbing.found.loads]
+def _sticking(result: FrictionResult) -> list[str]:
+    told = [(each.load, each.friction) for each in result.found.loads]
     if any(isinstance(each, FrictionMeasured) and each.stick_slip for _, each in told):
         return ["It stuck and slipped by turns: mu is the kinetic one."]
     at = [
         f"{1e3 * each.speed:g}"
-        for each in rubbing.found.speeds
+        for each in result.found.speeds
         if isinstance(each.friction, FrictionMeasured) and each.friction.stick_slip
     ]
     if at:
@@ -89,14 +88,14 @@ def _sticking(rubbing: RubbingRun) -> list[str]:
     return ["It stuck and let go a few times: mu is what is between."] if few else []
 
 
-def _bounds(rubbing: RubbingRun) -> list[str]:
-    file = rubbing.file
+def _bounds(result: FrictionResult) -> list[str]:
+    file = result.file
     if file is None:
         return ["Nothing is known of its friction."]
     said = []
     if file.friction.how is How.BOUND:
         partly = any(
-            isinstance(each.friction, FrictionBound) and each.friction.partly for each in rubbing.found.loads
+            isinstance(each.friction, FrictionBound) and each.friction.partly for each in result.found.loads
         )
         how = (
             "It began to slip along the surface, but not for long enough there and back to measure it"
@@ -104,7 +103,7 @@ def _bounds(rubbing: RubbingRun) -> list[str]:
             else "It never slipped along the surface"
         )
         said.append(f"{how}: mu is at least {file.friction.value:.3g}, and nobody knows how much more.")
-    why = no_spin_length(rubbing)
+    why = no_spin_length(result)
     if why is not None:
         known = "nothing is known of e" if file.spin_length is None else "what is told of e is a lower bound"
         said.append(f"{why[0].upper()}{why[1:]}: {known}.")
@@ -116,37 +115,37 @@ def _millinewtons(air: FreeAir) -> str:
     return f"{moved:.2f} mN" if moved >= LEAST_MOVED else f"less than {LEAST_MOVED:g} mN"
 
 
-def settings(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
+def settings(result: FrictionResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units."""
-    planned = rubbing.planned
-    config, wanted = planned.config, planned.wanted
-    kept = rubbing.run.recording
+    plan = result.plan
+    config, wanted = plan.config, plan.wanted
+    kept = result.run.recording
     size = " x ".join(f"{1e3 * length:g}" for length in config.sizes)
     speeds = ", ".join(f"{1e3 * speed:g}" for speed in sorted({wanted.speed, *wanted.speeds}))
-    air = rubbing.air
+    air = result.air
     zero = "not felt" if air is None else f"taken off; it moved by {_millinewtons(air)}"
     return (
         ("object", f"{config.object}, {size} mm"),
-        ("rubs by", rubs_by(planned) if planned.truth_known else NOT_KNOWN),
+        ("rubs by", rubs_by(plan) if plan.truth_known else NOT_KNOWN),
         ("loads", f"{', '.join(f'{load:g}' for load in wanted.loads)} N"),
         ("slip speeds", f"{speeds} mm/s"),
         ("strokes", f"{1e3 * wanted.travel:g} to {1e3 * wanted.most_travel:.3g} mm"),
         ("turns", f"up to {wanted.most_spin:g} rad/s" if wanted.most_spin else "none: this robot cannot"),
         ("contact stiffness", f"{config.stiffness / 1e3:g} kN/m"),
         ("sensor's zero", zero),
-        ("landing speed", f"{1e3 * planned.parameters.landing_speed:.3g} mm/s"),
+        ("landing speed", f"{1e3 * plan.parameters.landing_speed:.3g} mm/s"),
         ("robot", config.robot),
         ("seed", str(config.seed)),
-        *_library(rubbing),
-        *cost_row(rubbing.cost),
-        ("control period", f"{1e3 * planned.period:g} ms"),
+        *_library(result),
+        *cost_row(result.cost),
+        ("control period", f"{1e3 * plan.ready.backend.period:g} ms"),
         *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),
     )
 
 
-def rubs_by(planned: FrictionPlan) -> str:
+def rubs_by(plan: FrictionPlan) -> str:
     """Everything that the simulated surface rubs by, also what was left out."""
-    config, plant = planned.config, planned.plant
+    config, plant = plan.config, plan.plant
     if plant is None:
         return (
             f"MuJoCo's friction: mu {config.friction:g}, e {1e3 * config.spin_length:g} mm at all loads, p 2 "
@@ -163,8 +162,8 @@ def rubs_by(planned: FrictionPlan) -> str:
     )
 
 
-def _library(rubbing: RubbingRun) -> tuple[tuple[str, str], ...]:
-    path, known = library_path(rubbing.planned.config), rubbing.recognised
+def _library(result: FrictionResult) -> tuple[tuple[str, str], ...]:
+    path, known = library_path(result.plan.config), result.recognised
     if path is None:
         return ()
     return (("library", str(path) if known is None else f"{path}; {known.recognition.library.fingertip}"),)

@@ -1,18 +1,14 @@
 """What a grasp is planned with: what its contacts are taken to bear, and who listens for slip."""
 
-import math
-from collections.abc import Mapping
-
 import numpy as np
 
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import Finding, FrictionFile, How, read_friction_file
 from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.strength import at_worst
 from palpate.experiments.grasp.surface import true_surface
-from palpate.experiments.grasp.text import KNOWN_TEXT
+from palpate.friction.friction_file import Finding, FrictionFile, How
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
@@ -53,18 +49,18 @@ EVEN = 3.0**0.5
 """Half width over standard deviation of what lies evenly between two bounds."""
 
 
-def believed_surface(config: GraspConfig, texts: Mapping[str, str]) -> LimitSurface:
+def believed_surface(config: GraspConfig, found: FrictionFile | None) -> LimitSurface:
     """Return what the contacts are believed to bear at first.
 
     Args:
         config: What was asked for.
-        texts: What rubbing had found, under `KNOWN_TEXT`, if that is to be planned with.
+        found: What rubbing has found, if that is to be planned with.
 
     Raises:
-        InvalidValueError: That text is no friction file, or does not say enough.
+        InvalidValueError: It does not say enough.
     """
-    if KNOWN_TEXT in texts:
-        return planned_with(read_friction_file(texts[KNOWN_TEXT]))
+    if found is not None:
+        return planned_with(found)
     generator = np.random.default_rng((config.seed, 11))
     a, b = generator.uniform(-1.0, 1.0, 2).tolist()
     if config.known == "estimated":
@@ -96,14 +92,6 @@ def planned_with(found: FrictionFile) -> LimitSurface:
         _cautious(each, share) for each, share in zip((found.friction, found.spin_length), COVERED, strict=True)
     )
     return LimitSurface(mu, e, measured.load_exponent, max(found.norm_exponent.lower, LEAST_EXPONENT))
-
-
-def largest_rubbed(texts: Mapping[str, str]) -> float:
-    """Return up to which normal force e was measured [N]; infinity if nothing was rubbed, or it is not said."""
-    if KNOWN_TEXT not in texts:
-        return math.inf
-    spun = read_friction_file(texts[KNOWN_TEXT]).spun_loads
-    return math.inf if spun is None else spun[1]
 
 
 def _cautious(found: Finding, covered: float) -> float:

@@ -4,16 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from palpate.errors import InvalidValueError, not_negative
-from palpate.experiments.friction.bound import check_friction, check_spin_length
-from palpate.experiments.kit.config_checks import (
-    check_not_negative,
-    check_positive,
-    check_seed,
-    check_size,
-    given,
-)
-from palpate.experiments.kit.settled_values import settle
+from palpate.errors import InvalidValueError
+from palpate.experiments.kit.config_checks import check_seed, check_size
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
+from palpate.experiments.kit.options import NOISY, WRITTEN, check_options, option
 
 HeldName = Literal["box", "cylinder", "sphere"]
 LoadName = Literal["ramp", "step", "shake", "none"]
@@ -64,6 +58,13 @@ MOST_PROBABLE = 0.999
 
 THREE = 3
 
+KNOWN_TEXT = "friction.yaml"
+"""Under this name a log keeps what rubbing had found, if that was planned with."""
+
+FELT = "the samples are as recorded, of the object that was held"
+PULLED = "the samples are as recorded, with what pulled then"
+"""Why a replay cannot change an option."""
+
 
 @dataclass(frozen=True, slots=True)
 class GraspConfig:
@@ -106,26 +107,26 @@ class GraspConfig:
     palpate grasp --robot emulated-hand
     """
 
-    object: HeldName = "box"
+    object: HeldName = option("box", fixed=FELT)
     """What is held: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
-    size: tuple[float, ...] = ()
+    size: tuple[float, ...] = option((), "m", fixed=FELT)
     """Of the object [m]: three lengths of a box (the first between the fingers), radius and height of a cylinder,
     the radius of a sphere. Left out: 0.06 0.05 0.06, 0.03 0.06 and 0.03."""
-    mass: float = 0.1
+    mass: float = option(0.1, "kg", fixed=FELT, bound="positive")
     """Of the object [kg]."""
-    fingers: int = 2
+    fingers: int = option(2, fixed="the samples are as recorded, of the fingers that there were")
     """How many the hand has: 2 (a parallel gripper) or 3."""
-    friction: float | None = None
+    friction: float | None = option(None, fixed=FELT)
     """True friction coefficient mu between fingertips and object. Left out, as the next three: what
     --friction-file says, else 0.5."""
-    spin_length: float | None = None
+    spin_length: float | None = option(None, "m", fixed=FELT)
     """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
-    norm_exponent: float | None = None
+    norm_exponent: float | None = option(None, fixed=FELT, bound="positive")
     """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
     an ellipse of constant size is rubbed by the friction plant."""
-    load_exponent: float | None = None
+    load_exponent: float | None = option(None, fixed=FELT, bound="not negative")
     """True gamma: e grows as load^gamma, 0 to 1/3. Left out, and nothing found: 0."""
-    plant: bool = False
+    plant: bool = option(False, fixed=FELT)
     """Rub by the friction plant, whose contacts stick on bristles and tell when they slip, not by MuJoCo."""
     known: Knowledge = "touched"
     """How friction is known: touched before (mu within 3 %, e within 5 %), nudged before the lift (30 % and 50 %
@@ -136,66 +137,66 @@ class GraspConfig:
     """Of holding, where friction is estimated: 0.5 to 0.999."""
     believed_friction: float | None = None
     """mu that is believed at first. Left out, as the next: the seed draws it, within what --known says."""
-    believed_spin_length: float | None = None
+    believed_spin_length: float | None = option(None, "m")
     """e that is believed at first [m]."""
-    friction_file: Path | None = None
+    friction_file: Path | None = option(None, kept=KNOWN_TEXT)
     """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
     object, as far as that is not typed."""
-    load: LoadName = "ramp"
+    load: LoadName = option("ramp", fixed=PULLED)
     """What pulls at the object once it is lifted: a force that grows, that jumps, one that shakes up and down and
     sideways, or nothing."""
-    pull: float | None = None
+    pull: float | None = option(None, "N", fixed=PULLED, bound="positive")
     """Largest force [N]; of a shake, its amplitude. Left out: 4 for a ramp, 3 for a step, 1 for a shake."""
-    pull_before: float = 0.5
+    pull_before: float = option(0.5, "N", fixed=PULLED, bound="not negative")
     """Force before it grows [N]."""
-    rise: float | None = None
+    rise: float | None = option(None, "s", fixed=PULLED, bound="positive")
     """How long it grows or shakes [s]. Left out: 1.5 for a ramp, 0.05 for a step, 2 for a shake."""
-    shake_frequency: float = 5.0
+    shake_frequency: float = option(5.0, "Hz", fixed=PULLED, bound="positive")
     """Of a shake [Hz]."""
-    offset: float = 0.006
+    offset: float = option(0.006, "m", fixed=PULLED, bound="not negative")
     """How far beside the line of the contacts it pulls [m]."""
-    lift_height: float = 0.04
+    lift_height: float = option(0.04, "m", bound="positive")
     """How far the object is lifted [m]."""
-    lift_speed: float = 0.06
+    lift_speed: float = option(0.06, "m/s", bound="positive")
     """With which speed [m/s]."""
-    margin: float = 0.12
+    margin: float = option(0.12, bound="not negative")
     """Share of grip beyond what the limit surface needs."""
     ignore_spin: bool = False
     """Plan by Coulomb's law alone, as if there were no torque: what not to do."""
-    against_ignoring_spin: bool = False
+    against_ignoring_spin: bool = option(
+        False, fixed="the log is of the first of both; set ignore_spin", once=True
+    )
     """Do it again with a control that ignores spin, and show both."""
-    force_noise: float = 0.01
+    force_noise: float = option(0.01, "N", fixed=NOISY, bound="positive")
     """Standard deviation of the sensors' force noise [N], each axis, as a Nano17 has it; the next two likewise."""
-    moment_noise: float = 1e-4
+    moment_noise: float = option(1e-4, "N m", fixed=NOISY, bound="positive")
     """Standard deviation of their moment noise [N m]."""
-    drift: float = 1e-3
+    drift: float = option(1e-3, "N/s", fixed=NOISY, bound="not negative")
     """How fast their zeros drift [N/s], each axis up or down, and a hundredth of that for moments [N m/s]."""
-    seed: int = 0
+    seed: int = option(
+        0,
+        fixed="the samples are as recorded, with its noise and what it drew to be believed; set believed_friction",
+    )
     """Of noise, drift, and what is believed: the same seed gives the same run."""
-    robot: str | None = None
+    robot: str | None = option(None, fixed="the samples are as recorded, of the hand that there was")
     """A robot that comes with palpate and has a hand (emulated-hand, ur5e-hand), or a robot file. Left out: the
     simulated hand. Of a real one nobody knows the truth: what is believed is typed or comes from --friction-file.
     Its hand is led open around the object before the run, and nothing pulls but who stands there."""
-    out: Path = Path("runs/grasp")
+    out: Path = option(Path("runs/grasp"), fixed=WRITTEN)
     """Folder for the report, the table and the log."""
 
     def __post_init__(self) -> None:
-        settle(self)
-        check_positive(self, _POSITIVE)
-        check_not_negative(self, _NOT_NEGATIVE)
+        check_options(self)
         if self.margin > LARGEST_MARGIN:
             raise InvalidValueError(
                 f"margin = {self.margin:g}: must be at most {LARGEST_MARGIN:g}; 0.12 stands for 12 %"
             )
-        check_positive(self, given(self, _POSITIVE_IF_GIVEN))
         for name in ("friction", "believed_friction"):
             if getattr(self, name) is not None:
                 check_friction(getattr(self, name), name)
         for name in ("spin_length", "believed_spin_length"):
             if getattr(self, name) is not None:
                 check_spin_length(getattr(self, name), name)
-        if self.load_exponent is not None:
-            not_negative("load_exponent", self.load_exponent, "")
         if self.lift_height > HIGHEST_LIFT:
             raise InvalidValueError(
                 f"lift_height = {self.lift_height:g} m: must be at most {HIGHEST_LIFT:g} m, what the lift travels"
@@ -284,21 +285,3 @@ class GraspConfig:
     def rising(self) -> float:
         """How long the load grows or shakes [s]."""
         return RISES[self.load] if self.rise is None else self.rise
-
-
-_POSITIVE = {
-    "mass": "kg",
-    "shake_frequency": "Hz",
-    "lift_height": "m",
-    "lift_speed": "m/s",
-    "force_noise": "N",
-    "moment_noise": "N m",
-}
-
-_POSITIVE_IF_GIVEN = {
-    "norm_exponent": "",
-    "rise": "s",
-    "pull": "N",
-}
-
-_NOT_NEGATIVE = {"pull_before": "N", "offset": "m", "margin": "", "drift": "N/s"}

@@ -1,11 +1,33 @@
 """How the least forces hold the load where it is heaviest: for the picture in a report."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from palpate.experiments.grasp.report_data import HeaviestLoad
-from palpate.experiments.grasp.run import Grasp
+from palpate.errors import FloatArray
+from palpate.experiments.grasp.result import Grasp
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus, worst_disturbance
 from palpate.sim.fidelity import GRAVITY
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeaviestLoad:
+    """The least forces that hold the load where it takes most grip; object frame turned as the base is.
+
+    Attributes:
+        time: When [s].
+        grasp: Contacts, and what they really bear.
+        forces: On the object, shape (k, 4) [N, N, N, N m].
+        load: What else acts on it, shape (6,) [N, N m].
+        disturbance: The largest further load that the true grip held in the worst direction, shape (6,) [N, N m];
+            None where that is not known.
+    """
+
+    time: float
+    grasp: GraspContacts
+    forces: FloatArray
+    load: FloatArray
+    disturbance: FloatArray | None
 
 
 def heaviest_load(grasp: Grasp) -> HeaviestLoad | None:

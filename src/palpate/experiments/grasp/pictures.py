@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.experiments.grasp.report_data import GraspSeries
-from palpate.friction import LimitSurface
+from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.grasp.truth import STAGES
 from palpate.reporting.envelope import envelope
 from palpate.reporting.limit_surface_picture import limit_surface_picture
 from palpate.reporting.style import (
@@ -38,11 +38,11 @@ NO_SLIP, NO_SPIN = 0.01, 0.1
 SLIDES, SPINS = TRUE, SPIN
 
 
-def grip_picture(series: GraspSeries, note: str = "") -> Picture:
+def grip_picture(grasp: Grasp, note: str = "") -> Picture:
     """Return the picture of grip, wanted and true, against the least that would do.
 
     Args:
-        series: What happened.
+        grasp: What came of it.
         note: For the end of the title.
     """
     return Picture(
@@ -55,12 +55,12 @@ def grip_picture(series: GraspSeries, note: str = "") -> Picture:
             "lets go. Good is "
             "a grip a little above the least."
         ),
-        full=_grip(series, Width.FULL, "true", TRUE),
-        narrow=_grip(series, Width.HALF, "true", TRUE),
+        full=_grip(grasp, Width.FULL, "true", TRUE),
+        narrow=_grip(grasp, Width.HALF, "true", TRUE),
     )
 
 
-def felt_grip_picture(series: GraspSeries) -> Picture:
+def felt_grip_picture(grasp: Grasp) -> Picture:
     """Return the picture of grip, wanted and felt, of a robot on which nobody knows what would do."""
     return Picture(
         title="Grip",
@@ -69,19 +69,19 @@ def felt_grip_picture(series: GraspSeries) -> Picture:
             "other the "
             "better."
         ),
-        full=_grip(series, Width.FULL, "felt", MEASURED),
-        narrow=_grip(series, Width.HALF, "felt", MEASURED),
+        full=_grip(grasp, Width.FULL, "felt", MEASURED),
+        narrow=_grip(grasp, Width.HALF, "felt", MEASURED),
     )
 
 
-def slip_picture(series: GraspSeries, note: str = "") -> Picture:
+def slip_picture(grasp: Grasp, note: str = "") -> Picture:
     """Return the picture of slip and spin by the truth, with alarms.
 
     Args:
-        series: What happened.
+        grasp: What came of it.
         note: For the end of the title.
     """
-    told = f"{len(series.alarms)} alarm{'' if len(series.alarms) == 1 else 's'}, drawn as short lines"
+    told = f"{len(grasp.alarms_aloft)} alarm{'' if len(grasp.alarms_aloft) == 1 else 's'}, drawn as short lines"
     return Picture(
         title=f"Slip and spin{note}",
         caption=(
@@ -89,64 +89,63 @@ def slip_picture(series: GraspSeries, note: str = "") -> Picture:
             "since the lift began: the larger of the fingers, by the simulation's truth. Next to nothing is good. "
             f"Above: when slip was told ({told})."
         ),
-        full=_slip(series, Width.FULL),
-        narrow=_slip(series, Width.HALF),
+        full=_slip(grasp, Width.FULL),
+        narrow=_slip(grasp, Width.HALF),
     )
 
 
-def load_pictures(surface: LimitSurface, series: GraspSeries, note: str = "") -> list[Picture]:
+def load_pictures(grasp: Grasp, note: str = "") -> list[Picture]:
     """Return for each finger the way of its load inside the limit surface, while figures count.
 
     Args:
-        surface: What the contacts really bear.
-        series: What happened.
+        grasp: What came of it.
         note: For the end of the titles.
     """
-    at = series.counted
+    at, truth, surface = grasp.counted, grasp.truth, grasp.planned.true
     if not at.any():
         return []
     pictures = []
-    for k in range(series.slip.shape[1]):
-        drawn = limit_surface_picture(surface, series.time[at], series.loads[at, k], series.slipping[at, k])
+    for k in range(truth.fingers):
+        drawn = limit_surface_picture(surface, truth.time[at], truth.loads[at, k], grasp.slipping[at, k])
         pictures.append(Picture(f"Load of finger {k + 1} in its limit surface{note}", drawn.caption, drawn.full))
     return pictures
 
 
-def _grip(series: GraspSeries, width: Width, name: str, colour: str) -> Figure:
+def _grip(grasp: Grasp, width: Width, name: str, colour: str) -> Figure:
     figure = new_figure(width, 3.4)
     axes = figure.subplots()
-    _shade(axes, series)
-    axes.plot(*envelope(series.time, series.wanted), color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
-    axes.plot(*envelope(series.time, series.felt), color=colour, linewidth=1.1, label=name)
-    held = np.isfinite(series.least)
+    time = grasp.truth.time
+    _shade(axes, grasp)
+    axes.plot(*envelope(time, grasp.truth.target), color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
+    axes.plot(*envelope(time, grasp.felt), color=colour, linewidth=1.1, label=name)
+    held = np.isfinite(grasp.least)
     if held.any():
-        axes.plot(
-            *envelope(series.time, series.least), color=LIMIT, linewidth=1.6, linestyle=DASH_DOT, label="least"
-        )
-        axes.set_ylim(0.0, HIGHEST * float(np.nanmax(np.maximum(series.felt[held], series.least[held]))))
+        axes.plot(*envelope(time, grasp.least), color=LIMIT, linewidth=1.6, linestyle=DASH_DOT, label="least")
+        axes.set_ylim(0.0, HIGHEST * float(np.nanmax(np.maximum(grasp.felt[held], grasp.least[held]))))
     axes.margins(x=0.0)
     dress(axes, x="time [s]", y="grip [N]")
     legend_above(figure, [axes], columns=9 if width is Width.FULL else 4)
     return figure
 
 
-def _slip(series: GraspSeries, width: Width) -> Figure:
+def _slip(grasp: Grasp, width: Width) -> Figure:
     figure = new_figure(width, 4.0)
     slip, spin = figure.subplots(2, 1, sharex=True)
-    shown = series.aloft
-    at = series.time[shown]
+    truth, shown = grasp.truth, grasp.aloft
+    time = truth.time
+    at, alarms = time[shown], [alarm.time for alarm in grasp.alarms_aloft]
     for axes, values, colour, least in (
-        (slip, MILLI * series.slip, SLIDES, NO_SLIP),
-        (spin, np.degrees(series.spin), SPINS, NO_SPIN),
+        (slip, MILLI * truth.slid, SLIDES, NO_SLIP),
+        (spin, np.degrees(truth.turned), SPINS, NO_SPIN),
     ):
         if len(at):
             axes.axvspan(float(at[0]), float(at[-1]), color=STAGE_COLOURS["hold"], linewidth=0, zorder=0)
         worst = np.where(shown, values.max(axis=1), np.nan)
-        axes.plot(*envelope(series.time, worst), color=colour, linewidth=1.4)
+        axes.plot(*envelope(time, worst), color=colour, linewidth=1.4)
         top = max(least, 1.1 * float(values[shown].max(initial=0.0)))
         axes.set_ylim(0.0, 1.12 * top)
-        if series.alarms:
-            axes.vlines(series.alarms, 1.03 * top, 1.12 * top, color=INK, linewidth=0.8, label="alarm")
+        if alarms:
+            axes.vlines(alarms, 1.03 * top, 1.12 * top, color=INK, linewidth=0.8, label="alarm")
     dress(slip, x="", y="slip [mm]")
     dress(spin, x="time [s]", y="spin [degrees]")
     if len(at):
@@ -156,9 +155,9 @@ def _slip(series: GraspSeries, width: Width) -> Figure:
     return figure
 
 
-def _shade(axes: Axes, series: GraspSeries) -> None:
+def _shade(axes: Axes, grasp: Grasp) -> None:
     """Lay the stages on the ground of a plot over time, each once in its legend."""
-    names = np.array(series.stage, dtype=np.str_)
+    names, time = np.array([str(STAGES[i]) for i in grasp.truth.stage], dtype=np.str_), grasp.truth.time
     begins = np.concatenate([[0], np.flatnonzero(names[1:] != names[:-1]) + 1, [len(names) - 1]])
     named = set()
     for i, j in pairwise(begins):
@@ -167,7 +166,5 @@ def _shade(axes: Axes, series: GraspSeries) -> None:
         name = str(names[i])
         label = None if name in named else name
         colour = STAGE_COLOURS.get(name, OTHER_PHASE)
-        axes.axvspan(
-            float(series.time[i]), float(series.time[j]), color=colour, linewidth=0, label=label, zorder=0
-        )
+        axes.axvspan(float(time[i]), float(time[j]), color=colour, linewidth=0, label=label, zorder=0)
         named.add(name)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.grasp import Carry, GraspController, GraspStage, SetDownParameters
@@ -19,30 +18,41 @@ from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
-from palpate.experiments.friction.file import friction_file_text, load_friction_file
 from palpate.experiments.grasp.belief import (
     NUDGING_GRIP,
     RIPPLE,
     belief_of,
     believed_surface,
-    largest_rubbed,
     shares,
     slips_of,
     tip_radius,
 )
-from palpate.experiments.grasp.config import SPREADS, GraspConfig
-from palpate.experiments.grasp.hand import PERIOD, GraspHand, config_on, grasp_hand
-from palpate.experiments.grasp.scene import PullTimes, load_of, pull_times, scene_of, sensor_of
-from palpate.experiments.grasp.strength import LARGEST_GRIP, check_weight, taking_up_time
-from palpate.experiments.grasp.surface import true_surface, with_surface
-from palpate.experiments.grasp.text import GRASP_TEXT, KNOWN_TEXT, grasp_text, read_grasp
+from palpate.experiments.grasp.config import KNOWN_TEXT, SPREADS, GraspConfig
+from palpate.experiments.grasp.felt import GraspFeltRecorder
+from palpate.experiments.grasp.hand import config_on, grasp_hand
+from palpate.experiments.grasp.notes import notes_on
+from palpate.experiments.grasp.scene import PullTimes, pull_times, task_of
+from palpate.experiments.grasp.strength import LARGEST_GRIP, cautious_surface, check_weight, taking_up_time
+from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface, with_surface
+from palpate.experiments.grasp.truth import GraspTruthRecorder
 from palpate.experiments.grasp.unit_text import MILLI
+from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.scene_view import scene_view
+from palpate.friction.friction_file import (
+    FrictionFile,
+    friction_file_text,
+    load_friction_file,
+    read_friction_file,
+)
 from palpate.friction.limit_surface import LimitSurface
-from palpate.robots.values import load_named_robot
-from palpate.runtime import FingerDescription, Limits, Touch
-from palpate.runtime.robot import Robot, read_robot
-from palpate.sim.hand.backend import HandBackend
+from palpate.reporting.data import KeyFigure
+from palpate.robots.hand_task import HandTask
+from palpate.robots.hands import HandDescription, hand_backend
+from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime.robot import Robot
+from palpate.runtime.truth import TruthSource
 from palpate.spatial import ZERO, Vector
+from palpate.viewing import ViewScene
 
 LIFT_ACCELERATION = 0.3
 """[m/s^2] Of lifting and lowering: 3 % of the weight."""
@@ -56,11 +66,15 @@ CONTACT_TIME = 0.15
 SPARE = 0.3
 """[s] From when it should be held to when something pulls."""
 
-NOTHING: Mapping[str, str] = MappingProxyType({})
+FILES = ("grasp.csv",)
+"""Besides report and log."""
+
+SLACK = 20.0
+"""[s] For which a run may go on longer than planned."""
 
 
 @dataclass(frozen=True, slots=True)
-class GraspPlan:
+class GraspPlan(PlanDefaults):
     """A grasp, planned.
 
     Attributes:
@@ -70,23 +84,26 @@ class GraspPlan:
         lift: How it is lifted.
         hand: That does it.
         limits: For the supervisor.
-        known: What rubbing had found, as text; empty if nothing was rubbed.
-        rubbed: Up to which normal force e was measured [N]: beyond, it is planned with as if it grew no more.
+        found: What rubbing had found; None if nothing was rubbed.
     """
 
     config: GraspConfig
     believed: LimitSurface
     times: PullTimes
     lift: LiftParameters
-    hand: GraspHand = field(compare=False)  # follows from the configuration, and a robot file
+    hand: HandDescription = field(compare=False)  # follows from the configuration, and a robot file
     limits: Limits
-    known: str = ""
-    rubbed: float = math.inf
+    found: FrictionFile | None = None
 
     @property
     def true(self) -> LimitSurface:
         """What the contacts really bear; on a real robot, where nobody knows, what they are believed to."""
         return self.believed if self.hand.real else true_surface(self.config)
+
+    @property
+    def robot(self) -> Robot | None:
+        """That has the hand; None: a simulation."""
+        return self.hand.robot
 
     @property
     def fingers(self) -> tuple[FingerDescription, ...]:
@@ -104,53 +121,43 @@ class GraspPlan:
         down = self.config.lift_height / LOWERING_SPEED + LOWERING_SPEED / LIFT_ACCELERATION
         return self.times.gone + down + 1.5
 
-    def touch(self) -> Touch:
-        """Return fresh touch."""
-        return Touch(*self.fingers)
+    @property
+    def longest_duration(self) -> float:
+        """After which it is stopped [s]."""
+        return self.expected_duration + SLACK
 
-    def backend(self) -> HandBackend:
-        """Return the simulated hand over the object.
+    def task(self) -> HandTask:
+        """Return what the hand is to hold; of a rig, what it was told that there is."""
+        return task_of(self.config, self.hand, self.times)
+
+    def backend(self) -> Backend:
+        """Return the hand over the object; nothing is opened before it starts.
 
         Raises:
-            InvalidValueError: It cannot be simulated so.
+            InvalidValueError: It cannot be simulated so, or not be what its robot file says.
         """
         config = self.config
         try:
-            scene = scene_of(config)
+            return hand_backend(self.hand, self.task())
         except InvalidValueError as error:
+            if self.robot is not None:
+                raise
             sizes = " x ".join(f"{MILLI * length:g}" for length in config.sizes)
             raise InvalidValueError(
                 f"mass = {config.mass:g} kg, {config.object} of {sizes} mm: {error}; take a heavier or "
                 "larger object"
             ) from None
-        return HandBackend(scene, PERIOD, sensor=sensor_of(config), load=load_of(config, self.times))
 
-    def watch(self) -> NotedWatch:
-        """Return a fresh listener for slip; a grip that ignores spin, or is shared, does not heed it."""
-        slips = slips_of(self.config, self.believed, self.hand.hand.tip, self.period)
-        if shares(self.config):
-            return DeafWatch(slips)
-        return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
-
-    def belief(self) -> SurfaceBelief:
-        """Return afresh what is planned with, and how that learns."""
-        return belief_of(self.config, self.believed)
-
-    def controller(self, watch: NotedWatch | None = None, belief: SurfaceBelief | None = None) -> GraspController:
-        """Return a fresh controller.
-
-        Args:
-            watch: Who listens for slip; one of its own if not given.
-            belief: What is planned with; one of its own if not given.
-        """
-        config, belief = self.config, belief or self.belief()
-        need: GripNeed = NeedWithoutSpin() if config.ignore_spin else NeedWithinRubbed(self.rubbed)
-        grip = self._grip(belief, watch or self.watch(), need)
+    def controller(self) -> GraspController:
+        """Return a fresh controller; its grip's watch and belief tell what was heard and learnt."""
+        config, belief = self.config, belief_of(self.config, self.believed)
+        need: GripNeed = NeedWithoutSpin() if config.ignore_spin else NeedWithinRubbed(self.most_rubbed)
+        grip = self._grip(belief, self._watch(), need)
         lift = LiftController(grip, self.period, self.lift)
         carry: Carry = lift
         first = GraspStage.CLOSE
         if isinstance(belief, NudgedSurface):
-            hand = self.hand.hand
+            hand = self.hand.geometry
             center = (0.0, 0.0, -(hand.depth + hand.tip_along))
             nudge = NudgeController(config.fingers, self.period, _nudging(center))
             carry, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
@@ -161,7 +168,7 @@ class GraspPlan:
         config, n, period = self.config, self.config.fingers, self.period
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
-            plan = SharedGrip(n, belief, period, self.hand.hand, shared, self._solver(), self.rubbed)
+            plan = SharedGrip(n, belief, period, self.hand.geometry, shared, self._solver(), self.most_rubbed)
             return SlipSafeGrip(n, belief, period, shared, watch, plan)
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
@@ -174,71 +181,110 @@ class GraspPlan:
             return LeastGrip(self.config.fingers)
         return LikelyGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
 
-    def ignoring_spin(self) -> "GraspPlan":
-        """Return the same, planned by Coulomb's law alone."""
-        config = replace(self.config, ignore_spin=True, against_ignoring_spin=False)
-        return replace(self, config=config)
+    def _watch(self) -> NotedWatch:
+        """Who listens for slip; a grip that ignores spin, or is shared, does not heed it."""
+        slips = slips_of(self.config, self.believed, self.hand.geometry.tip, self.period)
+        if shares(self.config):
+            return DeafWatch(slips)
+        return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
+
+    @property
+    def most_rubbed(self) -> float:
+        """Up to which normal force e was measured [N]: beyond, it is planned with as if it grew no more."""
+        spun = None if self.found is None else self.found.spun_loads
+        return math.inf if spun is None else spun[1]
+
+    def companion(self) -> "GraspPlan | None":
+        """Return the same, planned by Coulomb's law alone, if that is to be compared with."""
+        if not self.config.against_ignoring_spin:
+            return None
+        return replace(self, config=replace(self.config, ignore_spin=True, against_ignoring_spin=False))
+
+    def observer(
+        self, controller: GraspController, truth: TruthSource | None
+    ) -> GraspTruthRecorder | GraspFeltRecorder:
+        """Return what keeps what really happened; on a robot, what was felt."""
+        if truth is None:
+            return GraspFeltRecorder(controller, self.config.fingers)
+        rubbed = rubbed_by_plant(self.config)
+        return GraspTruthRecorder(truth, controller, self.config, self.hand, self.times.begin, rubbed=rubbed)
 
     def texts(self) -> dict[str, str]:
-        """Everything from which the very same is planned again, by file name."""
-        texts = {GRASP_TEXT: grasp_text(self.config)}
-        if self.hand.robot is not None:
-            texts |= self.hand.robot.texts
-        return {**texts, KNOWN_TEXT: self.known} if self.known else texts
+        """Return what rubbing had found, if that is planned with."""
+        return {} if self.found is None else {KNOWN_TEXT: friction_file_text(self.found)}
+
+    def dry_run(self) -> DryRun:
+        """Return what it would do.
+
+        Raises:
+            InvalidValueError: It cannot be simulated.
+        """
+        if not self.hand.real:
+            self.backend()  # what cannot be simulated is refused when it is built
+        config = self.config
+        twice = "and as long again beside it, without spin" if config.against_ignoring_spin else ""
+        figures = (
+            KeyFigure("expected duration", self.expected_duration, "s", twice),
+            KeyFigure("lift height", MILLI * config.lift_height, "mm"),
+            KeyFigure("lift speed", MILLI * config.lift_speed, "mm/s"),
+            KeyFigure("greatest grip asked for", LARGEST_GRIP, "N", "of each finger"),
+            KeyFigure("friction mu, believed", self.believed.friction),
+            KeyFigure("spin length e, believed", MILLI * self.believed.spin_length, "mm"),
+            KeyFigure(
+                "grip limit", self.limits.grip_force, "N", "of the supervisor, which then stops it, grip kept"
+            ),
+            KeyFigure("force limit", self.limits.force, "N", "likewise"),
+        )
+        task = f"Grasp of a {config.object} with {config.fingers} fingers"
+        return DryRun(task, figures, FILES, notes_on(self))
+
+    def view(self) -> ViewScene:
+        """Return hand, object and table."""
+        fingers = "two" if self.config.fingers == 2 else "three"
+        return scene_view(f"A {self.config.object} in {fingers} fingers", self.task().scene().model)
 
 
-def plan(config: GraspConfig) -> GraspPlan:
+def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> GraspPlan:
     """Return a grasp, planned.
+
+    Args:
+        config: What was asked for.
+        robot: That `config.robot` names; None: the simulated hand.
+        texts: What a log kept of friction; empty for a new run.
 
     Raises:
         InvalidValueError: The friction file cannot be read, something cannot be, the robot has no hand, or
             the hand cannot hold so much.
     """
     true_surface(config)  # refuses what was typed: below, it would be the file's fault
-    robot = None if config.robot is None else load_named_robot(config.robot)
-    config = config_on(config, grasp_hand(config, robot))
-    if config.friction_file is None:
-        planned = plan_with(config, NOTHING, robot)
-    else:
+    hand = grasp_hand(config, robot)
+    config = config_on(config, hand)
+    found = None
+    if KNOWN_TEXT in texts:
+        found = read_friction_file(texts[KNOWN_TEXT])
+    elif config.friction_file is not None:
         found = load_friction_file(config.friction_file)  # which names the file where it is wrong
-        try:
-            planned = plan_with(config, {KNOWN_TEXT: friction_file_text(found)}, robot)
-        except InvalidValueError as error:
-            raise InvalidValueError(f"friction_file = {config.friction_file}: {error}") from None
-    check_weight(planned.config, planned.believed)
-    return planned
-
-
-def plan_with(config: GraspConfig, texts: Mapping[str, str], robot: Robot | None = None) -> GraspPlan:
-    """Return a grasp, planned with what a log's texts say of friction.
-
-    Args:
-        config: What was asked for.
-        texts: See there.
-        robot: That `config.robot` names; the one of the texts if not given.
-
-    Raises:
-        InvalidValueError: Something in the texts is wrong.
-    """
-    config = with_surface(config, texts)
-    believed = believed_surface(config, texts)
-    if config.robot is not None and robot is None:
-        robot = read_robot(texts)
-    by = grasp_hand(config, robot)
-    hand = by.hand
-    gap = hand.opening - tip_radius(hand.tip) - config.half_width
-    closed = max(gap, 0.0) / hand.closing_speed + CONTACT_TIME
-    rise = config.lift_height / config.lift_speed + config.lift_speed / LIFT_ACCELERATION
+    try:
+        config = config if hand.real else with_surface(config, found)
+        believed = believed_surface(config, found)
+    except InvalidValueError as error:
+        if found is None:
+            raise
+        raise InvalidValueError(f"friction_file = {config.friction_file}: {error}") from None
+    true = believed if hand.real else true_surface(config)
+    cautious = cautious_surface(config, believed, true)
+    check_weight(config, cautious, true)
     lift = LiftParameters(height=config.lift_height, speed=config.lift_speed, acceleration=LIFT_ACCELERATION)
-    taken_up = taking_up_time(config, believed, lift.first_grip)
+    gap = hand.geometry.opening - tip_radius(hand.geometry.tip) - config.half_width
+    closed = max(gap, 0.0) / hand.geometry.closing_speed + CONTACT_TIME
+    rise = config.lift_height / config.lift_speed + config.lift_speed / LIFT_ACCELERATION
+    taken_up = taking_up_time(config, cautious, lift.first_grip)
     begin = closed + 2.0 * lift.settle_time + taken_up + rise + SPARE
     if config.known == "nudged":
         begin += nudge_time()
     times = pull_times(config, begin)
     lift = replace(lift, hold_time=times.gone - begin + 2.0 * SPARE)
-    return GraspPlan(
-        config, believed, times, lift, by, by.limits, texts.get(KNOWN_TEXT, ""), largest_rubbed(texts)
-    )
+    return GraspPlan(config, believed, times, lift, hand, hand.limits, found)
 
 
 def _nudging(center: Vector) -> NudgeParameters:
@@ -248,12 +294,3 @@ def _nudging(center: Vector) -> NudgeParameters:
 def nudge_time() -> float:
     """Return how long a nudge takes, from the last finger's touch [s]."""
     return _nudging(ZERO).duration
-
-
-def plan_from_texts(texts: Mapping[str, str]) -> GraspPlan:
-    """Return the plan of a recorded grasp.
-
-    Raises:
-        InvalidValueError: Something in the texts is wrong.
-    """
-    return plan_with(read_grasp(texts[GRASP_TEXT]), texts)

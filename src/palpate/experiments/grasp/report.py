@@ -1,61 +1,87 @@
-"""The report on one grasp, put together."""
+"""The report on one grasp."""
 
-import numpy as np
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from palpate.experiments.grasp.figures import compared, key_figures
 from palpate.experiments.grasp.heaviest import heaviest_load
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries
-from palpate.experiments.grasp.run import Grasp
-from palpate.experiments.grasp.truth import STAGES
-from palpate.experiments.grasp.words import account, outcome, settings, title
-from palpate.experiments.kit.repeat_words import repeat_commands
-from palpate.experiments.kit.report_advice import advice_on_grasp
+from palpate.experiments.grasp.key_figures import compared, key_figures
+from palpate.experiments.grasp.result import Grasp
+from palpate.experiments.grasp.words import account, advice, asked, outcome, settings, title
+from palpate.experiments.kit.advice import advice_on_ending
+from palpate.reporting.computing import computing
+from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section
+from palpate.runtime import Ending
+
+if TYPE_CHECKING:
+    from palpate.reporting.style import Picture
+
+IGNORING = ", ignoring spin"
+"""At the end of the titles of pictures of such a control."""
 
 
-def grasp_report(grasp: Grasp) -> GraspReport:
+def grasp_report(grasp: Grasp) -> Report:
     """Return the report on a grasp."""
-    beside = grasp.beside
-    return GraspReport(
+    return Report(
         title=title(grasp),
         outcome=outcome(grasp),
-        summary=key_figures(grasp),
-        compared=compared(grasp),
-        account=account(grasp),
+        figures=key_figures(grasp),
+        sections=(
+            Section("What was seen", tuple(Paragraph(each) for each in account(grasp))),
+            Section("Over time", (Pictures(lambda: _over_time(grasp)),)),
+            Section("Loads and what contacts bear", (Pictures(lambda: _loads(grasp)),)),
+            *_least_forces(grasp),
+            *_ignoring_spin(grasp),
+            computing(grasp.run.timing),
+        ),
+        asked=asked(grasp),
+        advice=(*advice_on_ending(grasp.run), *advice(grasp)),
         settings=settings(grasp),
-        surface=grasp.planned.true,
-        series=series_of(grasp),
-        beside=None if beside is None else series_of(beside),
-        timing=grasp.run.timing,
-        heaviest=heaviest_load(grasp),
-        truth_known=grasp.truth_known,
-        asked=_asked(grasp),
-        advice=advice_on_grasp(grasp),
-        repeat=repeat_commands("grasp", grasp.planned.config, grasp.run),
+        footer="Loads that the object exerts on the fingers.",
+        reached=grasp.run.ending is Ending.DONE and not grasp.dropped,
     )
 
 
-def _asked(grasp: Grasp) -> str:
-    config = grasp.planned.config
-    return (
-        f"to hold a {config.object} of {config.mass:g} kg with {config.fingers} fingers and a margin of "
-        f"{100.0 * config.margin:g} %, friction {config.known}, load {config.load}"
+def _over_time(grasp: Grasp, note: str = "") -> "Iterator[Picture]":
+    from palpate.experiments.grasp.pictures import felt_grip_picture, grip_picture, slip_picture  # with matplotlib
+
+    if len(grasp.truth) < 2:
+        return
+    if grasp.truth_known:
+        yield grip_picture(grasp, note)
+        yield slip_picture(grasp, note)
+    else:
+        yield felt_grip_picture(grasp)
+
+
+def _loads(grasp: Grasp, note: str = "") -> "Iterator[Picture]":
+    from palpate.experiments.grasp.pictures import load_pictures
+
+    yield from load_pictures(grasp, note if grasp.truth_known else ", as believed")
+
+
+def _least_forces(grasp: Grasp) -> Iterator[Section]:
+    at = heaviest_load(grasp)
+    if at is None:
+        return
+
+    def draw() -> "Iterator[Picture]":
+        from palpate.reporting.grasp_force_picture import grasp_force_picture
+
+        yield grasp_force_picture(at.grasp, at.forces, at.load, at.disturbance)
+
+    yield Section(
+        "The least forces where the load is heaviest",
+        (Paragraph(f"At {at.time:.3g} s, by what the contacts really bear."), Pictures(draw)),
     )
 
 
-def series_of(grasp: Grasp) -> GraspSeries:
-    """Return what happened in it over time."""
-    truth = grasp.truth
-    return GraspSeries(
-        time=truth.time,
-        stage=tuple(str(STAGES[i]) for i in truth.stage),
-        wanted=truth.target,
-        felt=np.asarray(grasp.felt),
-        least=grasp.least,
-        slip=truth.slid,
-        spin=truth.turned,
-        loads=truth.loads,
-        slipping=grasp.slipping,
-        counted=grasp.counted,
-        aloft=grasp.aloft,
-        alarms=tuple(alarm.time for alarm in grasp.alarms_aloft),
-    )
+def _ignoring_spin(grasp: Grasp) -> Iterator[Section]:
+    other = grasp.beside
+    if other is None:
+        return
+
+    def draw() -> "Iterator[Picture]":
+        yield from _over_time(other, IGNORING)
+        yield from _loads(other, IGNORING)
+
+    yield Section("A control that ignores spin", (FigureTable(compared(grasp)), Pictures(draw)))

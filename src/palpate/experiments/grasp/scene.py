@@ -1,4 +1,4 @@
-"""What is simulated of a grasp: hand, object, table, sensors, and what pulls."""
+"""What is simulated of a grasp: object, table, sensors, and what pulls."""
 
 from dataclasses import dataclass
 
@@ -7,12 +7,13 @@ import numpy as np
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.surface import rubbed_by_plant, true_surface
 from palpate.kinematics.pose import Pose
+from palpate.robots.hand_task import HandTask
+from palpate.robots.hands import HandDescription
 from palpate.sim import Box, CylinderObject, Lift, SceneObject, SphereObject, TurningStage
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.contact import GraspContact
-from palpate.sim.hand.hand import Hand, three_finger_hand, two_finger_hand
 from palpate.sim.hand.load import Load, RampLoad, ShakenLoad, SumOfLoads
-from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
+from palpate.sim.hand.scene import HeldObject
 from palpate.sim.objects.table import Table
 from palpate.sim.sensor.model import SeededSensor, SensorModel
 from palpate.sim.sensor.presets import NET_BOX_LATENCY, NET_BOX_RATE
@@ -104,11 +105,6 @@ def _across(config: GraspConfig) -> Vector:
     return rotate(_pose(config).inverse().rotation, (0.0, 1.0, 0.0))
 
 
-def hand_of(config: GraspConfig) -> Hand:
-    """Return the hand."""
-    return two_finger_hand() if config.fingers == 2 else three_finger_hand()
-
-
 def shape_of(config: GraspConfig) -> SceneObject:
     """Return what is held."""
     size = config.sizes
@@ -121,15 +117,13 @@ def _pose(config: GraspConfig) -> Pose:
     return Pose(ZERO, UPRIGHT) if config.object == "cylinder" else Pose()
 
 
-def scene_of(config: GraspConfig, hand: Hand | None = None) -> GraspScene:
-    """Return hand, object and table.
+def task_of(config: GraspConfig, hand: HandDescription, times: PullTimes | None = None) -> HandTask:
+    """Return what a hand is to hold.
 
     Args:
         config: What was asked for.
-        hand: Another one than is simulated.
-
-    Raises:
-        InvalidValueError: They cannot be simulated so.
+        hand: That holds it.
+        times: When it is pulled; None: it is not.
     """
     true = true_surface(config)
     mu, e = true.friction, true.spin_length
@@ -141,13 +135,16 @@ def scene_of(config: GraspConfig, hand: Hand | None = None) -> GraspScene:
         norm_exponent=true.norm_exponent,
         stiffness=BRISTLE,
     )
-    return build_grasp_scene(
-        hand or hand_of(config),
+    return HandTask(
+        hand.geometry,
         HeldObject(shape_of(config), config.mass, _pose(config)),
         GraspContact(friction=mu, spin_length=e),
-        carrier=TurningStage() if config.known == "nudged" else Lift(),
-        table=Table(-config.half_height),
-        friction=law if rubbed_by_plant(config) else None,
+        Table(-config.half_height),
+        TurningStage() if config.known == "nudged" else Lift(),
+        law if rubbed_by_plant(config) else None,
+        sensor_of(config),
+        None if times is None else load_of(config, times),
+        hand.period,
     )
 
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.config import SPREADS, GraspConfig, Knowledge
 from palpate.experiments.grasp.least import least_forces
-from palpate.experiments.grasp.surface import true_surface
 from palpate.experiments.grasp.unit_text import in_percent
 from palpate.friction.limit_surface import LimitSurface
 from palpate.sim.fidelity import GRAVITY
@@ -61,10 +60,10 @@ def grip_for(config: GraspConfig, surface: LimitSurface, load: Wrench) -> float:
     return max(least_forces(surface, load, contacts, normals))
 
 
-def cautious_surface(config: GraspConfig, believed: LimitSurface) -> LimitSurface:
+def cautious_surface(config: GraspConfig, believed: LimitSurface, true: LimitSurface) -> LimitSurface:
     """Return the least that the grip is planned with while it is lifted: what a nudge told is the truth."""
     if config.known == "nudged":
-        return true_surface(config)
+        return true
     return believed if config.known == "touched" else at_worst(believed, config.known)
 
 
@@ -78,35 +77,35 @@ def at_worst(believed: LimitSurface, known: Knowledge) -> LimitSurface:
     )
 
 
-def taking_up_time(config: GraspConfig, believed: LimitSurface, first_grip: float) -> float:
+def taking_up_time(config: GraspConfig, cautious: LimitSurface, first_grip: float) -> float:
     """Return how much longer a lift takes because the grip has to come up to the weight [s].
 
     Args:
         config: What is lifted.
-        believed: What contacts are believed to bear at first.
+        cautious: See `cautious_surface`.
         first_grip: With which the lift begins [N].
     """
-    needed = grip_for(config, cautious_surface(config, believed), weight_of(config))
+    needed = grip_for(config, cautious, weight_of(config))
     grip = min((1.0 + config.margin) * needed, LARGEST_GRIP)
     return UNLOADED + max(0.0, grip - first_grip) / FOLLOWS
 
 
-def check_weight(config: GraspConfig, believed: LimitSurface) -> None:
+def check_weight(config: GraspConfig, cautious: LimitSurface, true: LimitSurface) -> None:
     """Refuse an object that the hand cannot hold, even if nothing pulls.
 
     Args:
         config: What is held.
-        believed: What contacts are believed to bear at first.
+        cautious: See `cautious_surface`.
+        true: What contacts really bear.
 
     Raises:
         InvalidValueError: Its weight takes more grip, with the margin, than fingers may press with, by what is
             true or by what is planned with.
     """
-    true, planned = true_surface(config), cautious_surface(config, believed)
     weight = weight_of(config)
     needs = (
         (grip_for(config, true, weight), true, ""),
-        (grip_for(config, planned, weight), planned, " (planned with)"),
+        (grip_for(config, cautious, weight), cautious, " (planned with)"),
     )
     least, surface, note = max(needs, key=lambda each: each[0])
     grip = (1.0 + max(config.margin, LEAST_ROOM)) * least

@@ -1,28 +1,26 @@
 """What contacts really bear in a simulated grasp: as typed, else as rubbing found it, else as usual."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
-from palpate.experiments.friction.file import FrictionFile, How, read_friction_file
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.text import KNOWN_TEXT
+from palpate.friction.friction_file import FrictionFile, How
 from palpate.friction.limit_surface import LimitSurface
 
 USUAL = LimitSurface(friction=0.5, spin_length=0.004)
 """Of rubber on something smooth, if nothing else is said."""
 
 
-def with_surface(config: GraspConfig, texts: Mapping[str, str]) -> GraspConfig:
+def with_surface(config: GraspConfig, found: FrictionFile | None) -> GraspConfig:
     """Return a configuration that says all four numbers of the simulated surface.
 
     Args:
-        config: What was asked for; what it leaves out comes from the friction file, else from `USUAL`.
-        texts: What rubbing had found, under `KNOWN_TEXT`, if something was.
+        config: What was asked for; what it leaves out was found by rubbing, else it is as in `USUAL`.
+        found: What rubbing has found, if something was.
 
     Raises:
-        InvalidValueError: That text is no friction file, does not say enough, or a number cannot be.
+        InvalidValueError: That does not say enough, or a number cannot be.
     """
-    surface = likely(read_friction_file(texts[KNOWN_TEXT])) if KNOWN_TEXT in texts else USUAL
+    surface = USUAL if found is None else likely(found)
     surface = LimitSurface(
         _given(config.friction, surface.friction),
         _given(config.spin_length, surface.spin_length),

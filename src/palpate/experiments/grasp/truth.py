@@ -2,8 +2,8 @@
 
 import math
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -14,11 +14,12 @@ from palpate.errors import FloatArray
 from palpate.experiments.grasp.clearance import clearance
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.kinematics.pose import Pose
+from palpate.robots.hands import HandDescription
 from palpate.runtime import Command, Observation, Sample
-from palpate.sim.friction.plant import FrictionContact
-from palpate.sim.hand.scene import GraspScene
+from palpate.runtime.truth import TruthSource
 from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.spatial import Vector, Wrench, add, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
+from palpate.sim.hand.truth_numbers import moment_of_numbers
+from palpate.spatial import Vector, add, add_scaled, dot, norm, rotate, rotate_back, subtract, unit
 
 STAGES = tuple(GraspStage)
 
@@ -85,71 +86,55 @@ class GraspTruth:
         return int(self.touching.shape[1])
 
 
-class TrueHand(Protocol):
-    """A hand that is simulated, be it behind a wire."""
-
-    @property
-    def scene(self) -> GraspScene:
-        """What is simulated."""
-        ...
-
-    @property
-    def period(self) -> float:
-        """Of control [s]."""
-        ...
-
-    @property
-    def pull(self) -> Wrench:
-        """See `HandBackend`."""
-        ...
-
-    @property
-    def rubbing(self) -> tuple[FrictionContact, ...]:
-        """See `HandBackend`."""
-        ...
-
-    def truth(self) -> HandTruth:
-        """Return what really happened at the last sample."""
-        ...
-
-
 class GraspTruthRecorder:
-    """An observer that asks the simulation for the truth at every sample."""
+    """An observer that asks for the truth at every sample: of a back end, or of a log."""
 
     def __init__(
-        self, backend: TrueHand, controller: GraspController, config: GraspConfig, watched: float
+        self,
+        source: TruthSource,
+        controller: GraspController,
+        config: GraspConfig,
+        hand: HandDescription,
+        watched: float,
+        *,
+        rubbed: bool,
     ) -> None:
-        """Watch a back end.
+        """Take who knows the truth.
 
         Args:
-            backend: Whose truth is asked for.
+            source: Tells the numbers of a hand (`palpate.sim.hand.truth_numbers`).
             controller: Whose stage and target are kept.
             config: What is held.
+            hand: That holds it.
             watched: From when on slip and spin are counted [s]: by then the object must be held.
+            rubbed: Whether the friction plant rubs: then slip and spin are what it tells.
         """
-        self._backend, self._controller, self._config, self._from = backend, controller, config, watched
+        self._source, self._controller, self._config, self._from = source, controller, config, watched
+        self._hand = hand.geometry
         self._rows = array("d")
-        self._pulled, self._lifted = _Way(backend), _Way(backend)
+        self._pulled, self._lifted = (_Way(hand, rubbed=rubbed) for _ in range(2))
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         """Append the truth that belongs to this sample."""
-        backend, controller = self._backend, self._controller
-        truth = backend.truth()
-        hand = truth.pose_base_hand or Pose(now.arm.position_base_tip, now.arm.rotation_base_tip)
-        description = backend.scene.hand
-        sensors = [hand @ description.pose_hand_sensor(i, f.joint_position) for i, f in enumerate(truth.fingers)]
-        center = description.tip.center_of_mass
+        controller, hand = self._controller, self._hand
+        moment = moment_of_numbers(self._source.truth_row())
+        truth = moment.hand
+        assert truth.pose_base_hand is not None  # of numbers it is
+        sensors = [
+            truth.pose_base_hand @ hand.pose_hand_sensor(i, f.joint_position) for i, f in enumerate(truth.fingers)
+        ]
+        center = hand.tip.center_of_mass
         normals = [_normal(center, f, its) for f, its in zip(truth.fingers, sensors, strict=True)]
         if now.time >= self._from:
-            self._pulled.go_on(truth, sensors, normals)
+            self._pulled.go_on(truth, sensors, normals, moment.slip)
         if controller.stage is GraspStage.LIFT or self._lifted.begun:
-            self._lifted.go_on(truth, sensors, normals)
+            self._lifted.go_on(truth, sensors, normals, moment.slip)
         row = [
             now.time,
             STAGES.index(controller.stage),
             self._wanted(command),
             truth.position[2],
-            *backend.pull,
+            *moment.pull,
             clearance(self._config, truth.position[2], truth.quat_wxyz),
             controller.grip.regrips,
         ]
@@ -170,7 +155,7 @@ class GraspTruthRecorder:
 
     def truth(self) -> GraspTruth:
         """Return all that was appended so far."""
-        k = self._backend.scene.hand.fingers
+        k = self._hand.fingers
         rows = np.array(self._rows).reshape(-1, ALL + k * PER_FINGER)
         each = rows[:, ALL:].reshape(-1, k, PER_FINGER)
         return GraspTruth(
@@ -196,27 +181,47 @@ class GraspTruthRecorder:
 class _Way:
     """How far the object has slipped and spun over the fingertips since it was first asked to go on."""
 
-    def __init__(self, backend: TrueHand) -> None:
+    def __init__(self, hand: HandDescription, *, rubbed: bool) -> None:
+        self._period = hand.period
         self._moved: _Moved | None = None
-        self._rubbed = _Rubbed(backend) if backend.scene.rubbing else None
+        self._rubbed = [(0.0, 0.0)] * hand.geometry.fingers if rubbed else None
 
     @property
     def begun(self) -> bool:
         """Whether it counts already."""
         return self._moved is not None
 
-    def go_on(self, truth: HandTruth, sensors: list[Pose], normals: list[Vector]) -> None:
-        """Take a period; the first one is where it counts from."""
+    def go_on(
+        self,
+        truth: HandTruth,
+        sensors: list[Pose],
+        normals: list[Vector],
+        speeds: Sequence[tuple[float, float]],
+    ) -> None:
+        """Take a period; the first one is where it counts from.
+
+        Args:
+            truth: Where the object is.
+            sensors: Of the fingers, base frame.
+            normals: Of their contacts, base frame.
+            speeds: With which these slip and spin, where the friction plant rubs [m/s, rad/s].
+        """
         if self._moved is None:
             self._moved = _Moved(truth, sensors, normals)
         if self._rubbed is not None:
-            self._rubbed.go_on()
+            dt = self._period
+            self._rubbed = [
+                (slip + speed * dt, spin + rate * dt)
+                for (slip, spin), (speed, rate) in zip(self._rubbed, speeds, strict=True)
+            ]
 
     def of(self, i: int, truth: HandTruth, sensor: Pose) -> tuple[float, float]:
         """Return slip [m] and spin [rad] over a finger."""
         if self._moved is None:
             return 0.0, 0.0
-        return self._moved.of(i, truth, sensor) if self._rubbed is None else self._rubbed.of(i)
+        if self._rubbed is not None:
+            return self._rubbed[i]
+        return self._moved.of(i, truth, sensor)
 
 
 class _Moved:
@@ -244,27 +249,6 @@ class _Moved:
         mujoco.mju_mat2Quat(quaternion, (rotation @ self._rotations[i].T).ravel())
         twist = 2.0 * math.atan2(float(quaternion[1:] @ normal), float(quaternion[0]))
         return float(np.linalg.norm(aside)), abs(math.remainder(twist, 2.0 * math.pi))
-
-
-class _Rubbed:
-    """How far contacts of the friction plant have slipped: the ways along which they did."""
-
-    def __init__(self, backend: TrueHand) -> None:
-        self._backend = backend
-        self._ways = [[0.0, 0.0] for _ in backend.scene.rubbing]
-
-    def go_on(self) -> None:
-        """Take a period."""
-        scene, period = self._backend.scene, self._backend.period
-        for contact in self._backend.rubbing:
-            way = self._ways[scene.rubbing.index(contact.pair)]
-            way[0] += norm(contact.slip_velocity) * period
-            way[1] += abs(contact.slip_spin) * period
-
-    def of(self, i: int) -> tuple[float, float]:
-        """Return slip [m] and spin [rad] over a finger."""
-        slip, spin = self._ways[i]
-        return slip, spin
 
 
 def _seen_from(sensor: Pose, truth: HandTruth) -> tuple[FloatArray, FloatArray]:

@@ -6,15 +6,17 @@ import numpy as np
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.experiments.grasp.config import SPREADS, GraspConfig
-from palpate.experiments.grasp.foretold import foretold
-from palpate.experiments.grasp.robot import name_of
-from palpate.experiments.grasp.run import SLIPPED, SPUN, Grasp
+from palpate.experiments.grasp.notes import notes_on
+from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
 from palpate.experiments.grasp.strength import LARGEST_GRIP
 from palpate.experiments.grasp.surface import rubbed_by_plant
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.unit_text import MILLI, bears, in_degrees, in_mm, in_percent
 from palpate.robots.known_truth import NOT_KNOWN
 from palpate.runtime import Ending
+
+MUCH_GRIP = 1.5
+"""Times the least grip, from which on a smaller margin would do."""
 
 
 def title(grasp: Grasp) -> str:
@@ -118,13 +120,13 @@ def account(grasp: Grasp) -> tuple[str, ...]:
     if not grasp.truth_known:
         return (
             f"Contacts were believed to bear {bears(planned.believed)} at first. {_source(grasp)}",
-            *foretold(planned),
+            *notes_on(planned),
             "What they really bear, what pulled, and whether the object crept, nobody knows on a robot.",
         )
     said = [
         f"Contacts truly bore {bears(planned.true)}, and were believed to bear {bears(planned.believed)} at "
         f"first. {_source(grasp)}",
-        *foretold(planned),
+        *notes_on(planned),
     ]
     if grasp.counted.any():
         said.append(_of_grip(grasp))
@@ -150,6 +152,30 @@ def account(grasp: Grasp) -> tuple[str, ...]:
     return tuple(said)
 
 
+def asked(grasp: Grasp) -> str:
+    """Return what was asked for."""
+    config = grasp.planned.config
+    return (
+        f"to hold a {config.object} of {config.mass:g} kg with {config.fingers} fingers and a margin of "
+        f"{100.0 * config.margin:g} %, friction {config.known}, load {config.load}"
+    )
+
+
+def advice(grasp: Grasp) -> tuple[str, ...]:
+    """Return what to do now."""
+    config, known = grasp.planned.config, grasp.truth_known
+    if grasp.dropped or (known and grasp.gave_way):
+        if config.ignore_spin:
+            return ("Spin was ignored: without --ignore-spin the grip bears the torque, too.",)
+        return (f"It gave way: hold it with more than the present --margin {config.margin:g}.",)
+    if known and math.isfinite(grasp.grip_ratio) and grasp.grip_ratio > MUCH_GRIP:
+        return (
+            f"It was held with {grasp.grip_ratio:.2g} times the least grip: a smaller --margin, or friction known "
+            "better (palpate friction), would do with less.",
+        )
+    return ()
+
+
 def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units."""
     planned = grasp.planned
@@ -162,7 +188,7 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
     return (
         ("object", f"{config.object}, {size} mm, {config.mass:g} kg"),
         ("hand", f"{config.fingers} fingers"),
-        ("robot", name_of(planned.hand.robot)),
+        ("robot", "simulated hand" if planned.robot is None else planned.robot.file.name),
         ("friction is simulated by", rubbing) if known else ("friction is in truth", NOT_KNOWN),
         ("friction is", _known(config)),
         ("load", _load(config) if known else "its own weight, and whoever pulled at it"),
@@ -179,7 +205,7 @@ def _source(grasp: Grasp) -> str:
     """Where what was believed at first comes from, and what became of that."""
     planned = grasp.planned
     config = planned.config
-    if planned.known:
+    if planned.found is not None:
         return f"What was believed comes from {config.friction_file}."
     typed = bool(config.believed_friction or config.believed_spin_length)
     told = {

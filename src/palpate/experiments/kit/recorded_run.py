@@ -98,7 +98,8 @@ class RecordedRun:
     """Is run once; what came of it is told however it ended.
 
     Attributes:
-        controller: What moves the robot; its live parameters take requests while it runs.
+        backend: The robot.
+        controller: What moves it; its live parameters take requests while it runs.
     """
 
     def __init__(self, plan: Plan, backend: Backend | None = None) -> None:
@@ -107,9 +108,9 @@ class RecordedRun:
         Raises:
             InvalidValueError: The back end cannot be what its robot file says.
         """
-        self._plan, self._backend = plan, plan.backend() if backend is None else backend
+        self._plan, self.backend = plan, plan.backend() if backend is None else backend
         self.controller: Any = plan.controller()
-        self._observer = plan.observer(self.controller, truth_source(self._backend))
+        self._observer = plan.observer(self.controller, truth_source(self.backend))
         self._memory = MemoryLog()
 
     def run(
@@ -133,7 +134,7 @@ class RecordedRun:
         if live is None and changes:
             live = ScheduledChanges(live_parameters_of(self.controller), changes)
         return run(
-            self._backend,
+            self.backend,
             Touch(*plan.fingers),
             self.controller,
             Supervisor(plan.limits),

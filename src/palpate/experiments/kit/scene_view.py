@@ -1,4 +1,4 @@
-"""What there is to see of a simulated scene, from its compiled model: exploration, grasp, or any other."""
+"""What there is to see of a simulated scene, from its compiled model."""
 
 from collections.abc import Mapping
 
@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 
 from palpate.kinematics import Pose
-from palpate.sim.hand.backend import HandBackend
 from palpate.sim.objects.motion import Motion
 from palpate.sim.render.parts import Role, finger_bodies
 from palpate.sim.render.place import ScenePlacement
 from palpate.sim.render.shapes import DEFAULT_COLOUR, Shape, shapes_of
-from palpate.viewing import BASE, FreePoses, Part, ViewScene
+from palpate.viewing import BASE, Part, ViewScene
 
 COLOURS = {
     Role.TIP: (230, 159, 0),
@@ -46,16 +45,6 @@ def scene_view(
     placement.place(placement.start)
     parts = tuple(_part(shape, placement) for shape in shapes_of(model))
     return ViewScene(title, parts, placement, finger_bodies(model), map_spacing)
-
-
-def free_poses_of(backend: HandBackend) -> FreePoses:
-    """Return where the held object is, from the back end's truth: for views, which controllers do not see."""
-
-    def poses() -> tuple[float, ...]:
-        truth = backend.truth()
-        return (*truth.position, *truth.quat_wxyz)
-
-    return poses
 
 
 def _part(shape: Shape, placement: ScenePlacement) -> Part:

@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.checks import check_compression
-from palpate.experiments.explore.config import TOUCH_DEVIATIONS, TOUCH_FORCE
+from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS, check_compression
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.parts import sensor_of, shape_of
@@ -47,6 +46,6 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
         start=(-x, -y, shape_of(config).top + max(tip) + CLEARANCE - z),
         period=period_of(config, robot),
         sensor=sensor,
-        touch_force=max(TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
+        touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )
     return build(robot, task)

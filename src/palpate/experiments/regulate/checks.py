@@ -2,7 +2,7 @@
 
 from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import MOST_FORCE
+from palpate.experiments.kit.contact_checks import MOST_FORCE
 from palpate.experiments.kit.run_checks import LANDING_SHARE, check_force, check_speed
 from palpate.experiments.regulate.config import LARGEST_MOTION, RegulateConfig
 from palpate.runtime import Limits

@@ -1,64 +1,42 @@
 """What a regulation of force is to be like; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from palpate.errors import InvalidValueError, positive
-from palpate.experiments.explore.config import (
-    MOST_FORCE,
-    check_force_noise,
-)
-from palpate.experiments.friction.bound import check_friction, check_spin_length
+from palpate.errors import InvalidValueError
 from palpate.experiments.kit.change_names import REGULATED, check_change_names
-from palpate.experiments.kit.config_checks import (
-    check_length,
-    check_not_negative,
-    check_period,
-    check_positive,
-    check_seed,
-    check_tip,
-    given,
-    speed_hint,
-)
-from palpate.experiments.kit.owned_options import Owners, check_owned, given_owned
-from palpate.experiments.kit.settled_values import settle
-from palpate.experiments.regulate.surfaces import FASTEST_LEAVING, LARGEST_AMPLITUDE, SURFACE_OPTIONS, SurfaceName
+from palpate.experiments.kit.config_checks import check_length, check_period, check_seed, check_tip, speed_hint
+from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
+from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
+from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 
 PressedName = Literal["plate", "sphere"]
+SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
 ProfileName = Literal["constant", "step", "ramp", "sine"]
 MotionName = Literal["still", "sine", "circle", "path", "table"]
 
-PROFILE_OPTIONS: Mapping[ProfileName, tuple[str, ...]] = {
-    "constant": ("duration",),
-    "step": ("swing", "hold", "duration"),
-    "ramp": ("swing", "rate", "duration"),
-    "sine": ("swing", "frequencies"),
-}
-"""Fields of `RegulateConfig` that say what a profile is like; any other is of no use to it, and refused."""
+FROM_FILES = ("path", "table")
+"""Motions that are read from a file."""
 
-MOTION_OPTIONS: Mapping[MotionName, tuple[str, ...]] = {
-    "still": (),
-    "sine": ("motion_size", "motion_speed"),
-    "circle": ("motion_size", "motion_speed"),
-    "path": ("motion_file",),
-    "table": ("motion_file",),
-}
-"""Likewise of a motion."""
+MOTION_TEXT = "motion.csv"
+"""Under this name a log keeps that file."""
 
-CHOICES: Mapping[str, Owners] = {"surface": SURFACE_OPTIONS, "profile": PROFILE_OPTIONS, "motion": MOTION_OPTIONS}
-"""Options that say which others there are."""
+_SINE, _MOUNT = ("surface", ("sine",)), ("surface", ("yielding",))
+_MOVING, _MOVED = ("surface", ("sine", "leaving")), ("motion", ("sine", "circle"))
 
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
 """Of the simulated contact, hard and soft [N/m], if nothing else is said."""
 
-FROM_FILES = tuple(name for name, options in MOTION_OPTIONS.items() if "motion_file" in options)
-"""Motions that a file says."""
-
 LARGEST_MOTION = 0.05
-"""Half of the way that something else may move the tip along a plate [m]: the plate is 0.2 m wide."""
+"""Bounds the amplitude of a motion along the plate [m]: the plate is 0.2 m wide."""
+
+LARGEST_AMPLITUDE = 0.1
+"""Bounds the amplitude of a sine surface [m]: an axis of a usual linear stage follows over 0.2 m at most."""
+
+FASTEST_LEAVING = 1.0
+"""Bounds the speed of a surface that leaves [m/s]: what falls is as fast after 5 cm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,98 +64,100 @@ class RegulateConfig:
     Afterwards `palpate replay runs/regulate` computes every command again, from the log.
     """
 
-    object: PressedName = "plate"
+    object: PressedName = option("plate", fixed=TOUCHED)
     """What is pressed on: a plate of 0.2 x 0.2 m, or a sphere of 40 mm radius."""
-    surface: SurfaceName = "still"
-    """What it does: stand still; go up and down as a sine; stand still and be soft; yield, on a mount with spring
-    and damper; leave in the middle of the run; or not be there at all."""
-    surface_amplitude: float = 0.01
-    """Half of the way that a sine surface goes [m]."""
-    surface_speed: float = 0.02
+    surface: SurfaceName = option("still", fixed=TOUCHED)
+    """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
+    spring and damper; leave during the run; or not be there at all."""
+    surface_amplitude: float = option(0.01, "m", fixed=TOUCHED, of=_SINE)
+    """Amplitude of a sine surface [m]."""
+    surface_speed: float = option(0.02, "m/s", fixed=TOUCHED, of=_MOVING, bound="positive")
     """Its largest speed; and the speed of one that leaves [m/s]."""
-    leave_time: float = 5.0
+    leave_time: float = option(5.0, "s", fixed=TOUCHED, of=("surface", ("leaving",)), bound="not negative")
     """When one that leaves does so [s]."""
-    mount_stiffness: float = 2e3
-    """Of the spring that a yielding surface is mounted on [N/m]."""
-    mount_damping_ratio: float = 0.7
-    """Of that mount by itself: 1 is critical."""
-    mount_mass: float = 1.0
-    """What moves on it [kg]."""
-    profile: ProfileName = "constant"
-    """Of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the force
-    with the swing as amplitude."""
-    force: float = 2.0
+    mount_stiffness: float = option(2e3, "N/m", fixed=TOUCHED, of=_MOUNT, bound="positive")
+    """Stiffness of the spring that a yielding surface is mounted on [N/m]."""
+    mount_damping_ratio: float = option(0.7, fixed=TOUCHED, of=_MOUNT, bound="positive")
+    """Damping ratio of that mount by itself: 1 is critical."""
+    mount_mass: float = option(1.0, "kg", fixed=TOUCHED, of=_MOUNT, bound="positive")
+    """Mass that moves on it [kg]."""
+    profile: ProfileName = option("constant")
+    """Profile of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the
+    force with the swing as amplitude."""
+    force: float = option(2.0, "N", bound="positive")
     """Normal force to hold [N]."""
-    swing: float | None = None
+    swing: float | None = option(None, "N", of=("profile", ("step", "ramp", "sine")), bound="positive")
     """See --profile [N]. Left out: half of the force."""
-    rate: float = 1.0
-    """Of the ramp [N/s]."""
-    hold: float = 1.0
+    rate: float = option(1.0, "N/s", of=("profile", ("ramp",)), bound="positive")
+    """Slope of the ramp [N/s]."""
+    hold: float = option(1.0, "s", of=("profile", ("step",)), bound="positive")
     """How long each of the steps' forces lasts [s]."""
-    frequencies: tuple[float, ...] = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-    """Of the sines, one after the other [Hz]."""
-    duration: float = 8.0
+    frequencies: tuple[float, ...] = option(
+        (0.5, 1.0, 2.0, 4.0, 8.0, 16.0), "Hz", of=("profile", ("sine",)), bound="positive"
+    )
+    """Frequencies of the sines, one after the other [Hz]."""
+    duration: float = option(8.0, "s", of=("profile", ("constant", "step", "ramp")), bound="positive")
     """How long the profile is held [s]; sines take what they need."""
-    motion: MotionName = "still"
+    motion: MotionName = option("still")
     """How something else moves the tip along the surface meanwhile: not at all; to and fro along x; on a circle;
-    on a recorded path, positions over time; or as a table of velocities says. What of it would press or lift is
-    left out: that is force control's."""
-    motion_size: float = 0.005
-    """Half of the way to and fro, or the circle's radius [m]."""
-    motion_speed: float = 0.02
-    """Largest speed of that [m/s]."""
-    motion_file: Path | None = None
+    on a recorded path, positions over time; or as a table of velocities says. Its part along the
+    normal is left out: that is force control's."""
+    motion_size: float = option(0.005, "m", of=_MOVED, bound="positive")
+    """Amplitude of the motion to and fro, or the circle's radius [m]."""
+    motion_speed: float = option(0.02, "m/s", of=_MOVED, bound="positive")
+    """Largest speed of that motion [m/s]."""
+    motion_file: Path | None = option(
+        None, fixed="the log keeps it; another one needs another run", of=("motion", FROM_FILES), kept=MOTION_TEXT
+    )
     """Of a path: CSV with time [s] and position x, y and z [m], one line each, wherever they begin; of a table:
     with time [s] and velocity along x, y and z [m/s]."""
-    axis: tuple[float, ...] = ()
-    """Along which the force is regulated: three numbers, into the object. Left out: along the contact's normal."""
-    identify: bool = False
+    axis: tuple[float, ...] = option(())
+    """Direction in which force is regulated: three numbers, into the object. Left out: the contact's normal."""
+    identify: bool = option(False, fixed="the log keeps what pressing has found")
     """Press first, to find stiffness and delay, and set the gain by that; what moves stands still meanwhile."""
-    stiffness: float | None = None
-    """Of the simulated contact [N/m]. Left out: 20e3; 1e3 if the surface is soft."""
-    assumed_stiffness: float | None = None
-    """What the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be off by
-    a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on with
-    half of its gain; the report's margins have the numbers."""
-    assumed_damping_time: float | None = None
+    stiffness: float | None = option(
+        None, "N/m", fixed=f"{TOUCHED}; assumed_stiffness is what the gain is made for", bound="positive"
+    )
+    """Stiffness of the simulated contact [N/m]. Left out: 20e3; 1e3 if the surface is soft."""
+    assumed_stiffness: float | None = option(None, "N/m", bound="positive")
+    """Stiffness that the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be
+    off by a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on
+    with half of its gain; the report's margins have the numbers."""
+    assumed_damping_time: float | None = option(None, "s", bound="not negative")
     """Likewise damping per stiffness [s]: what is damped is pressed with a smaller gain. Left out: that of the
     simulated contact."""
-    change: tuple[tuple[float, str, float], ...] = ()
+    change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
     """Change force [N] or force_gain [m/s/N] while it runs: seconds after the start, name, new value, as in
     --change 5 force 3. The start is that of the run: on the way down and while it lands, a change counts already
     and what was to be held before is never held. A profile moves with the force. The change is ramped, so that
     nothing jumps."""
-    landing_speed: float | None = None
-    """[m/s]. Left out: so that the force of landing exceeds the set one by no more than about 1 N, at most 5 mm/s;
-    0.5 mm/s on a sine surface, which is then met near its turning point."""
-    friction: float = 0.3
+    landing_speed: float | None = option(None, "m/s", bound="positive")
+    """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most
+    5 mm/s; 0.5 mm/s on a sine surface, which is then met near its turning point."""
+    friction: float = option(0.3, fixed=TOUCHED)
     """Friction coefficient between tip and object."""
-    spin_length: float = 0.004
+    spin_length: float = option(0.004, "m", fixed=TOUCHED)
     """Largest spin torque per largest friction force [m]."""
-    drift: float = 0.0
-    """Of the sensor's zero along its z [N/min], for a robot whose sensor has a range (as stage-nano17)."""
-    tip: tuple[float, ...] = ()
+    drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
+    """Drift of the sensor's zero along its z [N/min], for a robot whose sensor has a range (as stage-nano17)."""
+    tip: tuple[float, ...] = option((), "m")
     """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
     the next three: what the robot file says."""
-    force_noise: float | None = None
+    force_noise: float | None = option(None, "N", fixed=NOISY)
     """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = None
+    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = None
+    period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
-    seed: int = 0
+    seed: int = option(0, fixed=NOISY)
     """Seed of the noise: the same seed gives the same run."""
-    robot: str = "stage"
+    robot: str = option("stage")
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    out: Path = Path("runs/regulate")
+    out: Path = option(Path("runs/regulate"), fixed=WRITTEN)
     """Folder for the report and the log."""
 
     def __post_init__(self) -> None:
-        settle(self)
-        check_positive(self, _POSITIVE)
-        check_positive(self, given(self, _POSITIVE_IF_GIVEN))
-        check_not_negative(self, _NOT_NEGATIVE)
-        check_not_negative(self, given(self, _NOT_NEGATIVE_IF_GIVEN))
+        check_options(self)
         check_change_names(self.change, REGULATED)
         check_friction(self.friction)
         check_spin_length(self.spin_length)
@@ -188,8 +168,6 @@ class RegulateConfig:
         check_period(self.period)
         if self.axis and not (len(self.axis) == 3 and 0.0 < math.hypot(*self.axis) < math.inf):
             raise InvalidValueError(f"axis = {self.axis}: give three numbers that are not all 0")
-        for option, owners in CHOICES.items():
-            check_owned(option, getattr(self, option), owners, given_owned(self, owners))
         self._check_surface()
         self._check_profile()
         self._check_motion()
@@ -214,8 +192,6 @@ class RegulateConfig:
                 f"swing = {self.swung:g} N: must be less than the force of {self.force:g} N, or the tip would "
                 "have to pull"
             )
-        for frequency in self.frequencies:
-            positive("frequencies", frequency, "Hz")
         if not self.frequencies:
             raise InvalidValueError("frequencies: there are none; give one at least [Hz]")
         if self.profile == "step" and self.duration < 2.0 * self.hold:
@@ -254,28 +230,3 @@ class RegulateConfig:
         if self.stiffness is not None:
             return self.stiffness
         return SOFT_STIFFNESS if self.surface == "soft" else STIFFNESS
-
-
-_POSITIVE = {
-    "surface_speed": "m/s",
-    "mount_stiffness": "N/m",
-    "mount_damping_ratio": "",
-    "mount_mass": "kg",
-    "force": "N",
-    "rate": "N/s",
-    "hold": "s",
-    "duration": "s",
-    "motion_size": "m",
-    "motion_speed": "m/s",
-}
-
-_POSITIVE_IF_GIVEN = {
-    "swing": "N",
-    "stiffness": "N/m",
-    "assumed_stiffness": "N/m",
-    "landing_speed": "m/s",
-}
-
-_NOT_NEGATIVE = {"leave_time": "s", "drift": "N/min"}
-
-_NOT_NEGATIVE_IF_GIVEN = {"assumed_damping_time": "s", "moment_noise": "N m"}

@@ -1,10 +1,11 @@
 """Motions of a tip along a surface, as files: recorded positions, or velocities, over time."""
 
-import csv
-import math
 from typing import TypeVar
 
+import numpy as np
+
 from palpate.controllers.tangent_motion import PathTable, TangentMotion, VelocityTable
+from palpate.csv_table import read_csv_table
 from palpate.errors import InvalidValueError
 from palpate.spatial import Vector
 
@@ -30,9 +31,13 @@ def read_motion(kind: type[Table], text: str, name: str) -> Table:
     Raises:
         InvalidValueError: It is no such file.
     """
-    times, rows = _read(text, name, _VECTOR[kind])
+    table = read_csv_table(text, name, f"four numbers, time [s] and {_VECTOR[kind]}", COLUMNS)
+    numbers = table.numbers()
+    wrong = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
+    if len(wrong):
+        raise InvalidValueError(f"{name}, line {table.lines[wrong[0]]}: every number must be finite")
     try:
-        return kind(tuple(times), tuple(rows))
+        return kind(tuple(numbers[:, 0].tolist()), tuple((x, y, z) for _, x, y, z in numbers.tolist()))
     except InvalidValueError as error:
         raise InvalidValueError(f"{name}: {error}") from None
 
@@ -49,40 +54,3 @@ def motion_text(motion: TangentMotion) -> str | None:
 def _text(heading: str, times: tuple[float, ...], rows: tuple[Vector, ...]) -> str:
     lines = (f"{time!r},{x!r},{y!r},{z!r}" for time, (x, y, z) in zip(times, rows, strict=True))
     return "\n".join([heading, *lines, ""])
-
-
-def _read(text: str, name: str, what: str) -> tuple[list[float], list[Vector]]:
-    times: list[float] = []
-    rows: list[Vector] = []
-    first = True
-    for i, row in enumerate(csv.reader(text.removeprefix("\ufeff").splitlines())):
-        if not "".join(row).strip() or row[0].lstrip().startswith("#"):
-            continue
-        heading, first = first, False
-        try:
-            t, x, y, z = map(float, row)
-        except ValueError:
-            if heading and len(row) == COLUMNS and not any(map(_number, row)):
-                continue
-            shown = ",".join(row)
-            raise InvalidValueError(
-                f"{name}, line {i + 1}, {shown[:60]!r}: must be four numbers with commas between them, time [s] "
-                f"and {what}"
-            ) from None
-        if not math.isfinite(t + x + y + z):
-            raise InvalidValueError(f"{name}, line {i + 1}: every number must be finite")
-        times.append(t)
-        rows.append((x, y, z))
-    if not times:
-        raise InvalidValueError(
-            f"{name}: no line with numbers; write time [s] and {what}, with commas between them"
-        )
-    return times, rows
-
-
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

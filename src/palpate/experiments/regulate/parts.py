@@ -16,7 +16,7 @@ from palpate.controllers.tangent_motion import (
     VelocityTable,
 )
 from palpate.errors import InvalidValueError
-from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
 from palpate.experiments.regulate.motion import read_motion
 from palpate.robots.finger_sensor import model_with_noise
 from palpate.robots.known_truth import scene_of
@@ -74,11 +74,15 @@ def duration_of(config: RegulateConfig, profile: ForceProfile) -> float:
     return profile.duration if isinstance(profile, Tones) else config.duration
 
 
-def motion_of(config: RegulateConfig) -> TangentMotion:
+def motion_of(config: RegulateConfig, kept: str | None = None) -> TangentMotion:
     """Return how something else moves the tip.
 
+    Args:
+        config: What was asked for.
+        kept: Text of the motion's file as a log keeps it; the file is read if left out.
+
     Raises:
-        InvalidValueError: The table cannot be read.
+        InvalidValueError: The file cannot be read, or is no such file.
     """
     frequency = config.motion_speed / (2.0 * math.pi * config.motion_size)
     match config.motion:
@@ -90,18 +94,11 @@ def motion_of(config: RegulateConfig) -> TangentMotion:
             return CircleMotion(config.motion_size, frequency)
         case "path" | "table":
             assert config.motion_file is not None  # RegulateConfig has made sure
-            return motion_in(config, _text(config.motion_file), str(config.motion_file))
-
-
-def motion_in(config: RegulateConfig, text: str, name: str) -> TangentMotion:
-    """Return the motion that a file's text says; `name` is the file's, for messages.
-
-    Raises:
-        InvalidValueError: It is no such file.
-    """
-    if config.motion == "path":
-        return read_motion(PathTable, text, name)
-    return read_motion(VelocityTable, text, name)
+            name = MOTION_TEXT if kept is not None else str(config.motion_file)
+            text = _text(config.motion_file) if kept is None else kept
+            if config.motion == "path":
+                return read_motion(PathTable, text, name)
+            return read_motion(VelocityTable, text, name)
 
 
 def _text(path: Path) -> str:

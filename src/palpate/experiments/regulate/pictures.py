@@ -1,13 +1,14 @@
 """How a force answers: its error while it is held, steps, and a Bode picture of sines."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from palpate.experiments.regulate.report_data import BodeCurve, StepCurves
+from palpate.experiments.regulate.response import SETTLED, FrequencyResponse, StepResponse
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.lines import draw_true_and_felt
 from palpate.reporting.phases import stretches
@@ -69,24 +70,25 @@ def _error(series: TimeSeries, shown: np.ndarray[tuple[int], np.dtype[np.bool_]]
     return figure
 
 
-def step_picture(steps: StepCurves) -> Picture:
-    """Return the picture of the mean answer to steps."""
-    count = len(steps.each)
+def step_picture(true: StepResponse | None, felt: StepResponse | None) -> Picture | None:
+    """Return the picture of the mean answer to steps, of true force, felt force or both; None if of neither."""
+    judged = felt if true is None else true
+    if judged is None:
+        return None
+    count = len(judged.each)
     figure = new_figure(Width.HALF, 3.3)
     axes = figure.subplots()
-    time = MILLI * steps.time
-    axes.axhspan(
-        1.0 - steps.band, 1.0 + steps.band, color=GRID, linewidth=0, label=f"within {100.0 * steps.band:g} %"
-    )
-    for row in steps.each:
+    time = MILLI * judged.time
+    axes.axhspan(1.0 - SETTLED, 1.0 + SETTLED, color=GRID, linewidth=0, label=f"within {100.0 * SETTLED:g} %")
+    for row in judged.each:
         axes.plot(time, row, color=QUIET, linewidth=0.5, alpha=0.5)
-    if steps.felt is not None:
-        axes.plot(time, steps.felt, color=MEASURED, linewidth=0.9, label="felt")
-    if steps.true is not None:
-        axes.plot(time, steps.true, color=TRUE, linewidth=1.8, label="true")
+    if felt is not None:
+        axes.plot(time, felt.mean, color=MEASURED, linewidth=0.9, label="felt")
+    if true is not None:
+        axes.plot(time, true.mean, color=TRUE, linewidth=1.8, label="true")
     axes.axhline(1.0, color=WANTED, linewidth=1.0, linestyle=DASHED, label="set")
-    if all(map(math.isfinite, steps.rise)):
-        for at in steps.rise:
+    if all(map(math.isfinite, judged.rise)):
+        for at in judged.rise:
             axes.axvline(MILLI * at, color=INK, linewidth=0.7, linestyle=":")
     axes.margins(x=0.0)
     dress(axes, x="time since the step [ms]", y="share of the step")
@@ -95,29 +97,30 @@ def step_picture(steps: StepCurves) -> Picture:
         title="Answer to steps",
         caption=(
             f"Mean of {count} step{'s' if count > 1 else ''} up and down, each scaled to go from 0 to 1; dotted: "
-            "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within "
-            "the band at "
-            "once, is good."
+            "10 and 90 %, between which the rise is counted; thin: every single one. Quick, and within the band "
+            "at once, is good."
         ),
         full=figure,
     )
 
 
-def bode_picture(tones: tuple[BodeCurve, ...], bandwidth: float | None) -> Picture:
-    """Return the Bode picture of the answers to sines; there is one at least."""
+def bode_picture(tones: Mapping[str, FrequencyResponse]) -> Picture:
+    """Return the Bode picture of the answers to sines; there is one at least, and the first is judged."""
+    judged = next(iter(tones.values()))
+    bandwidth = judged.bandwidth
     figure = new_figure(Width.HALF, 4.4)
     gain, phase = figure.subplots(2, 1, sharex=True)
     marks = ("o", "x")
-    for i, curve in enumerate(tones):
+    for i, (name, answer) in enumerate(tones.items()):
         colour, mark = CURVES[i % 2], marks[i % 2]
         line = {"color": colour, "marker": mark, "markersize": 4.5, "linewidth": 1.4 - 0.5 * (i % 2)}
-        gain.semilogx(curve.frequency, 20.0 * np.log10(np.maximum(curve.gain, 1e-6)), label=curve.name, **line)
-        phase.semilogx(curve.frequency, curve.phase_deg, **line)
+        gain.semilogx(answer.frequency, 20.0 * np.log10(np.maximum(answer.gain, 1e-6)), label=name, **line)
+        phase.semilogx(answer.frequency, answer.phase_deg, **line)
     gain.axhline(HALF_POWER_DB, color=LIMIT, linewidth=1.0, linestyle=DASH_DOT, label="-3 dB")
     if bandwidth is not None:
         for axes in (gain, phase):
             axes.axvline(bandwidth, color=INK, linewidth=0.7, linestyle=":")
-        beside = -6 if bandwidth > math.sqrt(tones[0].frequency[0] * tones[0].frequency[-1]) else 6
+        beside = -6 if bandwidth > math.sqrt(judged.frequency[0] * judged.frequency[-1]) else 6
         gain.annotate(
             f"{bandwidth:.3g} Hz",
             (bandwidth, 0.06),

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
 
-from palpate.controllers import ForceGain, SurfaceFilter, surface_filter, tracking_delay
+from palpate.controllers import ForceGain, IdentifyParameters, SurfaceFilter, surface_filter, tracking_delay
 from palpate.controllers.damped_contact import DampedContact
 from palpate.controllers.force_profile import ForceProfile
 from palpate.controllers.identify import IdentifyController
@@ -11,39 +12,37 @@ from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
 from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import LEAST_FORCE
+from palpate.experiments.kit.contact_checks import LEAST_FORCE
+from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.pressing import pressing
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.built import built
 from palpate.experiments.regulate.checks import check_limits, most_force
-from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
-from palpate.experiments.regulate.file import (
-    IDENTIFIED_TEXT,
-    MOTION_TEXT,
-    REGULATION_TEXT,
-    Identified,
-    identified_text,
-    read_identified,
-    read_regulation,
-    regulation_text,
-)
+from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
+from palpate.experiments.regulate.identified import IDENTIFIED_TEXT, Identified, read_identified
 from palpate.experiments.regulate.landing import check_meeting, landing_model, landing_speed
 from palpate.experiments.regulate.motion import motion_text
 from palpate.experiments.regulate.parts import (
     contact_model,
     duration_of,
-    motion_in,
     motion_of,
     profile_of,
     target_of,
     travel_of,
 )
+from palpate.reporting.data import KeyFigure
 from palpate.robots.simulated_stage import RobotInScene
-from palpate.robots.values import load_named_robot
-from palpate.runtime import Backend, FingerDescription, Limits
+from palpate.runtime import Backend, FingerDescription, Limits, Supervisor, Touch, run
 from palpate.runtime.live import Change
-from palpate.runtime.robot import Robot, read_robot
+from palpate.runtime.robot import Robot
 from palpate.sim import Target
+
+if TYPE_CHECKING:
+    from palpate.viewing import ViewScene
+
+FORCES_FILE = "forces.csv"
+"""Set, felt and true force over time."""
 
 LIFT, LIFT_SPEED = 0.005, 0.02
 """How far [m] and how fast [m/s] it is lifted from what stands still."""
@@ -64,8 +63,12 @@ SETTLED_AFTER = 4.0
 taken for is pressed too hard by a third of the change on the way, at most."""
 
 
+LONGEST_PRESSING = 120.0
+"""Bounds how long it presses first [s]: it takes about 30."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class RegulationPlan:
+class RegulationPlan(PlanDefaults):
     """A regulation that can be carried out: everything checked and built, nothing moved yet.
 
     Attributes:
@@ -77,10 +80,8 @@ class RegulationPlan:
         parameters: For the controller.
         contact: What the gain is made for; None if pressing has found it.
         follow: How the surface's motion is followed.
-        finger: For touch.
         limits: For the supervisor.
-        backend: The robot.
-        ready: The robot as built, with what is known of it.
+        ready: The robot as built, for what is known of it.
         expected_duration: About how long it takes [s].
         identified: What pressing has found; None if nothing was pressed.
     """
@@ -93,17 +94,29 @@ class RegulationPlan:
     parameters: RegulateParameters
     contact: DampedContact | None
     follow: SurfaceFilter
-    finger: FingerDescription
     limits: Limits
-    backend: Backend
     ready: RobotInScene
     expected_duration: float
     identified: Identified | None = None
 
     @property
+    def fingers(self) -> tuple[FingerDescription]:
+        """For touch."""
+        return (self.ready.finger,)
+
+    @property
+    def longest_duration(self) -> float:
+        """After which it is stopped [s]."""
+        return 2.0 * self.expected_duration + 20.0
+
+    @property
     def period(self) -> float:
         """Of control [s]."""
-        return self.backend.period
+        return self.ready.backend.period
+
+    def backend(self) -> Backend:
+        """Return the robot above the object."""
+        return built(self.config, self.robot, self.target).backend
 
     def controller(self) -> RegulateController:
         """Return a fresh controller for it."""
@@ -115,22 +128,21 @@ class RegulationPlan:
         """Return the changes of live parameters that were asked for beforehand."""
         return tuple(Change(*change) for change in self.config.change)
 
-    def identifier(self) -> IdentifyController:
-        """Return a fresh controller that finds out stiffness and delay."""
-        wanted = pressing(
-            self.config.force,
-            limit=self.limits.force,
-            touch_force=self.ready.touch_force,
-            sensing_delay=self.finger.pipeline().delay,
-            approach_distance=self.parameters.approach_distance,
-        )
-        return IdentifyController(wanted, self.period)
+    @property
+    def preparation(self) -> str:
+        """Pressing, if that was asked for and has not been done."""
+        wanted = self.config.identify and self.identified is None
+        return "pressing, to find stiffness and delay" if wanted else ""
 
-    def resting(self) -> Backend:
-        """Return the same robot above the same object, which stands still: to identify it."""
-        return built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
+    def prepared(self) -> Self:
+        """Press first, if that was asked for, and return the plan with gain and filter that follow.
 
-    def with_identified(self, found: Identified) -> "RegulationPlan":
+        Raises:
+            InvalidValueError: Pressing has found nothing; the message says why.
+        """
+        return self.with_identified(self._pressed()) if self.preparation else self
+
+    def with_identified(self, found: Identified) -> Self:
         """Return the plan with gain and filter as pressing has found them."""
         gain = found.gain
         return replace(
@@ -147,62 +159,75 @@ class RegulationPlan:
             identified=found,
         )
 
-    def texts(self) -> dict[str, str]:
-        """Return everything that `plan_from_texts` needs to plan the very same again, by file name."""
-        texts = {REGULATION_TEXT: regulation_text(self.config), **self.robot.texts}
+    def texts(self) -> Mapping[str, str]:
+        """Return motion and identification, if there are any, by file name."""
         table = motion_text(self.motion)
-        if table is not None:
-            texts[MOTION_TEXT] = table
-        if self.identified is not None:
-            texts[IDENTIFIED_TEXT] = identified_text(self.identified)
-        return texts
+        found = {} if self.identified is None else {IDENTIFIED_TEXT: self.identified.text}
+        return found if table is None else {MOTION_TEXT: table, **found}
+
+    def dry_run(self) -> DryRun:
+        """Return what it would do."""
+        config, parameters = self.config, self.parameters
+        speed = 0.0 if config.motion == "still" else 1e3 * config.motion_speed
+        return DryRun(
+            f"Regulation of force on a {config.surface} {config.object}",
+            (
+                KeyFigure("expected duration", self.expected_duration, "s", "without pressing first"),
+                KeyFigure("profile", config.profile, "", f"held for {parameters.duration:.4g} s"),
+                KeyFigure("force", config.force, "N"),
+                KeyFigure("greatest force asked for", config.greatest, "N"),
+                KeyFigure("least force asked for", config.least, "N"),
+                KeyFigure("motion", config.motion, "", "of the tip along the surface, by something else"),
+                KeyFigure("speed", speed, "mm/s", "largest of that motion"),
+                KeyFigure("landing speed", 1e3 * parameters.landing_speed, "mm/s"),
+                KeyFigure(
+                    "approach distance", 1e3 * parameters.approach_distance, "mm", "where the surface is sought"
+                ),
+                *limit_figures(self.limits),
+            ),
+            (FORCES_FILE,),
+        )
+
+    def view(self) -> "ViewScene":
+        """Return what there is to see of it; of a rig's run, what it was told that there is."""
+        from palpate.experiments.regulate.view import regulation_scene  # with MuJoCo's meshes
+
+        return regulation_scene(self)
+
+    def pressing(self) -> IdentifyParameters:
+        """Return how it presses first."""
+        return pressing(
+            self.config.force,
+            limit=self.limits.force,
+            touch_force=self.ready.touch_force,
+            sensing_delay=self.ready.finger.pipeline().delay,
+            approach_distance=self.parameters.approach_distance,
+        )
+
+    def _pressed(self) -> Identified:
+        """Press on the object while it stands still, on a robot and scene of its own; return what that tells."""
+        controller = IdentifyController(self.pressing(), self.period)
+        resting = built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
+        result = run(resting, Touch(*self.fingers), controller, Supervisor(self.limits), duration=LONGEST_PRESSING)
+        try:
+            return Identified.of(controller.result())
+        except InvalidValueError as error:
+            raise InvalidValueError(f"identify: {error} (the run: {result})") from None
 
 
-def plan_from_texts(texts: Mapping[str, str]) -> RegulationPlan:
-    """Return the plan that `RegulationPlan.texts` came from, as a log keeps them.
-
-    Raises:
-        InvalidValueError: One is missing, or something in one is wrong.
-    """
-    if REGULATION_TEXT not in texts:
-        raise InvalidValueError(f"{REGULATION_TEXT!r} is missing: there are {', '.join(texts) or 'no files'}")
-    return plan_with(read_regulation(texts[REGULATION_TEXT]), read_robot(texts), texts)
-
-
-def plan_with(config: RegulateConfig, robot: Robot, texts: Mapping[str, str]) -> RegulationPlan:
-    """Return the plan of a configuration, with motion and identification as a log keeps them, if it does.
-
-    Raises:
-        InvalidValueError: Something in a text is wrong, or the configuration cannot be realised.
-    """
-    file = texts.get(MOTION_TEXT) if config.motion in FROM_FILES else None
-    motion = None if file is None else motion_in(config, file, MOTION_TEXT)
-    planned = plan(config, robot, motion=motion)
-    if IDENTIFIED_TEXT in texts:
-        return planned.with_identified(read_identified(texts[IDENTIFIED_TEXT]))
-    return planned
-
-
-def plan(
-    config: RegulateConfig,
-    robot: Robot | None = None,
-    target: Target | None = None,
-    motion: TangentMotion | None = None,
-) -> RegulationPlan:
+def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, str]) -> RegulationPlan:
     """Check and build everything that a regulation needs.
 
     Args:
         config: What to do.
-        robot: What carries it out; the one that `config.robot` names, if not given.
-        target: What is pressed on; what the configuration says, if not given.
-        motion: Of the tip along the surface; likewise.
+        robot: What carries it out.
+        texts: Motion and identification as a log keeps them.
 
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
     """
-    robot = robot or load_named_robot(config.robot)
-    target = target or target_of(config)
-    motion = motion or motion_of(config)
+    target = target_of(config)
+    motion = motion_of(config, texts.get(MOTION_TEXT))
     profile = profile_of(config)
     duration = duration_of(config, profile)
     limits = robot.file.limits.limits()
@@ -248,8 +273,8 @@ def plan(
             live.check(name, value)
         except InvalidValueError as error:
             raise InvalidValueError(f"change after {time:g} s: {error}") from None
-    way = (CLEARANCE + travel_of(config)) / landing + parameters.settle_time
-    return RegulationPlan(
+    before = (CLEARANCE + travel_of(config)) / landing + parameters.settle_time
+    planned = RegulationPlan(
         config,
         robot,
         target,
@@ -258,12 +283,13 @@ def plan(
         parameters,
         contact,
         surface_filter(contact.surface_stiffness, gain, lead),
-        ready.finger,
         limits,
-        ready.backend,
         ready,
-        way + duration + 0.5,
+        before + duration + 0.5,
     )
+    if IDENTIFIED_TEXT in texts:
+        return planned.with_identified(read_identified(texts[IDENTIFIED_TEXT]))
+    return planned
 
 
 def _settle_time(gain: ForceGain) -> float:

@@ -1,71 +1,109 @@
-"""The report on a regulation of force, put together."""
+"""The report on a regulation of force."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.errors import FloatArray
-from palpate.experiments.kit.repeat_words import repeat_commands
-from palpate.experiments.kit.report_advice import advice_on_regulation
-from palpate.experiments.regulate.figures import key_figures, margins
-from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
-from palpate.experiments.regulate.response import SETTLED
-from palpate.experiments.regulate.run import Regulation
-from palpate.experiments.regulate.words import limits, outcome, settings, title
+from palpate.experiments.kit.advice import advice_on_ending
+from palpate.experiments.regulate.key_figures import key_figures, margins
+from palpate.experiments.regulate.response import FrequencyResponse
+from palpate.experiments.regulate.result import Regulation
+from palpate.experiments.regulate.words import asked, limits, outcome, settings, title
+from palpate.reporting.computing import computing
 from palpate.reporting.data import TimeSeries
+from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
+from palpate.runtime import Ending
+
+if TYPE_CHECKING:
+    from palpate.reporting.style import Picture
+
+LEAST_GAIN_MARGIN = 2.0
+"""Below it a loop is nearer to swinging than is usual (6 dB)."""
 
 
-def regulation_report(regulation: Regulation) -> RegulationReport:
+def regulation_report(regulation: Regulation) -> Report:
     """Return the report on a regulation."""
-    record = regulation.record
-    sensed, true = regulation.sensed_force, regulation.true_force
-    known = regulation.truth.known
-    curves, tones = _steps(regulation) if known else None, regulation.tones(regulation.judged_force)
-    felt = regulation.tones(_filled(sensed))
-    return RegulationReport(
+    tones = _tones(regulation)
+    return Report(
         title=title(regulation),
         outcome=outcome(regulation),
-        summary=key_figures(regulation),
-        margins=margins(regulation.planned),
+        figures=key_figures(regulation),
+        sections=(
+            Section("Over time", (Pictures(lambda: _over_time(regulation)),)),
+            Section("Answer", (Pictures(lambda: _answers(regulation, tones)), TextTable(_tone_rows(tones)))),
+            Section("What limits it", tuple(Paragraph(each) for each in limits(regulation.planned))),
+            Section("Margins", (FigureTable(margins(regulation.planned)),)),
+            computing(regulation.run.timing),
+        ),
+        asked=asked(regulation.planned.config),
+        advice=advice(regulation),
         settings=settings(regulation),
-        series=TimeSeries(
-            time=record.time,
-            phase=[str(phase) for phase in record.phase],
-            measured_force=sensed,
-            set_force=regulation.set_force,
-            spin_torque=np.where(record.touching, record.spin_torque, np.nan),
-            speed=np.linalg.norm(record.velocity, axis=1),
-            true_force=np.where(regulation.truth.touching, true, np.nan) if known else None,
-        ),
-        timing=regulation.run.timing,
-        steps=curves,
-        tones=tuple(
-            BodeCurve(name, answer.frequency, answer.gain, answer.phase_deg)
-            for name, answer in (("true", tones if known else None), ("felt", felt))
-            if answer is not None
-        ),
-        bandwidth=None if tones is None else tones.bandwidth,
-        limits=limits(regulation.planned),
-        asked=_asked(regulation),
-        advice=advice_on_regulation(regulation),
-        repeat=repeat_commands("regulate", regulation.planned.config, regulation.run),
+        footer="Forces that the surface exerts on the finger.",
+        reached=regulation.run.ending is Ending.DONE,
     )
 
 
-def _asked(regulation: Regulation) -> str:
-    config = regulation.planned.config
-    return (
-        f"a {config.profile} force of {config.force:g} N on a {config.object} (surface: {config.surface}), while "
-        f"the tip's motion is: {config.motion}; carried by {config.robot}"
+def advice(regulation: Regulation) -> tuple[str, ...]:
+    """Return what to do after a regulation of force."""
+    told, planned = list(advice_on_ending(regulation.run)), regulation.planned
+    if regulation.guard_trips and not planned.config.identify:
+        told.append(
+            "Force control swung: repeat with --identify, which measures stiffness and delay of this contact."
+        )
+    margin = planned.parameters.gain.gain_margin
+    if math.isfinite(margin) and margin < LEAST_GAIN_MARGIN:
+        told.append(f"The gain margin of {margin:.2g} is small: a stiffer --assumed-stiffness lowers the gain.")
+    if regulation.peak > planned.limits.force:
+        told.append("The force went beyond its limit: land more slowly (--landing-speed), or press with less.")
+    return tuple(told)
+
+
+def series_of(regulation: Regulation) -> TimeSeries:
+    """Return what happened over time."""
+    record, known = regulation.record, regulation.truth.known
+    return TimeSeries(
+        time=record.time,
+        phase=[str(phase) for phase in record.phase],
+        measured_force=regulation.sensed_force,
+        set_force=regulation.set_force,
+        spin_torque=np.where(record.touching, record.spin_torque, np.nan),
+        speed=np.linalg.norm(record.velocity, axis=1),
+        true_force=np.where(regulation.truth.touching, regulation.true_force, np.nan) if known else None,
     )
 
 
-def _steps(regulation: Regulation) -> StepCurves | None:
-    true = regulation.steps(regulation.true_force)
-    if true is None:
-        return None
-    sensed = regulation.steps(_filled(regulation.sensed_force))
-    return StepCurves(true.time, None if sensed is None else sensed.mean, true.mean, true.each, true.rise, SETTLED)
+def _tones(regulation: Regulation) -> dict[str, FrequencyResponse]:
+    """The answers to sines, by force; the one that is judged first."""
+    true = regulation.judged_tones if regulation.truth.known else None
+    tones = {"true": true, "felt": regulation.felt_tones}
+    return {name: answer for name, answer in tones.items() if answer is not None}
 
 
-def _filled(force: FloatArray) -> FloatArray:
-    """A force that is not felt is none."""
-    return np.nan_to_num(force, nan=0.0)
+def _tone_rows(tones: dict[str, FrequencyResponse]) -> list[tuple[str, str, str, str]]:
+    return [
+        (f"{name} force at {frequency:g} Hz", f"{gain:.3f}", "times", f"phase {phase:.0f} degrees")
+        for name, answer in list(tones.items())[:1]
+        for frequency, gain, phase in zip(answer.frequency, answer.gain, answer.phase_deg, strict=True)
+    ]
+
+
+def _over_time(regulation: Regulation) -> "Iterator[Picture | None]":
+    from palpate.experiments.regulate.pictures import error_picture
+    from palpate.reporting.force_picture import force_overview
+
+    if len(regulation.record):
+        series = series_of(regulation)
+        yield force_overview(series)
+        yield error_picture(series)
+
+
+def _answers(regulation: Regulation, tones: dict[str, FrequencyResponse]) -> "Iterator[Picture | None]":
+    from palpate.experiments.regulate.pictures import bode_picture, step_picture
+
+    judged, felt = regulation.judged_steps, regulation.felt_steps
+    if judged is not None:
+        yield step_picture(judged if regulation.truth.known else None, felt)
+    if tones:
+        yield bode_picture(tones)

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from palpate.controllers.regulate import Loss
+from palpate.controllers.guarded_approach import Loss
 from palpate.experiments.kit.change_account import change_rows, change_sentences
-from palpate.experiments.regulate.config import FROM_FILES
+from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
-from palpate.experiments.regulate.run import Regulation
+from palpate.experiments.regulate.result import Regulation
 from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
@@ -53,34 +53,42 @@ def title(regulation: Regulation) -> str:
     return f"{what} on {where}"
 
 
+def asked(config: RegulateConfig) -> str:
+    """Return what was asked for."""
+    return (
+        f"a {config.profile} force of {config.force:g} N on a {config.object} (surface: {config.surface}), while "
+        f"the tip's motion is: {config.motion}; carried by {config.robot}"
+    )
+
+
 def outcome(regulation: Regulation) -> str:
     """Return how it ended, and what is wrong with the figures if anything is."""
     result, limit = regulation.run, regulation.planned.limits.force
     rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
     if result.ending is Ending.DONE:
-        said = [f"Finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
+        sentences = [f"Finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
     elif result.ending is Ending.TRIPPED:
-        said = [f"Stopped by the supervisor: {result.why}; {rest}."]
+        sentences = [f"Stopped by the supervisor: {result.why}; {rest}."]
     elif result.ending is Ending.LOST:
-        said = [f"Not finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
+        sentences = [f"Not finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
     else:
-        said = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."]
-    said += change_sentences(regulation.changes, result.duration, "anything was held")
+        sentences = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."]
+    sentences += change_sentences(regulation.changes, result.duration, "anything was held")
     if regulation.peak > limit:
         force = "true" if regulation.truth.known else "felt"
-        said.append(f"The {force} force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
+        sentences.append(f"The {force} force went up to {regulation.peak:.3g} N, beyond the limit of {limit:g} N.")
     if regulation.guard_trips:
         share = 0.5**regulation.guard_trips
-        said.append(
+        sentences.append(
             f"Force control swung, and went on with {share:g} of its gain: stiffness or delay are not what was "
             "assumed; --identify finds them."
         )
     if _drifted(regulation):
-        said.append(
+        sentences.append(
             f"At the end the sensor showed {regulation.sensor_error:+.3f} N that was not there: what was held is "
             "what it showed, not the true force."
         )
-    return " ".join(said)
+    return " ".join(sentences)
 
 
 def _drifted(regulation: Regulation) -> bool:
@@ -99,27 +107,27 @@ def limits(planned: RegulationPlan) -> tuple[str, ...]:
     servo = SERVO_HALF_POWER / (math.pi * planned.ready.response)
     lag = 1e3 * planned.ready.response
     delay, feedback = 1e3 * gain.delay, gain.gain * gain.stiffness / (2.0 * math.pi)
-    said = [
+    sentences = [
         "Sines and ramps: the rate of the set force is fed forward, as the velocity rate / stiffness. So they are "
         f"followed as far as the servos go, whose lag of {lag:.3g} ms halves the power at {servo:.2g} Hz; a "
         "stiffness or damping that is not as assumed costs some of that, and so does what moves on a mount. "
         "Quicker servos raise it."
     ]
     if parameters.step_time:
-        said.append(
+        sentences.append(
             f"Steps: the set force goes over with a time constant of {1e3 * parameters.step_time:.3g} ms, "
             f"{parameters.step_time / gain.delay:.2g} delays, because the stiffness is only assumed: so steps on "
             f"what is fixed overshoot by less than 10 % though it be off by a factor of {WRONG_BY:g}. With "
             "--identify they are taken as fast as the loop."
         )
     else:
-        said.append(f"Steps: the set force goes over as fast as the loop, whose delay is {delay:.3g} ms.")
-    said.append(
+        sentences.append(f"Steps: the set force goes over as fast as the loop, whose delay is {delay:.3g} ms.")
+    sentences.append(
         "What nobody foresaw, feedback takes back: slower than "
         f"{feedback:.2g} Hz, which is gain times stiffness / 2 pi. The delay of {delay:.3g} ms bounds it, and the "
         "contact's damping, which a loop with delay answers to as to more stiffness; less delay raises it."
     )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def settings(regulation: Regulation) -> tuple[tuple[str, str], ...]:

@@ -1,1 +1,1 @@
-"""Surfaces told apart by touch: a library, what speaks for each, the next best touch, a seed for the grasp."""
+"""Surfaces told apart by touch: a library, what speaks for each, the next best touch."""

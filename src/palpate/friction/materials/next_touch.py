@@ -17,7 +17,7 @@ from enum import Enum
 import numpy as np
 from scipy.special import logsumexp
 
-from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
+from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.friction.materials.recognition import Answer, Recognition
 from palpate.friction.materials.touch_evidence import STROKE_ROW, twist_row
 from palpate.friction.materials.touch_sums import speed_shifts
@@ -70,31 +70,23 @@ def candidate_touches(
     return *strokes, *(PlannedSlip(force, 0.0, spin) for force in forces for spin in spins)
 
 
-def next_touch(
-    found: Recognition,
-    candidates: Sequence[PlannedSlip],
-    errors: SensorErrors | None = None,
-    least_bits: float = LEAST_BITS,
-) -> TouchAdvice:
+def next_touch(found: Recognition, candidates: Sequence[PlannedSlip]) -> TouchAdvice:
     """Return the touch that tells most, or that there have been enough.
 
     Args:
         found: What the touches so far say; without any, what the prior does.
         candidates: Strokes and twists that finger and object bear, see `candidate_touches`.
-        errors: Of the sensor; those of the Nano17 class if not given.
-        least_bits: Information below which a touch is not worth making.
 
     Raises:
         InvalidValueError: There is no candidate, or one that both slides and spins.
     """
     if not candidates:
         raise InvalidValueError("0 candidates: must be at least one stroke or twist")
-    not_negative("least_bits", least_bits, "")
-    bits = tuple(expected_bits(found, slip, errors) for slip in candidates)
+    bits = tuple(expected_bits(found, slip) for slip in candidates)
     if found.answer is not Answer.UNDECIDED:
         return TouchAdvice(Advice[found.answer.name], None, bits)
     best = int(np.argmax(bits))
-    if bits[best] < least_bits:
+    if bits[best] < LEAST_BITS:
         return TouchAdvice(Advice.NOTHING_TELLS, None, bits)
     return TouchAdvice(Advice.TOUCH, candidates[best], bits)
 

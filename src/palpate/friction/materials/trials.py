@@ -75,19 +75,17 @@ def drawn_touches(
     material: Material,
     slips: Sequence[PlannedSlip],
     rng: np.random.Generator,
-    errors: SensorErrors | None = None,
     specimen: FloatArray | None = None,
 ) -> list[Touch]:
-    """Return touches of one specimen drawn at random, with the material's scatter and the sensor's errors.
+    """Return touches of one specimen drawn at random, as the material scatters and a Nano17 class sensor errs.
 
     Args:
         material: That is touched.
         slips: Strokes and twists to make.
         rng: Source of chance.
-        errors: Of the sensor; those of the Nano17 class if not given.
         specimen: ln mu_k, ln c, gamma and p of it, shape (4,); drawn if not given.
     """
-    errors = errors or SensorErrors()
+    errors = SensorErrors()
     if specimen is None:
         specimen = drawn_specimen(material, rng)
     touches = []
@@ -160,24 +158,3 @@ def confusion_of_touches(
 def drawn_specimen(material: Material, rng: np.random.Generator) -> FloatArray:
     """Return ln mu_k, ln c, gamma and p of a specimen of a material drawn at random, shape (4,)."""
     return np.asarray(material.parameters + np.sqrt(material.specimen.variances) * rng.normal(size=PARAMETERS))
-
-
-def confusion_trials(
-    library: MaterialLibrary, slips: Sequence[PlannedSlip], trials: int, rng: np.random.Generator
-) -> Confusion:
-    """Return how often each material of a library is taken for which after the same touches.
-
-    Args:
-        library: Of materials.
-        slips: Strokes and twists that are made on every specimen.
-        trials: Specimens of each material.
-        rng: Source of chance.
-    """
-    return confusion(
-        library,
-        (
-            (material.name, recognise(library, drawn_touches(material, slips, rng)))
-            for material in library.materials
-            for _ in range(trials)
-        ),
-    )

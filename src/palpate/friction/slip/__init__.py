@@ -2,7 +2,7 @@
 
 `MarginCrossing` where touch has measured the limit surface, `ExcitedSlip` where friction is only guessed and the
 grip can ripple; `FingerSlips` runs one of them per finger. `FrictionBelief` (for a hand: `LearntSurface`) learns
-from slip and from holding, `PivotObserver` follows an object that turns in the fingers.
+from slip and from holding.
 
 Measured and left out: high-frequency content without a ripple tells about a third of the slips within 30 ms if it
 is to give no false alarm, as friction need not stick and slip; a drop of the load tells none, for steps and

@@ -1,6 +1,5 @@
 """What slips: the object slides over the finger, or it turns on it."""
 
-import math
 from enum import StrEnum
 
 from palpate.friction.contact_load import ContactLoad
@@ -25,11 +24,3 @@ def kind_of_slip(surface: LimitSurface, load: ContactLoad) -> SlipKind:
     e, force, torque = surface.spin_length_at(load.normal_force), load.tangential_length, abs(load.spin_torque)
     # v : e omega = f_t^(p-1) : (tau / e)^(p-1), so that for every p > 1 it is f_t : tau / e that decides
     return SlipKind.SPIN if torque > e * force else SlipKind.SLIDE
-
-
-def share_of_spin(surface: LimitSurface, load: ContactLoad) -> float:
-    """Return e omega / |(v, e omega)| of the slip that a load goes with: 0 only slides, 1 only spins."""
-    slip, e = surface.slip_direction(load), surface.spin_length_at(load.normal_force)
-    turning, speed = e * abs(slip.spin), math.hypot(*slip.velocity)
-    length = math.hypot(turning, speed)
-    return turning / length if length > 0.0 else 0.0

@@ -8,10 +8,7 @@ from palpate.mapping.primitives.ellipsoid import EllipsoidShape as EllipsoidShap
 from palpate.mapping.primitives.fit import FitStatus as FitStatus
 from palpate.mapping.primitives.fit import PrimitiveFit as PrimitiveFit
 from palpate.mapping.primitives.fit import fit_ball as fit_ball
-from palpate.mapping.primitives.fit import fit_box as fit_box
-from palpate.mapping.primitives.fit import fit_cylinder as fit_cylinder
 from palpate.mapping.primitives.fit import fit_ellipsoid as fit_ellipsoid
-from palpate.mapping.primitives.fit import fit_plane as fit_plane
 from palpate.mapping.primitives.fit import fit_primitive as fit_primitive
 from palpate.mapping.primitives.plane import PlaneShape as PlaneShape
 from palpate.mapping.primitives.shape import PrimitiveKind as PrimitiveKind

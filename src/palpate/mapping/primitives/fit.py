@@ -112,11 +112,6 @@ _STARTS: Mapping[PrimitiveKind, tuple[type[PrimitiveShape], Callable[[FloatArray
 }
 
 
-def fit_plane(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveFit[PlaneShape]:
-    """Return the plane nearest to points and normals; see `fit_primitive`."""
-    return _fit(cloud, PrimitiveKind.PLANE, correlation_points)
-
-
 def fit_ball(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveFit[SphereShape]:
     """Return the sphere nearest to points and normals, see `fit_primitive`; `fit_sphere` goes by points alone.
 
@@ -126,19 +121,9 @@ def fit_ball(cloud: TouchCloud, *, correlation_points: float = 1.0) -> Primitive
     return _fit(cloud, PrimitiveKind.SPHERE, correlation_points)
 
 
-def fit_cylinder(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveFit[CylinderShape]:
-    """Return the cylinder nearest to points and normals; see `fit_primitive`."""
-    return _fit(cloud, PrimitiveKind.CYLINDER, correlation_points)
-
-
 def fit_ellipsoid(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveFit[EllipsoidShape]:
     """Return the ellipsoid nearest to points and normals; see `fit_primitive`."""
     return _fit(cloud, PrimitiveKind.ELLIPSOID, correlation_points)
-
-
-def fit_box(cloud: TouchCloud, *, correlation_points: float = 1.0) -> PrimitiveFit[BoxShape]:
-    """Return the box, its edges rounded or sharp, nearest to points and normals; see `fit_primitive`."""
-    return _fit(cloud, PrimitiveKind.BOX, correlation_points)
 
 
 def fit_primitive(

@@ -1,16 +1,13 @@
-"""A grasp over real wires: hand, sensors and what lifts them emulated, the simulated hand of the plan behind them.
+"""A hand over real wires: fingers, sensors and what lifts them emulated, the simulated hand of a task behind them.
 
 Dynamixel servos on a terminal, an F/T box for each fingertip, and a UR controller for the lift; the makers' client
 libraries speak with them as with real ones.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.hand import PERIOD
-from palpate.experiments.grasp.plan import GraspPlan
-from palpate.experiments.grasp.scene import hand_of, load_of, scene_of, sensor_of
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.dynamixel.registers import XL330
 from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
@@ -29,17 +26,16 @@ from palpate.kinematics.pose import Pose
 from palpate.robots.emulated.backend import Emulation, OnTheWire
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import TruthTrace
+from palpate.robots.hand_task import HandTask
 from palpate.runtime.protocols import Backend
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.urgency import be_urgent
 from palpate.sensing.compensation import Payload
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
-from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.scene import GraspScene
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
-from palpate.sim.hand.truth import HandTruth
-from palpate.sim.hand.truth_numbers import hand_columns, moment_of_numbers
+from palpate.sim.hand.truth_numbers import hand_columns
 from palpate.spatial import Vector, Wrench
 
 FOOT = Pose((-0.45, 0.0, 0.0))
@@ -66,7 +62,7 @@ QUIET = (1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5)
 
 @dataclass(frozen=True, slots=True)
 class HandWires:
-    """Where a grasp's devices listen, and how fast time goes for them.
+    """Where a hand's devices listen, and how fast time goes for them.
 
     Attributes:
         arm: Address of the controller that lifts.
@@ -104,17 +100,17 @@ class _Lifting(ScenePlant):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EmulatedGrasp:
-    """What `EmulatorProcess` takes: the devices of a grasp, and its scene behind them.
+class EmulatedHand:
+    """What `EmulatorProcess` takes: the devices of a hand, and the scene of its task behind them.
 
     Attributes:
-        planned: The grasp.
+        task: What it is to hold.
         wires: Where they listen.
         process: That has made the memory for the truth.
         memory: Its descriptor there.
     """
 
-    planned: GraspPlan
+    task: HandTask
     wires: HandWires
     process: int
     memory: int
@@ -127,9 +123,8 @@ class EmulatedGrasp:
             OSError: A port of an F/T box is not free.
         """
         be_urgent()
-        planned, wires, config = self.planned, self.wires, self.planned.config
-        load = load_of(config, planned.times)
-        scene = HandBackend(scene_of(config), PERIOD, sensor_of(config), load=load, grip=ServoGrip)
+        task, wires = self.task, self.wires
+        scene = HandBackend(task.scene(), task.period, task.sensor, load=task.load, grip=ServoGrip)
         grip = scene.grip
         assert isinstance(grip, ServoGrip)
         trace = TruthTrace.of_process(self.process, self.memory)
@@ -139,57 +134,35 @@ class EmulatedGrasp:
             NetFtServer(BoxSettings(address, rate=SENSOR_RATE * wires.time_scale, ranges=RANGES), i)
             for i, address in enumerate(wires.sensors)
         ]
-        bus = DynamixelBus([EmulatedServo(XL330, i + 1) for i in range(config.fingers)], link=wires.bus)
+        bus = DynamixelBus([EmulatedServo(XL330, i + 1) for i in range(task.hand.fingers)], link=wires.bus)
         return Host(plant, [arm, *boxes, bus], arm=arm, hand=bus, scale=wires.time_scale)
 
 
-class GraspOnTheWire(OnTheWire):
-    """A grasp's `Backend`, as experiments know it from `HandBackend`: with its scene, and its truth."""
+class HandOnTheWire(OnTheWire):
+    """A hand's `Backend`, with the scene behind it, and its truth."""
 
     def __init__(self, scene: GraspScene, emulation: Emulation, rig: Backend, time_scale: float) -> None:
         """Start nothing yet; see `OnTheWire`."""
         super().__init__(hand_columns(scene.hand.fingers), emulation, rig, time_scale)
         self.scene = scene
 
-    def truth(self) -> HandTruth:
-        """Return what really happened at the time of the last sample."""
-        return moment_of_numbers(self.truth_row()).hand
 
-    @property
-    def pull(self) -> Wrench:
-        """What pulled at the object then."""
-        return moment_of_numbers(self.truth_row()).pull
-
-    @property
-    def rubbing(self) -> tuple[FrictionContact, ...]:
-        """Nothing: a friction plant's contacts are not told over the wire."""
-        return ()
-
-
-def for_a_busy_computer(planned: GraspPlan) -> GraspPlan:
-    """Return the same with a supervisor that bears with samples that a busy computer makes so old."""
-    return replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
-
-
-def grasp_on_the_wire(planned: GraspPlan, wires: HandWires) -> GraspOnTheWire:
-    """Return the hand of a grasp over real wires; nothing runs before it is started.
+def emulated_hand(task: HandTask, wires: HandWires) -> HandOnTheWire:
+    """Return a hand over real wires; nothing runs before it is started.
 
     Raises:
-        InvalidValueError: Another number of F/T boxes than of fingers, or a scene whose truth cannot be told.
+        InvalidValueError: Another number of F/T boxes than of fingers, or a scene that cannot be.
     """
-    config = planned.config
-    hand, scene = hand_of(config), scene_of(config)
-    if len(wires.sensors) != config.fingers:
+    hand, scene = task.hand, task.scene()
+    if len(wires.sensors) != hand.fingers:
         raise InvalidValueError(
-            f"sensors = {', '.join(wires.sensors)}: must be {config.fingers} addresses, one per finger"
+            f"sensors = {', '.join(wires.sensors)}: must be {hand.fingers} addresses, one per finger"
         )
-    if scene.rubbing:
-        raise InvalidValueError("the friction plant's slip is not told over the wire: leave it and exponents out")
     scale = wires.time_scale
-    period = PERIOD / scale
+    period = task.period / scale
     tip = hand.tip
     settings = HandSettings(
-        tuple(ServoCalibration(i + 1) for i in range(config.fingers)),
+        tuple(ServoCalibration(i + 1) for i in range(hand.fingers)),
         hand.finger,
         hand.opening,
         hand.tip_along,
@@ -211,7 +184,7 @@ def grasp_on_the_wire(planned: GraspPlan, wires: HandWires) -> GraspOnTheWire:
         fingers=[FingerSensor(NetFt(address, stream), payload) for address in wires.sensors],
     )
 
-    def emulation(process: int, memory: int) -> EmulatedGrasp:
-        return EmulatedGrasp(planned, wires, process, memory)
+    def emulation(process: int, memory: int) -> EmulatedHand:
+        return EmulatedHand(task, wires, process, memory)
 
-    return GraspOnTheWire(scene, emulation, rig, scale)
+    return HandOnTheWire(scene, emulation, rig, scale)

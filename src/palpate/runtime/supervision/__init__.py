@@ -1,7 +1,6 @@
 """What keeps a robot and what it touches whole: limits, guards, reactions, and the supervisor over them."""
 
 from palpate.runtime.supervision.conditions import (
-    AtLeast,
     AtMost,
     Condition,
     FiniteState,
@@ -33,7 +32,6 @@ __all__ = [
     "SPIN_TORQUE",
     "TIP_SPEED",
     "TIP_TURN",
-    "AtLeast",
     "AtMost",
     "Condition",
     "Finding",

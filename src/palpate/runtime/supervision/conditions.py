@@ -37,22 +37,6 @@ class AtMost:
 
 
 @dataclass(frozen=True, slots=True)
-class AtLeast:
-    """A measure stays at or above a limit: as for a motion that ends when contact is lost."""
-
-    measure: Measure
-    limit: float
-
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
-        """See `Condition`."""
-        value = self.measure.of(now)
-        if value >= self.limit:
-            return None
-        unit = self.measure.unit
-        return Finding(self.measure.name, f"{value:.4g} {unit}", f"at least {self.limit:g} {unit}")
-
-
-@dataclass(frozen=True, slots=True)
 class FiniteState:
     """Where the arm is, how fast it moves, its joints and every wrench are finite numbers."""
 

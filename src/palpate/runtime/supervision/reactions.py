@@ -12,7 +12,7 @@ from typing import Protocol
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.runtime.data import Command, FingerObservation, Observation, Phase
 from palpate.sensing.contact import ContactStatus
-from palpate.spatial import ZERO, Vector, norm, rotate, scale, subtract
+from palpate.spatial import ZERO, Vector, as_vector, norm, rotate, scale, subtract
 
 Grip = tuple[float, ...] | None
 """Normal force of each finger of the hand [N]; None: nothing is known to be held."""
@@ -150,8 +150,7 @@ def _way_out(since: Observation) -> Vector | None:
     finger = max(since.fingers, key=lambda f: norm(_force(f)))
     force = _force(finger)
     if finger.contact.status is ContactStatus.OK:
-        x, y, z = finger.contact.normal.tolist()
-        away = (-x, -y, -z)
+        away = scale(-1.0, as_vector(finger.contact.normal))
     else:
         size = norm(force)
         if not 0.0 < size < math.inf:

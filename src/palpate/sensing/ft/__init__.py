@@ -19,7 +19,6 @@ from palpate.sensing.ft.sensor_reader import load_sensor_file, read_sensor
 from palpate.sensing.ft.sensor_updates import with_bias, with_calibration, with_payload
 from palpate.sensing.ft.sensor_writer import save_sensor_file, sensor_text
 from palpate.sensing.ft.touch_detector import ContactDetector
-from palpate.sensing.ft.turning import TurningPayload, contact_wrench_turning
 
 __all__ = [
     "HEALTHY",
@@ -47,11 +46,9 @@ __all__ = [
     "PayloadEntry",
     "PayloadStatus",
     "SensorFile",
-    "TurningPayload",
     "Verdict",
     "WrenchFilter",
     "average_bias",
-    "contact_wrench_turning",
     "estimate_drift",
     "fit_calibration",
     "identify_payload",

@@ -21,7 +21,7 @@ from scipy.special import chdtrc, ndtri
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sensing.compensation import Payload
 from palpate.sensing.ft.arrays import finite_rows, positive_entries, same_length
-from palpate.spatial import Vector
+from palpate.spatial import Vector, as_vector
 
 FEWEST_POSES = 4
 """Three poses already determine everything; the fourth lets the residuals speak."""
@@ -34,11 +34,8 @@ STATIC_TOLERANCE = 0.05
 """Relative deviation from g at which a specific force is taken to be no pose at rest: ten times the spread of g
 over the earth."""
 
-CONFIDENCE = 0.95
-"""Of every interval here."""
-
-TWO_SIDED = float(ndtri(0.5 + 0.5 * CONFIDENCE))
-"""Half-width of such an interval in standard deviations (1.96)."""
+TWO_SIDED = float(ndtri(0.5 + 0.5 * 0.95))
+"""Half-width of a 95 % interval in standard deviations (1.96)."""
 
 INCONSISTENT_PROBABILITY = 1e-4
 """Residuals that noise would explain more rarely than this are held against the model."""
@@ -91,22 +88,9 @@ class IdentifiedPayload:
     status: PayloadStatus
 
     @property
-    def mass_interval(self) -> tuple[float, float]:
-        """95 % interval of the mass [kg]."""
-        half = TWO_SIDED * self.mass_sd
-        return (self.payload.mass - half, self.payload.mass + half)
-
-    @property
     def center_sd(self) -> FloatArray:
         """Standard deviation of the centre of mass along each axis, shape (3,) [m]."""
         return np.sqrt(np.diag(self.center_covariance))
-
-    @property
-    def center_interval(self) -> FloatArray:
-        """95 % interval of each coordinate of the centre of mass, shape (3, 2): low, high [m]."""
-        half = TWO_SIDED * self.center_sd
-        center = np.array(self.payload.center_of_mass)
-        return np.column_stack([center - half, center + half])
 
 
 def identify_payload(
@@ -161,15 +145,15 @@ def identify_payload(
     else:
         center = h / mass
         center_cov = (h_cov + mass_var * np.outer(center, center)) / mass**2
-        payload = Payload(mass, _vector(center))
+        payload = Payload(mass, as_vector(center))
         status = PayloadStatus.OK
     if not (fits_f and fits_m):
         status = PayloadStatus.INCONSISTENT
     center_cov.setflags(write=False)
     return IdentifiedPayload(
         payload=payload,
-        bias_force=_vector(bias_f),
-        bias_moment=_vector(bias_m),
+        bias_force=as_vector(bias_f),
+        bias_moment=as_vector(bias_m),
         mass_sd=math.sqrt(mass_var),
         center_covariance=center_cov,
         bias_covariance=_bias_covariance(mean_a, mass_var, h_cov, sd_f, sd_m, n),
@@ -256,8 +240,3 @@ def _refuse_singular(a: FloatArray, da: FloatArray) -> float:
     # The information on h is sum |da|^2 I - da da' = V diag(sum s^2 - s_i^2) V'.
     information = (s**2).sum() - s**2
     return float(np.sqrt(information.max() / information.min()))
-
-
-def _vector(value: FloatArray) -> Vector:
-    x, y, z = value.tolist()
-    return (x, y, z)

@@ -64,14 +64,6 @@ class ContactDetector:
         """From the first sample of a touch to the one that reports it [s]."""
         return (self._touch_samples - 1) * self.period
 
-    @property
-    def false_touch_probability(self) -> float:
-        """How likely noise alone exceeds the touch force in one sample (white, three axes alike: chi law)."""
-        if self.noise == 0.0:
-            return 0.0
-        x = self.touch_force / self.noise
-        return math.erfc(x / math.sqrt(2.0)) + math.sqrt(2.0 / math.pi) * x * math.exp(-0.5 * x * x)
-
     def step(self, force: float) -> bool:
         """Return whether it touches, given the length of this sample's contact force [N].
 

@@ -57,6 +57,11 @@ class ContourScan:
         return self.foreseen.length / QUARTERS
 
     @property
+    def length(self) -> float:
+        """As `Scan`."""
+        return self.foreseen.length
+
+    @property
     def line(self) -> str:
         """As `Scan`."""
         what = "an edge" if self.edge else f"{1e3 * self.below:.3g} mm below the top"

@@ -34,6 +34,11 @@ class RasterScan(OverRectangle):
         return self.raster.corners()[0] if self.beyond is None else self.beyond.begin
 
     @property
+    def length(self) -> float:
+        """As `Scan`."""
+        return self.raster.length
+
+    @property
     def line(self) -> str:
         """As `Scan`."""
         return f"{self.region.line}, rows {1e3 * self.spacing:g} mm apart"
@@ -54,4 +59,4 @@ class RasterScan(OverRectangle):
 
     def longest(self, effort: Effort) -> float:
         """As `Scan`."""
-        return SLACK * self.duration(effort) + longest_hops(self.beyond, self.raster.length, effort)
+        return SLACK * self.duration(effort) + longest_hops(self.beyond, self.length, effort)

@@ -1,5 +1,6 @@
 """What scans over a rectangle have in common."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,11 @@ class OverRectangle:
     def row(self) -> float:
         """As `Scan`."""
         return self.region.width
+
+    @property
+    def length(self) -> float:
+        """As `Scan`."""
+        return math.nan
 
     def passes(self, places: FloatArray) -> npt.NDArray[np.bool_]:
         """As `Scan`."""

@@ -29,6 +29,11 @@ class Scan(Protocol):
         ...
 
     @property
+    def length(self) -> float:
+        """Of the path, seen from above, landings not counted [m]; NaN where what is felt decides."""
+        ...
+
+    @property
     def line(self) -> str:
         """What it is, for a report."""
         ...

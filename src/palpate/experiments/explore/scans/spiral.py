@@ -60,6 +60,11 @@ class SpiralScan:
         return 0.5 * math.pi * self.region.width
 
     @property
+    def length(self) -> float:
+        """As `Scan`."""
+        return self.spiral.length
+
+    @property
     def line(self) -> str:
         """As `Scan`."""
         return f"{self.region.line}, turns {1e3 * self.spacing:g} mm apart"
@@ -83,4 +88,4 @@ class SpiralScan:
 
     def longest(self, effort: Effort) -> float:
         """As `Scan`."""
-        return SLACK * self.duration(effort) + longest_hops(self.beyond, self.spiral.length, effort)
+        return SLACK * self.duration(effort) + longest_hops(self.beyond, self.length, effort)

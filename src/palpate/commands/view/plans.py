@@ -1,0 +1,27 @@
+"""Where a recorded run's controller was going, which it works out again from what was recorded."""
+
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.runtime import Command, Observation, Sample
+from palpate.runtime.live import live_parameters_of
+from palpate.runtime.replay import RecordedChanges
+from palpate.runtime.shown_plan import PlanChange
+
+
+def plans_of_log(logged: LoggedRun) -> tuple[PlanChange, ...]:
+    """Return each plan of a recorded run, and from when on it was the one.
+
+    Raises:
+        InvalidValueError: The log cannot be replayed.
+    """
+    plan, changes = logged.plan(), []
+    run = RecordedRun(plan, logged.backend())
+    source = plan.shown_plan(run.controller)
+
+    def observe(sample: Sample, now: Observation, command: Command) -> None:
+        news = None if source is None else source.news()
+        if news is not None:
+            changes.append(PlanChange(now.time, news))
+
+    run.run((observe,), live=RecordedChanges(live_parameters_of(run.controller), logged.log.changes))
+    return tuple(changes)

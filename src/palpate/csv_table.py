@@ -1,0 +1,121 @@
+"""Tables of numbers in CSV text: names of columns if there are any, every mistake named with its line."""
+
+import csv
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.errors import FloatArray, InvalidValueError
+
+_DECIMAL = re.compile(
+    r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII
+)
+"""What counts as a number: float() alone would also take 1_000 and digits of every script."""
+
+_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
+"""Characters that no text file holds within a line; a tab is one that does."""
+
+
+@dataclass(frozen=True, slots=True)
+class CsvTable:
+    """Lines of fields, which `numbers` reads.
+
+    Attributes:
+        name: What messages call it.
+        columns: Their names; none if the text does not say them.
+        rows: Fields of each line but that of the names, without spaces around them.
+        lines: Where in the text each row stands, from 1 on.
+        holds: What a line must hold, for messages.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    rows: list[list[str]]
+    lines: list[int]
+    holds: str
+
+    def numbers(self, *columns: str) -> FloatArray:
+        """Return columns as numbers, shape (n, columns); all of them if none is named. They may be nan or inf.
+
+        Raises:
+            InvalidValueError: There is no such column, or a field is no number.
+        """
+        if missing := [column for column in columns if column not in self.columns]:
+            raise InvalidValueError(
+                f"{self.name}: no column {missing[0]}: there are {', '.join(self.columns)}; give {self.holds}"
+            )
+        places = [self.columns.index(column) for column in columns] or range(len(self.rows[0]))
+        rows = [[row[place] for place in places] for row in self.rows]
+        for line, row in zip(self.lines, rows, strict=True):
+            if wrong := [field for field in row if not is_number(field)]:
+                raise InvalidValueError(
+                    f"{self.name}, line {line}: {short(wrong[0])} is no number: must hold {self.holds}"
+                )
+        return np.array(rows, dtype=np.float64)
+
+
+def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -> CsvTable:
+    """Return the table of a text: lines of fields with commas between them; # begins a comment.
+
+    The first line has the names of the columns, unless there is a number in it.
+
+    Args:
+        text: Of it; a byte order mark is passed over.
+        name: What messages call it.
+        holds: What a line must hold, for messages.
+        width: How many fields each line must have; if left out, as many as the first.
+
+    Raises:
+        InvalidValueError: It is no such text, or holds no line besides names; the message names the line.
+    """
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    for i, line in enumerate(text.removeprefix("\ufeff").split("\n"), 1):
+        if not is_comment(line):
+            rows.append([field.strip() for field in csv_fields(line.removesuffix("\r"), f"{name}, line {i}")])
+            lines.append(i)
+            width = width or len(rows[0])
+            if len(rows[-1]) != width:
+                raise InvalidValueError(
+                    f"{name}, line {i}, {short(line)}: has {len(rows[-1])} fields: must be {width}, {holds}"
+                )
+    names = int(bool(rows) and not any(map(is_number, rows[0])))
+    if len(rows) == names:
+        raise InvalidValueError(f"{name}: no line with numbers; write {holds}, with commas between them")
+    return CsvTable(name, tuple(rows[0]) if names else (), rows[names:], lines[names:], holds)
+
+
+def is_comment(line: str) -> bool:
+    """Return whether a line says nothing, or begins with #."""
+    return line.lstrip().startswith("#") or not line.strip()
+
+
+def is_number(field: str) -> bool:
+    """Return whether a field, without spaces around it, is a number that Python's float reads: nan and inf are."""
+    return _DECIMAL.fullmatch(field) is not None
+
+
+def csv_fields(line: str, where: str) -> list[str]:
+    """Return the fields of a line as they stand.
+
+    Args:
+        line: Without its end.
+        where: File and line, for messages.
+
+    Raises:
+        InvalidValueError: It is no line of CSV.
+    """
+    if control := _CONTROL.search(line):
+        raise InvalidValueError(f"{where}: holds the control character {control.group()!r}; this is not CSV text")
+    if '"' not in line:  # much quicker
+        return line.split(",")
+    try:
+        return next(csv.reader([line.lstrip()], strict=True, skipinitialspace=True))
+    except csv.Error as error:
+        raise InvalidValueError(f"{where}: {error}; a quoted field must be closed on its line") from None
+
+
+def short(text: str) -> str:
+    """Return a text as messages show it."""
+    return repr(text if len(text) <= 40 else text[:37] + "...")

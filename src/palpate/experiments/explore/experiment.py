@@ -1,0 +1,49 @@
+"""The experiment `explore`; imports nothing heavy before it is planned."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.figures import FIGURES
+
+if TYPE_CHECKING:
+    from palpate.experiments.explore.exploration import Exploration
+    from palpate.experiments.explore.plan import ExplorationPlan
+    from palpate.experiments.kit.experiment import Writer
+    from palpate.experiments.kit.recorded_run import Recorded
+    from palpate.reporting.report import Report
+    from palpate.runtime.robot import Robot
+
+
+class Explore:
+    """Explores a surface by touch. An `Experiment`."""
+
+    name = "explore"
+    summary = "Explore the surface of a simulated object by touch, and draw it."
+    Config = ExploreConfig
+    figures = FIGURES
+
+    def plan(self, config: ExploreConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "ExplorationPlan":
+        """See `Experiment`."""
+        from palpate.experiments.explore.plan import plan
+
+        assert robot is not None  # the configuration names one
+        return plan(config, robot, texts)
+
+    def found(self, plan: "ExplorationPlan", recorded: "Recorded") -> "Exploration":
+        """See `Experiment`."""
+        from palpate.experiments.explore.exploration import found_by
+
+        return found_by(plan, recorded)
+
+    def report(self, result: "Exploration") -> "Report":
+        """See `Experiment`."""
+        from palpate.experiments.explore.report import exploration_report
+
+        return exploration_report(result)
+
+    def files(self, result: "Exploration") -> "Mapping[str, Writer]":
+        """See `Experiment`."""
+        from palpate.experiments.explore.files import exploration_files
+
+        return exploration_files(result)

@@ -1,0 +1,207 @@
+"""What an exploration found, and how it went."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.controllers.paths import Active, Enough, Mark
+from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.explored_contacts import ScanContacts, felt_in_scan
+from palpate.experiments.explore.explored_map import ExploredMap, explored_map, points_per_row
+from palpate.experiments.explore.map_budget import map_budget
+from palpate.experiments.explore.map_growth import MapGrowth, map_growth
+from palpate.experiments.explore.plan import ExplorationPlan
+from palpate.experiments.explore.run_account import RunAccount, run_account
+from palpate.experiments.explore.scans import Scan
+from palpate.experiments.kit.change_account import ChangeAccount
+from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.recorded_run import Recorded, Tell
+from palpate.mapping import HeightMap, SphereFit, TouchCloud, fit_sphere
+from palpate.runtime import Phase, Record, RunResult
+from palpate.sim import SceneObject
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exploration:
+    """What an exploration found, and how it went.
+
+    Attributes:
+        plan: That was carried out.
+        run: How the run ended, and its timing.
+        record: Every period.
+        set_force: Normal force asked for in every period, shape (n,) [N].
+        truth: What really happened, every period.
+        cloud: Points on the object's surface, from the scan.
+        marks: What there is to say besides: edges that were met, places that could not be felt, in order.
+        map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was
+            touched.
+        height_map: The same as heights on a grid, which can be explored again; None if nothing was touched from
+            above.
+        sphere: The sphere through the points alone; None where they do not determine one. `map.shape` says whether
+            it is a sphere at all.
+        point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m]; NaN
+            on a robot.
+        account: What the run showed of its own assumptions.
+        growth: How the map grew; None if there is none.
+        changes: What became of the changes of live parameters that were asked for beforehand.
+        enough: Why an active exploration ended; None of others, and if it did not get so far.
+    """
+
+    plan: ExplorationPlan
+    run: RunResult
+    record: Record
+    set_force: FloatArray
+    truth: ContactTruth
+    cloud: TouchCloud
+    marks: tuple[Mark, ...]
+    map: ExploredMap | None
+    height_map: HeightMap | None
+    sphere: SphereFit | None
+    point_error: FloatArray
+    account: RunAccount
+    growth: MapGrowth | None = None
+    changes: tuple[ChangeAccount, ...] = ()
+    enough: Enough | None = None
+
+    @property
+    def config(self) -> ExploreConfig:
+        """What was asked for, with what the robot file says where it left something out."""
+        return self.plan.config
+
+    @property
+    def claimed_map(self) -> ExploredMap | None:
+        """The map, if it claims anything."""
+        return self.map if self.map is not None and self.map.claimed.any() else None
+
+    @property
+    def scanning(self) -> npt.NDArray[np.bool_]:
+        """Which periods belong to the scan, shape (n,)."""
+        return np.asarray(self.record.phase == Phase.SCAN.value)
+
+    @property
+    def true_normal_force(self) -> FloatArray:
+        """The simulation's contact force along the sensed normal, shape (n,) [N]; NaN where none was sensed."""
+        return np.asarray(-np.sum(self.truth.force * self.record.normal, axis=1))
+
+    @property
+    def true_spin_torque(self) -> FloatArray:
+        """The simulation's contact torque along the sensed normal, shape (n,) [N m]; NaN likewise."""
+        return np.asarray(np.sum(self.truth.torque * self.record.normal, axis=1))
+
+    @property
+    def force_rms(self) -> float:
+        """RMS error of the true normal force while scanning [N]."""
+        error = (self.true_normal_force - self.set_force)[self.scanning]
+        return float(np.sqrt(np.nanmean(np.square(error)))) if error.size and self.truth.known else float("nan")
+
+    @property
+    def point_rms(self) -> float:
+        """RMS distance of the points to the true surface [m]."""
+        return float(np.sqrt(np.mean(np.square(self.point_error)))) if self.point_error.size else float("nan")
+
+    @property
+    def point_p99(self) -> float:
+        """Distance to the true surface that 99 % of the points stay below [m]."""
+        return float(np.percentile(np.abs(self.point_error), 99)) if self.point_error.size else float("nan")
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: how it went, the key figures, and what was felt."""
+        from palpate.experiments.explore.report import exploration_report
+        from palpate.reporting.notebook import report_fragment
+
+        return report_fragment(exploration_report(self))
+
+
+def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
+    """Return what was found, however the run ended."""
+    config, record, strategy = plan.config, recorded.record(), recorded.controller.strategy
+    felt = ScanContacts.of(
+        record,
+        plan.finger,
+        half_compliance=plan.half_compliance,
+        sensed_force=config.force,
+        force_noise=config.noise[0],
+    )
+    cloud, set_force, truth = felt.cloud, _set_force(plan, recorded, record), recorded.contact_truth
+    account = run_account(record, plan.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
+    target = plan.target if truth.known else None
+    mapped = _map(plan, target, record, felt, set_force, account, recorded.tell)
+    return Exploration(
+        plan,
+        recorded.run,
+        record,
+        set_force,
+        truth,
+        cloud,
+        strategy.marks,
+        mapped,
+        _height_map(cloud, config.map_spacing),
+        _sphere(cloud, plan.scan, config.map_spacing),
+        np.full(len(cloud), np.nan) if target is None else target.signed_distance(cloud.position),
+        account,
+        _growth(recorded, record, cloud, mapped),
+        recorded.account_of_changes(plan.changes(), Phase.SCAN),
+        strategy.enough if isinstance(strategy, Active) else None,
+    )
+
+
+def _growth(recorded: Recorded, record: Record, cloud: TouchCloud, found: ExploredMap | None) -> MapGrowth | None:
+    if found is None:
+        return None
+    recorded.tell("how the map grew")
+    plans, finest = recorded.observer.changes, found.mesh.voxel
+    return map_growth(cloud, record, found.surface, plans, worst=found.worst, finest=finest)
+
+
+def _map(
+    plan: ExplorationPlan,
+    target: SceneObject | None,
+    record: Record,
+    felt: ScanContacts,
+    set_force: FloatArray,
+    account: RunAccount,
+    tell: Tell,
+) -> ExploredMap | None:
+    if not len(felt.cloud):
+        return None
+    config = plan.config
+    budget = map_budget(
+        record,
+        plan.finger,
+        kept=felt_in_scan(record),
+        set_force=set_force,
+        half_compliance=plan.half_compliance,
+        force_noise=config.noise[0],
+        moment_noise=config.noise[1],
+    )
+    return explored_map(felt, target, plan.scan, config, replace(budget, shown=account.offset), tell)
+
+
+def _set_force(plan: ExplorationPlan, recorded: Recorded, record: Record) -> FloatArray:
+    """The force asked for in every period [N], live or by a profile, as it was in the run."""
+    profile = plan.profile
+    if profile is None:
+        return np.array(recorded.live_values("force", plan.controller().live))
+    swept = np.flatnonzero(record.phase == Phase.SCAN.value)  # from the first sweep on
+    begin = record.time[swept[0]] if len(swept) else np.inf
+    return np.array([profile.at(since)[0] for since in np.maximum(record.time - begin, 0.0).tolist()])
+
+
+def _height_map(cloud: TouchCloud, spacing: float) -> HeightMap | None:
+    """The map, or none where every contact was on a wall: what was felt is worth its files all the same."""
+    try:
+        return HeightMap.from_cloud(cloud, spacing)
+    except InvalidValueError:
+        return None
+
+
+def _sphere(cloud: TouchCloud, scan: Scan, spacing: float) -> SphereFit | None:
+    """The sphere through the points, or none where they are too few or in one plane."""
+    thin = cloud.thinned(spacing)
+    try:
+        # the stretches of a row share one error: each row counts as one observation
+        return fit_sphere(thin.position, correlation_points=points_per_row(thin, scan.row, spacing))
+    except InvalidValueError:
+        return None

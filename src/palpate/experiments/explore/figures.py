@@ -1,0 +1,43 @@
+"""What an exploration is measured by, what matters most first; imports nothing heavy."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from palpate.experiments.kit.figure import Figure, FigureValue
+
+if TYPE_CHECKING:
+    from palpate.experiments.explore.exploration import Exploration
+    from palpate.experiments.explore.explored_map import ExploredMap
+
+
+def _of_map(
+    value: "Callable[[ExploredMap], float]", *, true: bool = True
+) -> "Callable[[Exploration], FigureValue]":
+    """From a figure of a map that claims something to one of the exploration; a `true` one needs the truth."""
+
+    def found(exploration: "Exploration") -> FigureValue:
+        known = exploration.claimed_map
+        return None if known is None or (true and not known.truth_known) else value(known)
+
+    return found
+
+
+def _shape(exploration: "Exploration") -> str | None:
+    shape = None if exploration.map is None else exploration.map.shape
+    return None if shape is None or shape.kind is None else shape.kind.value
+
+
+FIGURES = (
+    Figure("map_rms_m", "map to true surface, RMS", "m", _of_map(lambda found: found.rms)),
+    Figure("force_rms_n", "true normal force, RMS error", "N", lambda found: found.force_rms),
+    Figure("point_rms_m", "points to true surface, RMS", "m", lambda found: found.point_rms),
+    Figure("map_band_m", "map's 95 % band, half its width", "m", _of_map(lambda found: found.band, true=False)),
+    Figure("map_in_band", "share of errors inside that band", "", _of_map(lambda found: found.covered)),
+    Figure("observed_share", "observed of the reachable", "", _of_map(lambda found: found.observed_share)),
+    Figure("force_max_n", "largest force felt", "N", lambda found: found.account.most_force),
+    Figure("point_p99_m", "points to true surface, 99 %", "m", lambda found: found.point_p99),
+    Figure("contacts", "contacts", "", lambda found: len(found.cloud)),
+    Figure("marks", "marks", "", lambda found: len(found.marks)),
+    Figure("shape", "shape", "", _shape),
+    Figure("simulated_s", "simulated time", "s", lambda found: found.run.duration),
+)

@@ -1,0 +1,53 @@
+"""Finding out about the friction of a surface by rubbing it."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from palpate.experiments.friction.config import FrictionConfig
+from palpate.experiments.friction.figures import FIGURES
+from palpate.experiments.kit import Writer
+
+if TYPE_CHECKING:  # commands import this module for --help, which must be quick
+    from palpate.experiments.friction.plan import FrictionPlan
+    from palpate.experiments.friction.result import FrictionResult
+    from palpate.experiments.kit.recorded_run import Recorded
+    from palpate.reporting.report import Report
+    from palpate.runtime.robot import Robot
+
+
+class FindFriction:
+    """Rubs and turns a fingertip on a surface, for mu, e and how they depend on load and speed."""
+
+    name = "friction"
+    summary = "Rub a surface: its friction, how it bears torque, with intervals."
+    Config = FrictionConfig
+    figures = FIGURES
+
+    def plan(self, config: FrictionConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "FrictionPlan":
+        """Check and build everything; see `Experiment`."""
+        from palpate.experiments.friction.plan import plan
+
+        assert robot is not None  # config.robot names one
+        return plan(config, robot, texts)
+
+    def found(self, plan: "FrictionPlan", recorded: "Recorded") -> "FrictionResult":
+        """Return what the strokes tell; see `Experiment`."""
+        from palpate.experiments.friction.result import found
+
+        return found(plan, recorded)
+
+    def report(self, result: "FrictionResult") -> "Report":
+        """Return the report."""
+        from palpate.experiments.friction.report import friction_report
+
+        return friction_report(result)
+
+    def files(self, result: "FrictionResult") -> Mapping[str, Writer]:
+        """Return friction.yaml; nothing if nothing was rubbed."""
+        from palpate.experiments.friction.plan import FILE_NAME
+        from palpate.friction.friction_file import friction_file_text
+
+        file = result.file
+        if file is None:
+            return {}
+        return {FILE_NAME: lambda path: path.write_text(friction_file_text(file), encoding="utf-8")}

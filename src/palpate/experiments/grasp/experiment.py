@@ -1,0 +1,48 @@
+"""The experiment `grasp`."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.figures import FIGURES
+
+if TYPE_CHECKING:
+    from palpate.experiments.grasp.plan import GraspPlan
+    from palpate.experiments.grasp.result import Grasp
+    from palpate.experiments.kit.experiment import Writer
+    from palpate.experiments.kit.recorded_run import Recorded
+    from palpate.reporting.report import Report
+    from palpate.runtime.robot import Robot
+
+
+class GraspObject:
+    """Holds an object with two or three fingers. An `Experiment`."""
+
+    name = "grasp"
+    summary = "Hold an object that is pulled at so that it neither slips nor spins, and show what grip it took."
+    Config = GraspConfig
+    figures = FIGURES
+
+    def plan(self, config: GraspConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "GraspPlan":
+        """See `palpate.experiments.grasp.plan.plan`."""
+        from palpate.experiments.grasp.plan import plan
+
+        return plan(config, robot, texts)
+
+    def found(self, plan: "GraspPlan", recorded: "Recorded") -> "Grasp":
+        """Return what came of it."""
+        from palpate.experiments.grasp.result import grasp_of
+
+        return grasp_of(plan, recorded)
+
+    def report(self, result: "Grasp") -> "Report":
+        """Return the report."""
+        from palpate.experiments.grasp.report import grasp_report
+
+        return grasp_report(result)
+
+    def files(self, result: "Grasp") -> "Mapping[str, Writer]":
+        """Return grip, slip and spin over time as a table."""
+        from palpate.experiments.grasp.result import write_table
+
+        return {"grasp.csv": lambda path: write_table(result, path)}

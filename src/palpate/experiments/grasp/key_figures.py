@@ -1,0 +1,196 @@
+"""What came of a grasp, in figures."""
+
+import math
+from collections.abc import Callable
+from statistics import fmean
+
+from palpate.controllers.grip.grasp import GraspStage
+from palpate.experiments.grasp.belief import NUDGING_GRIP, shares
+from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.result import SLIPPED, SPUN, Grasp
+from palpate.experiments.grasp.strength import LARGEST_GRIP, OVERSHOOT
+from palpate.experiments.grasp.unit_text import MILLI, in_percent
+from palpate.reporting.data import KeyFigure
+from palpate.robots.known_truth import NOT_KNOWN
+
+OF_FRICTION, OF_SPIN_LENGTH = 0.02, 2.5e-4
+"""By which share mu, and by how much e [m], is off that a nudge finds: by more in none of 40, half of them with
+MuJoCo's friction and half with the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
+
+DIGITS = 6
+"""Of millimetres and degrees: beyond, what is told is the rounding of numbers."""
+
+_COMMANDED = (
+    f"{LARGEST_GRIP:g} N is asked for at most, and servos overshoot a jump by up to {in_percent(OVERSHOOT)}"
+)
+
+
+def key_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
+    """Return the key figures; a dash for what was never measured. Of a real robot, those that do without truth."""
+    return _known_figures(grasp) if grasp.truth_known else _felt_figures(grasp)
+
+
+def _felt_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
+    return (
+        KeyFigure("dropped", "yes" if grasp.dropped else "no", "", "as fingers feel it"),
+        KeyFigure(
+            "largest grip",
+            grasp.largest_grip,
+            "N",
+            f"as it was felt, mean of the fingers, while held; {_COMMANDED}",
+            3,
+        ),
+        *_alarm_figures(grasp),
+        *_nudged(grasp),
+    )
+
+
+def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
+    figures = [
+        KeyFigure("dropped", _dropped(grasp), "", ""),
+        KeyFigure("slip", _slip(grasp), "mm", f"largest while pulled; counts above {MILLI * SLIPPED:g} mm", 2),
+        KeyFigure("spin", _spin(grasp), "degrees", f"likewise; above {math.degrees(SPUN):g} degrees", 2),
+        KeyFigure(
+            "slip in the whole time in the air", _slip_aloft(grasp), "mm", "from the lift on, until it lands", 2
+        ),
+        KeyFigure("spin in the whole time in the air", _spin_aloft(grasp), "degrees", "likewise", 2),
+        KeyFigure("grip over the least", grasp.grip_ratio, "", "mean over mean, while pulled", 3),
+        KeyFigure(
+            "tightest", grasp.tightest, "", "smallest of that at any instant in the air; below 1 it slips", 3
+        ),
+        KeyFigure(
+            "largest grip", grasp.largest_grip, "N", f"true, mean of the fingers, while pulled; {_COMMANDED}", 3
+        ),
+        *_alarm_figures(grasp),
+        *_nudged(grasp),
+    ]
+    figures += [
+        KeyFigure(
+            f"alarm after slip, finger {onset.finger + 1}", MILLI * onset.latency, "ms", _late(onset.latency), 3
+        )
+        for onset in grasp.onsets
+    ]
+    return tuple(figures)
+
+
+def _largest_grip(grasp: Grasp, note: str) -> KeyFigure:
+    return KeyFigure("largest grip", grasp.largest_grip, "N", f"{note}; {_COMMANDED}", 3)
+
+
+def _alarm_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
+    pulled = len(grasp.pulled_alarms)
+    return (
+        KeyFigure("alarms while pulled", float(pulled), "", _who_tells(grasp.planned.config)),
+        KeyFigure(
+            "other alarms",
+            float(len(grasp.alarms) - pulled),
+            "",
+            _at(grasp.alarms_at(), "from the first touch to letting go"),
+        ),
+        KeyFigure(
+            "times the grip was raised", float(grasp.regrips), "", _at(grasp.raised_at(), _why_raised(grasp))
+        ),
+    )
+
+
+def compared(grasp: Grasp) -> tuple[KeyFigure, ...]:
+    """Return the figures of the control that ignores spin, noted with those of this one; empty without it."""
+    other = grasp.beside
+    if other is None:
+        return ()
+    return (
+        KeyFigure("dropped, ignoring spin", _dropped(other), "", f"with spin {_dropped(grasp)}"),
+        _beside("slip", _slip, grasp, other, "mm"),
+        _beside("spin", _spin, grasp, other, "degrees"),
+        _beside("slip in the air", _slip_aloft, grasp, other, "mm"),
+        _beside("spin in the air", _spin_aloft, grasp, other, "degrees"),
+        _beside("grip over the least", lambda each: each.grip_ratio, grasp, other, digits=3),
+        _beside("tightest", lambda each: each.tightest, grasp, other, digits=3),
+    )
+
+
+def _beside(
+    name: str, value: Callable[[Grasp], float], own: Grasp, other: Grasp, unit: str = "", digits: int = 2
+) -> KeyFigure:
+    with_spin = KeyFigure(name, value(own), unit, "", digits)
+    note = f"with spin {with_spin.text} {unit}".rstrip()
+    return KeyFigure(f"{name}, ignoring spin", value(other), unit, note, digits)
+
+
+def _dropped(grasp: Grasp) -> str:
+    if grasp.dropped:
+        return "yes"
+    return f"no, but it {' and '.join(grasp.gave_way)}" if grasp.gave_way else "no"
+
+
+def _slip(grasp: Grasp) -> float:
+    return round(MILLI * grasp.slip, DIGITS) if grasp.counted.any() else math.nan
+
+
+def _spin(grasp: Grasp) -> float:
+    return round(math.degrees(grasp.spin), DIGITS) if grasp.counted.any() else math.nan
+
+
+def _slip_aloft(grasp: Grasp) -> float:
+    return round(MILLI * grasp.slip_aloft, DIGITS) if grasp.aloft.any() else math.nan
+
+
+def _spin_aloft(grasp: Grasp) -> float:
+    return round(math.degrees(grasp.spin_aloft), DIGITS) if grasp.aloft.any() else math.nan
+
+
+def _at(counts: dict[GraspStage, int], note: str) -> str:
+    """A note, and at what stages that was; while it is set down, the table pushes at what lands."""
+    told = {GraspStage.SET_DOWN: "set down, where the table pushes"}
+    where = ", ".join(f"{count} at {told.get(stage, stage.value)}" for stage, count in counts.items())
+    return f"{note}: {where}" if where else note
+
+
+def _nudged(grasp: Grasp) -> list[KeyFigure]:
+    """What a nudge found: the mean over the fingers, against the truth."""
+    true, found = grasp.planned.true, grasp.nudged
+    if not found:
+        return []
+    frictions = [each.friction for each in found if each.friction is not None]
+    lengths = [MILLI * each.spin_length for each in found if each.spin_length is not None]
+    e = MILLI * true.spin_length_at(NUDGING_GRIP)
+    mu_off = OF_FRICTION * true.friction
+    at = f"at {NUDGING_GRIP:g} N"
+    mu_told, e_told = f"true {true.friction:.3g}", f"true {e:.3g} mm {at}"
+    if not grasp.truth_known:
+        mu_told, e_told = NOT_KNOWN, f"{at}; {NOT_KNOWN}"
+    return [
+        _found("mu, by the nudge", frictions, mu_off, "", mu_told),
+        _found("e, by the nudge", lengths, MILLI * OF_SPIN_LENGTH, "mm", e_told),
+    ]
+
+
+def _found(name: str, values: list[float], off: float, unit: str, true: str) -> KeyFigure:
+    if not values:
+        return KeyFigure(
+            name, math.nan, unit, f"nothing slipped: the least that it may be is planned with; {true}"
+        )
+    value = fmean(values)
+    return KeyFigure(name, value, unit, f"as nudges err: {value - off:.3g} to {value + off:.3g}; {true}", 3)
+
+
+def _who_tells(config: GraspConfig) -> str:
+    if shares(config):
+        return "nobody listens: a finger at its limit hands on to the others, which is no slip"
+    if config.known == "touched":
+        return "a load that comes up to the limit surface believed in"
+    return "a load that follows the ripple on the grip"
+
+
+def _why_raised(grasp: Grasp) -> str:
+    if shares(grasp.planned.config):
+        return "fingers that share a load answer it by its plan alone"
+    if grasp.planned.config.ignore_spin:
+        return "alarms are not heeded"
+    return "for an alarm, and again while it goes on; in the whole run"
+
+
+def _late(latency: float) -> str:
+    if math.isnan(latency):
+        return "never told"
+    return "before it slipped" if latency < 0.0 else "after the truth"

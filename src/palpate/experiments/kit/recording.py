@@ -1,0 +1,56 @@
+"""What a run leaves behind: its log, from which it can be found again, its report and its files."""
+
+from datetime import datetime
+from pathlib import Path
+
+from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text
+from palpate.experiments.kit.experiment import Experiment, Plan, Result
+from palpate.experiments.kit.output_folder import make_folder
+from palpate.experiments.kit.registry import reference_to
+from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
+from palpate.reporting.report import Report
+from palpate.runtime import RunResult
+from palpate.runtime.log import LogWriter, new_log_path
+
+REPORT = "report.html"
+"""Every run writes one."""
+
+
+def log_texts(experiment: Experiment, plan: Plan) -> dict[str, str]:
+    """Return all that a log keeps, by file name: from it the very same is planned again."""
+    robot = {} if plan.robot is None else plan.robot.texts
+    asked = config_text(reference_to(experiment), plan.config)
+    return {EXPERIMENT_TEXT: asked, **robot, **plan.texts(), VERSIONS_TEXT: versions_text()}
+
+
+def log_writer(experiment: Experiment, plan: Plan, folder: Path) -> LogWriter:
+    """Return the writer of a log from which the run can be replayed."""
+    path = new_log_path(folder, datetime.now())  # local time: people look for it by their clock
+    return LogWriter(path, log_texts(experiment, plan))
+
+
+def write_result(experiment: Experiment, result: Result, report: Report, folder: Path) -> tuple[Path, ...]:
+    """Write report and files of a run into a folder, which is made if need be.
+
+    Returns:
+        The files, the report first.
+
+    Raises:
+        InvalidValueError: The folder cannot be made.
+        OSError: A file cannot be written.
+    """
+    from palpate.reporting.page import write_report  # with matplotlib
+
+    make_folder(folder)
+    write_report(report, folder / REPORT)
+    written = [folder / REPORT]
+    for name, write in experiment.files(result).items():
+        write(folder / name)
+        written.append(folder / name)
+    return tuple(written)
+
+
+def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Return all files of a run: its report and tables, and its log."""
+    log = None if result.recording is None else result.recording.path
+    return files if log is None else (*files, log)

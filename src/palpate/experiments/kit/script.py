@@ -1,0 +1,36 @@
+"""An experiment from a script: one call plans, prepares, runs and evaluates it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recording import log_writer, write_result
+from palpate.robots.values import load_named_robot
+from palpate.runtime import Observer
+
+
+def perform(
+    experiment: Experiment, config: Any, out: str | Path | None = None, observers: Sequence[Observer] = ()
+) -> Any:
+    """Carry an experiment out and return what came of it.
+
+    Args:
+        experiment: What to do.
+        config: How, an instance of its `Config`.
+        out: Folder for log, report and files, made if need be; nothing is written if not given.
+        observers: Called every period with sample, observation and command.
+
+    Raises:
+        InvalidValueError: It cannot be carried out, or what was felt tells nothing.
+        KeyboardInterrupt: The robot was stopped; of what it had found there is the log, if it was recorded.
+        OSError: A file cannot be written.
+    """
+    robot = None if config.robot is None else load_named_robot(config.robot)
+    plan = experiment.plan(config, robot, {}).prepared()
+    sinks = () if out is None else (log_writer(experiment, plan, Path(out)),)
+    result = experiment.found(plan, carry_out(plan, observers, sinks))
+    if out is not None:
+        write_result(experiment, result, experiment.report(result), Path(out))
+    return result

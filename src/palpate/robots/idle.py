@@ -1,0 +1,55 @@
+"""A robot over, or a hand around, something that it could touch, for whoever only looks at its devices."""
+
+from palpate.robots.finger_sensor import model_of_finger
+from palpate.robots.hand_task import HandTask
+from palpate.robots.simulated_stage import Task, only_finger, tip_sizes
+from palpate.runtime.robot import Robot
+from palpate.sim import SeededSensor, SphereObject
+from palpate.sim.hand.contact import GraspContact
+from palpate.sim.hand.hand import Hand
+from palpate.sim.hand.scene import HeldObject
+from palpate.sim.objects.table import Table
+from palpate.sim.presets import EXPLORE
+from palpate.sim.sensor.model import SensorModel
+from palpate.sim.sensor.stages import WhiteNoise, alike
+
+RADIUS = 0.04
+"""Of the sphere below the tip [m]."""
+
+CLEARANCE = 0.003
+"""From the tip to it [m]."""
+
+LEAST_TOUCH_FORCE = 0.2
+"""[N]"""
+
+FORCE_NOISE, MOMENT_NOISE = 0.01, 1e-4
+"""[N], [N m] Standard deviations of a fingertip's sensor where nothing else is said: of a Nano17."""
+
+
+def idle_task(robot: Robot) -> Task:
+    """Return a task in which a robot stands over a sphere.
+
+    Raises:
+        InvalidValueError: It has no fingertip that can be simulated.
+    """
+    tip = tip_sizes(robot)
+    target = SphereObject(RADIUS)
+    x, y, z = only_finger(robot).surface.center
+    return Task(
+        tip=tip,
+        compression=0.0,
+        target=target,
+        law=EXPLORE.law,
+        start=(-x, -y, target.top + max(tip) + CLEARANCE - z),
+        period=robot.file.period,
+        sensor=SeededSensor(model_of_finger(robot.file.fingers[0])),
+        touch_force=LEAST_TOUCH_FORCE,
+    )
+
+
+def idle_hand_task(hand: Hand) -> HandTask:
+    """Return a task for a hand that only stands there, open around a ball: to examine its devices."""
+    ball = SphereObject(0.5 * hand.opening)
+    noise = WhiteNoise(alike(FORCE_NOISE, MOMENT_NOISE))
+    sensor = SeededSensor(SensorModel(noise=noise))
+    return HandTask(hand, HeldObject(ball), GraspContact(), Table(-ball.radius), sensor=sensor)

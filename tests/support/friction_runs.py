@@ -1,0 +1,26 @@
+"""Surfaces that are planned to be rubbed, and rubbed, as tests do it."""
+
+from palpate.experiments.friction.experiment import FindFriction
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.robots.values import load_named_robot
+
+FRICTION = FindFriction()
+
+
+def planned(**options):
+    """The plan of a new run with these options."""
+    config = FRICTION.Config(**options)
+    return FRICTION.plan(config, load_named_robot(config.robot), {})
+
+
+def rubbed(**options):
+    """What a run with these options finds."""
+    plan = planned(**options)
+    return FRICTION.found(plan, carry_out(plan))
+
+
+def texts_of(result, heading):
+    """Everything that a section of the report says in words; nothing if there is no such section."""
+    parts = [p for s in FRICTION.report(result).sections if s.heading == heading for p in s.parts]
+    rows = [" | ".join(row) for part in parts for row in getattr(part, "rows", ())]
+    return "\n".join([*(part.text for part in parts if hasattr(part, "text")), *rows])
