@@ -18,7 +18,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from palpate.learning import ExploredWorlds, GuardedRobot, TouchEnv, World
+from palpate.experiments.explore.worlds import ExploredWorlds
+from palpate.learning import GuardedRobot, TouchEnv, World
 from palpate.learning.guarded_robot import approach
 from palpate.runtime import Command, Observation, Sample, Supervisor, Touch, run
 from palpate.runtime.wrapped_backend import WrappedBackend

@@ -10,10 +10,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from palpate.version import __version__ as __version__
+
 if TYPE_CHECKING:  # for type checkers: these names are imported when they are used
     from palpate.commands.replay.run import replay_log as replay_log
-    from palpate.commands.sweep.config import SweepConfig as SweepConfig
-    from palpate.commands.sweep.run import sweep as sweep
+    from palpate.commands.sweep import SweepConfig as SweepConfig
+    from palpate.commands.sweep import sweep as sweep
     from palpate.friction import ContactLoad as ContactLoad
     from palpate.friction import LimitSurface as LimitSurface
     from palpate.friction import Slip as Slip
@@ -55,12 +57,9 @@ if TYPE_CHECKING:  # for type checkers: these names are imported when they are u
     from palpate.surfaces import Superellipsoid as Superellipsoid
     from palpate.surfaces.symbolic import SymbolicSurface as SymbolicSurface
 
-__version__ = "0.2.0"
-
 _NAMES: Mapping[str, tuple[str, ...]] = {
     "commands.replay.run": ("replay_log",),
-    "commands.sweep.config": ("SweepConfig",),
-    "commands.sweep.run": ("sweep",),
+    "commands.sweep": ("SweepConfig", "sweep"),
     "friction": ("ContactLoad", "LimitSurface", "Slip"),
     "grasp": ("GraspContacts", "GraspForceOptimizer"),
     "robots.values": ("load_named_robot",),

@@ -11,7 +11,6 @@ from typing import Annotated, Any, NamedTuple, Union
 
 import tyro
 
-from palpate import __version__
 from palpate.commands import start_up
 from palpate.commands.answer import Answer
 from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
@@ -38,6 +37,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.nearest_name import nearest
+from palpate.version import __version__
 
 DESCRIPTION = (
     "palpate: hybrid force control with the sense of touch. Try `palpate {first}`, then open the report that it "

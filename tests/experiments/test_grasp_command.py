@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from palpate.commands.recording import log_writer
 
 from palpate.cli import main
-from palpate.commands.recording import log_writer
 from palpate.commands.replay.run import replay_log
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.controllers.grip.need import least_grip_of_two

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from palpate.commands.recording import log_writer
 from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
-from palpate.commands.recording import log_writer
 from palpate.commands.replay.report import key_figures
 from palpate.commands.replay.run import replay_log
 from palpate.commands.replay.settings import changeable

@@ -5,17 +5,14 @@ from typing import Any
 
 import pytest
 import tyro
+from palpate.experiments.grasp.options import default_options as grasp_default
 
 from palpate.commands.run import plan_for
 from palpate.commands.typed_options import read_experiment
 from palpate.experiments.friction.config import FrictionConfig
-from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
-from palpate.experiments.friction.library import library_of
-from palpate.experiments.friction.options import default_options as friction_default
-from palpate.experiments.friction.plan import plan as plan_friction
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.options import default_options as grasp_default
 from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 
 
 def examples(command: str, config: type) -> list[str]:

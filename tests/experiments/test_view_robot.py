@@ -16,8 +16,8 @@ from palpate.sim.render.parts import carried_body
 from palpate.sim.render.place import ScenePlacement
 from palpate.viewing import Player
 from palpate.viewing.frames import FrameLayout, Frames
-from support.regulate_runs import planned as plan_regulation
 from support.friction_runs import planned as planned_friction
+from support.regulate_runs import planned as plan_regulation
 
 JOINTS = (0.1, -1.5, 1.6, -1.7, -1.5, 0.2)
 PLANS = {

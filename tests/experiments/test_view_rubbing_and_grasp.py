@@ -11,10 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.commands.recording import log_writer
 from palpate.commands.view.held import held_poses
+from palpate.experiments.grasp.run import GraspAttempt
 from PIL import Image
 
-from palpate.commands.recording import log_writer
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
@@ -22,7 +23,6 @@ from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.run import GraspAttempt
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.scene_view import free_poses_of
 from palpate.runtime.log import log_in, read_log

@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.learning import ExploredWorlds, GuardedRobot, HoldWhileSliding, TouchEnv, World
+from palpate.experiments.explore.worlds import ExploredWorlds
+from palpate.learning import GuardedRobot, HoldWhileSliding, TouchEnv, World
 from palpate.learning.guarded_robot import SLEW
 from palpate.runtime import (
     ArmSample,

@@ -8,32 +8,15 @@ from palpate.commands.compare.report_data import ComparedFigure, ComparisonRepor
 from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.replay.report_data import ReplayReport
 from palpate.commands.replay.report_page import replay_html
-from palpate.commands.replay.report_data import ReplayReport
-from palpate.commands.replay.report_page import replay_html
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
-
-from palpate import LimitSurface
-from palpate.commands.compare.config import CompareConfig
-from palpate.commands.compare.report import comparison_html as mesh_comparison_html
-from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
-from palpate.commands.compare.report_page import comparison_html
-from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.report import sweep_report
-from palpate.commands.sweep.result import SweepResult
 from palpate.commands.typed_values import Varied
 from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.report_page import report_html
 from palpate.experiments.friction.report_data import (
-    FrictionReport,
-    MaterialMatch,
     Measured,
-    RecognitionReport,
     StrokeCurve,
 )
-from palpate.experiments.friction.report_page import friction_html
-from palpate.experiments.regulate.report_data import BodeCurve, RegulationReport, StepCurves
-from palpate.experiments.regulate.report_page import regulation_html
+from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
+from palpate.experiments.grasp.report_page import grasp_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
@@ -45,8 +28,6 @@ from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.experiments.friction.measured import Measured, table_rows
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.stroke_curves import StrokeCurve
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
 from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.friction.materials.trials import UNKNOWN, Confusion
@@ -57,8 +38,6 @@ from palpate.reporting.data import KeyFigure
 from palpate.reporting.force_picture import force_overview
 from palpate.reporting.page import report_page
 from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
-from palpate.reporting.page import report_page
-from palpate.reporting.report import Paragraph, Pictures, Report, Section, TextTable
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side

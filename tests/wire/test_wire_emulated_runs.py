@@ -16,12 +16,10 @@ import numpy as np
 import psutil
 import pytest
 from palpate.commands.run_told import log_writer
-
-from palpate.commands.replay.run import replay_log
-from palpate.experiments.explore import Attempt
 from palpate.experiments.grasp.run import GraspAttempt
 
 from palpate.commands.replay.run import replay_log
+from palpate.experiments.explore import Attempt
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report

@@ -3,6 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
+from palpate.experiments.kit.truth_recorder import TruthRecorder
 
 from palpate.commands.doctor.command import run_doctor
 from palpate.commands.doctor.config import DoctorConfig
@@ -11,7 +12,6 @@ from palpate.commands.robot.tool import run_check
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.kit.truth_recorder import TruthRecorder
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand

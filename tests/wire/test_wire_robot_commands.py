@@ -21,8 +21,6 @@ from palpate.commands.view.plan import recorded_plan, view_scene
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.report import grasp_report
-from palpate.experiments.grasp.robot import hand_backend
-from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.friction.friction_file import How
 from palpate.robots.devices import with_devices
@@ -32,8 +30,8 @@ from palpate.runtime.robot import load_robot
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
 from support.emulated_file import changed_file
-from support.robot_file_text import robot_file_text
 from support.friction_runs import FRICTION
+from support.robot_file_text import robot_file_text
 from support.ur_library import needs_ur
 
 pytestmark = needs_ur

@@ -8,8 +8,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from palpate import __version__
 from palpate.commands.answer import Answer, ExitCode
+from palpate.version import __version__
 
 SCHEMA = 1
 """Raised when a field of the document itself goes or gets another meaning; figures come and go with reports."""

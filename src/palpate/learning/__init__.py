@@ -8,14 +8,12 @@ except ImportError:
     require("gymnasium", "learn", "palpate.learning")
     raise
 
-from palpate.learning.explored_worlds import ExploredWorlds
+from palpate.experiments.kit.world import World, WorldMaker
 from palpate.learning.guarded_robot import GuardedRobot
 from palpate.learning.reward import HoldWhileSliding, Reward
 from palpate.learning.touch_env import TouchEnv
-from palpate.learning.world import World, WorldMaker
 
 __all__ = [
-    "ExploredWorlds",
     "GuardedRobot",
     "HoldWhileSliding",
     "Reward",

@@ -9,12 +9,11 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from palpate.errors import InvalidValueError, positive, shown
-from palpate.learning.explored_worlds import ExploredWorlds
+from palpate.experiments.kit.world import WorldMaker, usual_worlds
 from palpate.learning.guarded_robot import GuardedRobot, approach
 from palpate.learning.observing import Seen, seen, seen_space
 from palpate.learning.picture import WorldPicture
 from palpate.learning.reward import HoldWhileSliding, Reward
-from palpate.learning.world import WorldMaker
 from palpate.runtime import Limits, Supervisor, Touch
 from palpate.spatial import ZERO, Vector
 
@@ -66,7 +65,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
             raise InvalidValueError(f"render_mode = {shown(render_mode)}: must be {RGB_ARRAY!r} or None")
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / positive("action_time", action_time, "s"))}
-        self._worlds: WorldMaker = worlds or ExploredWorlds()
+        self._worlds: WorldMaker = worlds or usual_worlds()
         self._reward: Reward = reward or HoldWhileSliding()
         self._robot: GuardedRobot | None = None
         self._picture: WorldPicture | None = None

@@ -5,7 +5,6 @@ import os
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from palpate import __version__
 from palpate.atomic_file import replacing
 from palpate.reporting.encode import DOTS_PER_INCH, picture_uri
 from palpate.reporting.report import (
@@ -20,6 +19,7 @@ from palpate.reporting.report import (
 )
 from palpate.reporting.style import Picture, Width
 from palpate.runtime.palette import css_variables
+from palpate.version import __version__
 
 PHONE_WIDTH = 680
 """Up to this width of the window [px], pictures drawn for a phone are shown; also in `STYLE`."""

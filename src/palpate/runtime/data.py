@@ -7,6 +7,8 @@ bit. Times are when a quantity was sampled, never when it was logged.
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+
 from palpate.sensing.contact import Contact, ContactStatus
 from palpate.sensing.ft.health import HEALTHY, Verdict
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, as_vector
@@ -171,6 +173,8 @@ class Command:
     def __post_init__(self) -> None:
         # tuples go by at no cost; whoever computes with arrays may give them as they are
         if type(self.velocity_base_tip) is not tuple:
-            object.__setattr__(self, "velocity_base_tip", as_vector(self.velocity_base_tip))
+            object.__setattr__(self, "velocity_base_tip", as_vector(np.asarray(self.velocity_base_tip)))
         if type(self.angular_velocity_base_tip) is not tuple:
-            object.__setattr__(self, "angular_velocity_base_tip", as_vector(self.angular_velocity_base_tip))
+            object.__setattr__(
+                self, "angular_velocity_base_tip", as_vector(np.asarray(self.angular_velocity_base_tip))
+            )

@@ -18,9 +18,13 @@ from palpate.experiments.explore.scans import Scan
 from palpate.experiments.kit.change_account import ChangeAccount
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import Recorded, Tell
+from palpate.experiments.kit.registry import experiment_named
 from palpate.mapping import HeightMap, SphereFit, TouchCloud, fit_sphere
 from palpate.runtime import Phase, Record, RunResult
 from palpate.sim import SceneObject
+
+NAME = "explore"
+"""Of the experiment that this is a result of."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,10 +112,9 @@ class Exploration:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: how it went, the key figures, and what was felt."""
-        from palpate.experiments.explore.report import exploration_report
         from palpate.reporting.notebook import report_fragment
 
-        return report_fragment(exploration_report(self))
+        return report_fragment(experiment_named(NAME).report(self))
 
 
 def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:

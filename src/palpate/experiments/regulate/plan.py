@@ -32,11 +32,13 @@ from palpate.experiments.regulate.parts import (
     travel_of,
 )
 from palpate.reporting.data import KeyFigure
+from palpate.robots.known_truth import known_scene
 from palpate.robots.simulated_stage import RobotInScene
 from palpate.runtime import Backend, FingerDescription, Limits, Supervisor, Touch, run
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot
-from palpate.sim import Target
+from palpate.sim import MovingTarget, Target
+from palpate.sim.scene import OBJECT_GEOM
 
 if TYPE_CHECKING:
     from palpate.viewing import ViewScene
@@ -190,9 +192,13 @@ class RegulationPlan(PlanDefaults):
 
     def view(self) -> "ViewScene":
         """Return what there is to see of it; of a rig's run, what it was told that there is."""
-        from palpate.experiments.regulate.view import regulation_scene  # with MuJoCo's meshes
+        from palpate.experiments.kit.scene_view import scene_view  # with MuJoCo's meshes
 
-        return regulation_scene(self)
+        motions = {}
+        if isinstance(self.target, MovingTarget):
+            motions = {f"{OBJECT_GEOM}_{i}": joint.motion for i, joint in enumerate(self.target.joints)}
+        title = f"Force on a {self.config.object}, {self.config.surface}, {self.config.robot}"
+        return scene_view(title, known_scene(self.ready.backend).model, motions=motions)
 
     def pressing(self) -> IdentifyParameters:
         """Return how it presses first."""

@@ -4,7 +4,6 @@ import math
 import time as wall_clock
 from dataclasses import replace
 
-from palpate import __version__
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.live import Change
@@ -17,6 +16,7 @@ from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.log.row_packer import Pack, row_packer, with_truth
 from palpate.runtime.log.sink import RecordingSummary, Sink
 from palpate.runtime.truth import TruthSource
+from palpate.version import __version__
 
 BLOCK_TIME = 0.2
 """So many seconds of periods are handed over at once; a process that is killed loses them. At 1 kHz the writer

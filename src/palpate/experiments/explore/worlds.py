@@ -7,7 +7,7 @@ import numpy as np
 from palpate.errors import not_negative
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.learning.world import World
+from palpate.experiments.kit.world import World
 from palpate.robots.values import load_named_robot
 from palpate.spatial import scale
 

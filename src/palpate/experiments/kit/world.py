@@ -1,13 +1,17 @@
 """What an episode happens in: a robot with a fingertip, and its limits."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from importlib.metadata import entry_points
+from typing import Protocol, cast
 
 import numpy as np
 
 from palpate.errors import not_negative, vector
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.spatial import ZERO, Vector
+
+GROUP = "palpate.worlds"
+"""Of entry points."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,3 +49,11 @@ class WorldMaker(Protocol):
             rng: All that is drawn is drawn from it, so that a seed gives the same episodes again.
         """
         ...
+
+
+def usual_worlds() -> WorldMaker:
+    """Return the worlds of an environment that was told of no others: the first that packages declare.
+
+    Entry points of the group `palpate.worlds` name what makes a `WorldMaker`.
+    """
+    return cast("WorldMaker", next(iter(entry_points(group=GROUP))).load()())
