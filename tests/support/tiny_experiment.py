@@ -73,7 +73,7 @@ class Tap:
     name, summary, Config = "tap", "Tap a sphere.", TapConfig
     figures = (
         Figure("force_mean_n", "mean force held", "N", lambda tapped: tapped.force),
-        Figure("held", "share that was held", "", lambda tapped: tapped.contact is Loss.NEVER),
+        Figure("held", "share of runs that held", "", lambda tapped: tapped.contact is Loss.NEVER),
         Figure("true_mean_n", "true mean force", "N", lambda tapped: tapped.true_force),
         Figure("contact", "contact", "", lambda tapped: tapped.contact.value),
     )
