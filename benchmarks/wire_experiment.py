@@ -32,7 +32,6 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.result import Grasp, grasp_of
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log

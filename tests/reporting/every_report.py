@@ -10,14 +10,12 @@ from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.replay.report_data import ReplayReport
 from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.typed_values import Varied
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.compare.report import comparison_html as mesh_comparison_html
 from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.report import report_html as sweep_html
+from palpate.commands.sweep.report import sweep_report
 from palpate.commands.sweep.result import SweepResult
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.friction.confusion_picture import confusion_picture
@@ -25,7 +23,6 @@ from palpate.experiments.friction.measured import Measured, table_rows
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.experiments.grasp.pictures import grip_picture, load_pictures, slip_picture
-from palpate.experiments.kit.figure import Figure
 from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.friction.materials.trials import UNKNOWN, Confusion
@@ -190,9 +187,8 @@ def _sweep(typed):
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            figures={"force_rms_n": 1e-3 * (1 + run.number), "overshoot": 0.1 * run.number},
+            figures={"force_mean_n": 1e-3 * (1 + run.number), "held": run.number > 1},
         )
         for run in plan.runs
     )  # fmt: skip
-    figures = (Figure("force_rms_n", "true force, RMS error", "N"), Figure("overshoot", "share of the step"))
-    return sweep_html(SweepResult(plan, records, figures))
+    return report_page(sweep_report(SweepResult(plan, records, plan.experiment.figures[:2])))

@@ -8,7 +8,6 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
-from support.explore_runs import plan_of
 
 
 def main() -> None:

@@ -32,7 +32,6 @@ from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
 from palpate.sim.hand.truth_numbers import hand_columns, moment_of_numbers, numbers_of_hand
 from palpate.spatial import ZERO
-from support.explore_runs import plan_of
 
 numbers = st.floats(-1e3, 1e3)
 vectors = st.tuples(numbers, numbers, numbers)
