@@ -223,7 +223,7 @@ class ExplorationPlan(PlanDefaults):
         )
 
     def view(self) -> ViewScene:
-        """See `Plan`: scene, map and the surface that it becomes; of a rig's run, what it was told that there is."""
+        """See `Plan`: scene, map and surface; of a rig's run, what it was told that there is."""
         from palpate.experiments.kit.scene_view import scene_view  # with what draws
 
         config, scan, scene = self.config, self.scan, self.scene
