@@ -48,7 +48,7 @@ def test_exploration_leaves_its_files_and_says_where(tmp_path):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Reports take longer than all else of a small run, and say nothing here."""
-    monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: None)
+    monkeypatch.setattr("palpate.reporting.page.write_report", lambda report, path: None)
 
 
 @pytest.mark.slow
