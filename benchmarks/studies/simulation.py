@@ -6,7 +6,8 @@ import numpy as np
 
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.experiment import Regulate
+from palpate.experiments.regulate.plan import plan_regulation
+from palpate.experiments.regulate.result import regulation_in
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from studies.study import Row, Study, Tell
 
@@ -34,7 +35,6 @@ def stage_with_step(step: float) -> Robot:
 
 def measure(quick: bool, seed: int, tell: Tell) -> Study:
     """Measure time steps."""
-    regulate = Regulate()
     config = RegulateConfig(
         surface="sine", motion="circle", duration=2.0 if quick else 6.0, stiffness=STIFFNESS, seed=seed
     )
@@ -43,8 +43,8 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
     for turn in range(2 if quick else 5):
         for step in STEPS:
             tell(f"simulation: {1e3 * step:g} ms, turn {turn + 1}")
-            planned = regulate.plan(config, stage_with_step(step), {})
-            found = regulate.found(planned, carry_out(planned))
+            planned = plan_regulation(config, stage_with_step(step), {})
+            found = regulation_in(planned, carry_out(planned))
             costs[step].append(planned.period / found.run.real_time_factor)
             held = np.where(found.counted, found.true_force, np.nan)
             since = found.since

@@ -11,10 +11,6 @@ from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.typed_values import Varied
 from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
 from palpate.experiments.explore.report_page import report_html
-from palpate.experiments.friction.report_data import (
-    Measured,
-    StrokeCurve,
-)
 from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
 from palpate.experiments.grasp.report_page import grasp_html
 
