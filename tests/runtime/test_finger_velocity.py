@@ -100,7 +100,8 @@ def test_a_run_that_turns_an_object_replays_bit_for_bit(tmp_path):
     log = read_log(tmp_path / "a.mcap")
     count = extent_of(log).count
     samples, commands = list(log.samples())[:count], list(log.commands())[:count]
-    done = replay(samples, PERIOD, touch_of(hand), lifts_and_turns(hand), Supervisor(), log.changes)
+    again = (touch_of(hand), lifts_and_turns(hand), Supervisor(), log.changes)
+    done = replay(samples, PERIOD, *again, truth=log.truth)
     found = difference_of_commands(log, count, done, rows_of_replay(done))
     assert (found.first, found.identical) == (None, count)
     moving = [command for command in commands if command.finger_velocity]
