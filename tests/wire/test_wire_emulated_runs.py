@@ -42,7 +42,7 @@ pytestmark = needs_ur
 SCALE = 0.25
 """Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""
 
-HERE = Path(__file__).parent.parent
+SUPPORT = Path(__file__).parents[1] / "support"
 
 
 def robot(address, scale=SCALE):
@@ -146,7 +146,7 @@ def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
     address = f"127.0.9.{50 + int(how)}"
     path = unhurried_file(tmp_path, address, SCALE)
     with subprocess.Popen(
-        [sys.executable, str(HERE / "emulated_run.py"), path],
+        [sys.executable, str(SUPPORT / "emulated_run.py"), path],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
