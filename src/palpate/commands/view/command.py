@@ -16,7 +16,7 @@ from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
-from palpate.commands.view.plan import recorded_plan, watched_plan
+from palpate.commands.view.plan import shown_scene, watched_plan
 from palpate.commands.view.plans import plans_of_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
@@ -94,7 +94,7 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
             live = live_parameters_of(controller)
             plans, poses = plan.shown_plan(controller), free_poses_of(run.backend)
             view = shown.enter_context(
-                LiveView(plan.view(), config.host, config.port, live=live, free_poses=poses, plan=plans)
+                LiveView(shown_scene(experiment, plan), config.host, config.port, live=live, free_poses=poses, plan=plans)
             )
         _say_where(console, view.url, config.host)
         log, interrupted = log_writer(experiment, plan, asked.out), False
@@ -142,7 +142,7 @@ def _show(config: ViewConfig, console: Console) -> Answer:
             _check_folder(path)
     log = read_log(log_in(config.log))
     logged = LoggedRun.of(log)
-    scene = recorded_plan(logged).view()
+    scene = shown_scene(logged.experiment, logged.plan())
     if log.damage is not None:
         say(console, f"{log.path}: {log.damage}; what can be read is shown")
     frames = _frames(log, scene, console)

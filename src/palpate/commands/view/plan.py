@@ -1,4 +1,4 @@
-"""What `palpate view` shows: the plan of a run that is watched, or of a log."""
+"""What `palpate view` shows: the plan of a run that is watched, and the scene of any plan."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -7,13 +7,19 @@ import msgspec
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
-from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.options import lasting
 from palpate.robots.twin import stage_twin
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Pacer
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
+from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
 from palpate.runtime.robot_rig import RigEntry
+from palpate.viewing import ViewScene
+
+
+DEVICES = RigEntry, EmulatedUr5eEntry, EmulatedHandEntry
+"""Have clocks of their own, be they emulated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,31 +43,29 @@ def watched_plan(experiment: Experiment, config: Any, time_scale: float) -> Plan
     Args:
         experiment: What is done.
         config: How; an instance of its `Config`.
-        time_scale: Seconds of the run per second of wall time.
+        time_scale: Seconds of the run per second of wall time; of devices, and simulated hands, it cannot be chosen.
 
     Raises:
         InvalidValueError: It cannot be carried out, or not at such a pace.
     """
-    if config.robot is None:
-        if time_scale != 1.0:
-            raise InvalidValueError(
-                f"time_scale = {time_scale:g}: this simulation goes as fast as it can be computed; leave it out"
-            )
-        return experiment.plan(config, None, {})
-    robot = load_named_robot(config.robot)
-    paced = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(time_scale)))
-    return experiment.plan(config, paced, {})
+    robot = None if config.robot is None else load_named_robot(config.robot)
+    if robot is not None and not isinstance(robot.file.backend, DEVICES):
+        robot = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(time_scale)))
+    elif time_scale != 1.0:
+        own = "this simulation goes as fast as it can be computed" if robot is None else "devices keep real time"
+        raise InvalidValueError(f"time_scale = {time_scale:g}: {own}; leave it out")
+    return experiment.plan(config, robot, {})
 
 
-def recorded_plan(logged: LoggedRun) -> Plan:
-    """Return the plan whose scene is shown of a log: of a rig's run the same with a stage that carries the tip.
+def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
+    """Return what there is to see of a run: on a rig without a hand, a stage that carries the tip.
 
     The object is the one that the run was told of, where it was told that it is; what it really was nobody knows.
 
     Raises:
-        InvalidValueError: It cannot be planned again, or not be simulated.
+        InvalidValueError: It cannot be simulated.
     """
-    plan = logged.plan()
-    if plan.robot is None or not isinstance(plan.robot.file.backend, RigEntry):
-        return plan
-    return logged.plan(robot=stage_twin(plan.robot))
+    robot = plan.robot
+    if robot is None or not isinstance(robot.file.backend, RigEntry) or robot.file.backend.hand is not None:
+        return plan.view()
+    return experiment.plan(lasting(plan.config), stage_twin(robot), plan.texts()).view()
