@@ -1,60 +1,50 @@
-"""What `palpate view` shows: the plan of a run that is watched, and the scene of any plan."""
-
-from dataclasses import dataclass, replace
-from typing import Any
-
-import msgspec
+"""What `palpate view` shows of a plan, and how fast it goes while it is watched."""
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.options import lasting
 from palpate.robots.twin import stage_twin
-from palpate.robots.values import load_named_robot
-from palpate.runtime import Pacer
+from palpate.runtime import Backend, Pacer
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
 from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
 from palpate.runtime.robot_rig import RigEntry
+from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import ViewScene
-
 
 DEVICES = RigEntry, EmulatedUr5eEntry, EmulatedHandEntry
 """Have clocks of their own, be they emulated."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """A robot file's `pace`, in simulation: so many times as fast as in reality.
+class PacedBackend(WrappedBackend[Backend]):
+    """A simulation that goes so many times as fast as in reality; infinite: as fast as it can be computed."""
 
-    Attributes:
-        scale: Times; infinite for as fast as it can be computed.
-    """
+    def __init__(self, backend: Backend, time_scale: float) -> None:
+        """Take it, and how fast."""
+        super().__init__(backend)
+        self._pacer = SimulatedTime() if time_scale == float("inf") else RealTime(backend.period / time_scale)
 
-    scale: float
+    @property
+    def pacer(self) -> Pacer:
+        """See `Backend`."""
+        return self._pacer
 
-    def pacer(self, period: float) -> Pacer:
-        """Return a pacer for a control period of simulated time [s]."""
-        return SimulatedTime() if self.scale == float("inf") else RealTime(period / self.scale)
 
-
-def watched_plan(experiment: Experiment, config: Any, time_scale: float) -> Plan:
-    """Return the plan of a run that is to be watched.
+def watched_backend(plan: Plan, time_scale: float) -> Backend:
+    """Return the back end of a run that is to be watched.
 
     Args:
-        experiment: What is done.
-        config: How; an instance of its `Config`.
-        time_scale: Seconds of the run per second of wall time; of devices, and simulated hands, it cannot be chosen.
+        plan: Of the run.
+        time_scale: Seconds of the run per second of wall time.
 
     Raises:
-        InvalidValueError: It cannot be carried out, or not at such a pace.
+        InvalidValueError: It cannot be, or devices were to go faster or slower.
     """
-    robot = None if config.robot is None else load_named_robot(config.robot)
-    if robot is not None and not isinstance(robot.file.backend, DEVICES):
-        robot = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(time_scale)))
-    elif time_scale != 1.0:
-        own = "this simulation goes as fast as it can be computed" if robot is None else "devices keep real time"
-        raise InvalidValueError(f"time_scale = {time_scale:g}: {own}; leave it out")
-    return experiment.plan(config, robot, {})
+    if plan.robot is None or not isinstance(plan.robot.file.backend, DEVICES):
+        return PacedBackend(plan.backend(), time_scale)
+    if time_scale != 1.0:
+        raise InvalidValueError(f"time_scale = {time_scale:g}: devices keep real time; leave it out")
+    return plan.backend()
 
 
 def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
