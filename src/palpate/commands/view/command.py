@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -21,6 +22,7 @@ from palpate.commands.view.plan import shown_scene, watched_backend
 from palpate.commands.view.plans import plans_of_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
+from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
@@ -77,9 +79,7 @@ def run_view(config: ViewConfig) -> Answer:
 def _watch(config: ViewConfig, console: Console) -> Answer:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
     experiment = experiment_named(config.what)
-    kind = experiment.Config
-    overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
-    asked = kind(**overlay | set_options(config.set, kind, OWN))
+    asked = _asked(experiment, config)
     plan = plan_for(experiment, asked)
     if plan.robot is not None:
         check_drivers(plan.robot)
@@ -127,6 +127,13 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
             return replace(answer, exit_code=ExitCode.INTERRUPTED)
         _wait(view, console)
     return answer
+
+
+def _asked(experiment: Experiment, config: ViewConfig) -> Any:
+    """What the experiment is to be like: --set goes before --config."""
+    kind = experiment.Config
+    overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
+    return kind(**overlay | set_options(config.set, kind, OWN))
 
 
 def _check_folder(path: Path) -> None:

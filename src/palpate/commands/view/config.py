@@ -71,4 +71,5 @@ class ViewConfig:
     def log(self) -> Path | None:
         """Of what is to be shown, if it is a log or a folder; else it is an experiment."""
         place = Path(self.what)
-        return place if place.suffix == ".mcap" or place.is_dir() or "/" in self.what.partition(":")[0] else None
+        path = "/" in self.what and ":" not in self.what
+        return place if path or place.suffix == ".mcap" or place.is_dir() else None
