@@ -4,18 +4,12 @@ import io
 import re
 import threading
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.commands.view.plan import watched_plan
-from palpate.commands.view.plans import plans_of_log
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.runtime.live import live_parameters_of
 from palpate.viewing import ANY_PORT, LiveView, Player, frames_of_log
 from viewing.browser import needs_browser, page
 
@@ -51,7 +45,7 @@ def test_a_browser_shows_the_run(short_run, tmp_path):
 def test_a_browser_shows_the_surface_as_it_grows(short_run, tmp_path):
     """Its colours have a legend with a unit; another colouring has another one."""
     scene = short_run.planned.view()
-    plans, going = plans_of_log(LoggedRun.of(short_run.log)), threading.Event()
+    plans, going = short_run.plans, threading.Event()
     with Player(scene, frames_of_log(short_run.log), 10.0, port=ANY_PORT, plans=plans) as player:
         playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
         playing.start()
@@ -70,14 +64,11 @@ def test_a_browser_shows_the_surface_as_it_grows(short_run, tmp_path):
 
 @needs_browser
 @pytest.mark.slow
-def test_a_slider_in_the_browser_changes_the_run(tmp_path):
+def test_a_slider_in_the_browser_changes_the_run(live_run, tmp_path):
     """Keys move the slider; the run takes it up, records it, and tells the page, which says when it is over."""
-    planned = watched_plan(Explore(), ExploreConfig(width=0.01, depth=0.004, speed=0.01), 1.0)
-    run, said = RecordedRun(planned), []
-    with (
-        LiveView(replace(planned.view(), surface=None), port=ANY_PORT, live=run.controller.live) as view,
-        page(tmp_path, view.url) as browser,
-    ):
+    (planned, run), said = live_run, []
+    live = live_parameters_of(run.controller)
+    with LiveView(planned.view(), port=ANY_PORT, live=live) as view, page(tmp_path, view.url) as browser:
         browser.wait_for("document.querySelectorAll('[role=slider]').length == 3")
 
         def meddle():

@@ -114,7 +114,7 @@ def reaches(address, port):
 
 @pytest.mark.parametrize(("host", "reached"), [(LOOPBACK, False), ("0.0.0.0", True)])
 def test_others_reach_it_only_if_that_was_asked_for(host, reached):
-    assert ViewConfig().host == LOOPBACK, "--host changes it"
+    assert ViewConfig("runs/explore").host == LOOPBACK, "--host changes it"
     server = ViewServer("t", host, ANY_PORT)
     try:
         assert reaches(LOOPBACK, server.get_port())

@@ -20,13 +20,13 @@ from support.waiting import until
 
 @pytest.fixture(scope="module")
 def felt(short_run):
-    view = short_run.surface
+    view = short_run.planned.view().surface
     return view, contacts_of(frames_of_log(short_run.log), view)
 
 
 @pytest.fixture
 def fed(short_run):
-    view = short_run.surface
+    view = short_run.planned.view().surface
     worker = SurfaceWorker(multiprocessing.get_context("spawn"), view)
     yield worker, SurfaceFeed(worker.connection, view), frames_of_log(short_run.log)
     worker.close()
@@ -134,7 +134,7 @@ def test_winding_back_begins_anew_and_an_old_answer_is_thrown_away(fed):
 
 def test_what_waits_is_bounded(short_run, monkeypatch):
     monkeypatch.setattr(module, "MOST_WAITING", 300)
-    view = short_run.surface
+    view = short_run.planned.view().surface
     ours, theirs = multiprocessing.get_context("spawn").Pipe()
     feed = SurfaceFeed(ours, view)
     feed._busy = True  # a process that never answers
@@ -165,7 +165,7 @@ def test_a_killed_process_is_told_of_once_and_for_all(fed):
 
 @pytest.mark.slow
 def test_a_surface_that_cannot_be_made_is_told_of(short_run):
-    view = replace(short_run.surface, voxel=1e-9)  # coarser ones come from the size of the object
+    view = replace(short_run.planned.view().surface, voxel=1e-9)  # coarser ones come from the size of the object
     worker = SurfaceWorker(multiprocessing.get_context("spawn"), view)
     feed = SurfaceFeed(worker.connection, view)
     frames = frames_of_log(short_run.log)

@@ -32,7 +32,7 @@ from palpate.experiments.explore.identified import (
     read_identified,
 )
 from palpate.experiments.explore.objects import FROM_FILE
-from palpate.experiments.explore.plan_watch import PlanDiary, PlanWatch
+from palpate.experiments.explore.plan_watch import PlanWatch
 from palpate.experiments.explore.pressing import pressed
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.explore.wall_bound import WallBound
@@ -54,6 +54,7 @@ from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.runtime.robot_rig import RigEntry
+from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.truth import TruthSource
 from palpate.sim import Scene, SceneObject
 from palpate.sim.presets import EXPLORE
@@ -159,7 +160,7 @@ class ExplorationPlan(PlanDefaults):
 
     def observer(self, controller: ExploreController, truth: TruthSource | None) -> PlanDiary:
         """See `Plan`: keeps where the tip was going."""
-        return PlanDiary(controller)
+        return PlanDiary(PlanWatch(controller))
 
     def shown_plan(self, controller: ExploreController) -> PlanWatch:
         """See `Plan`."""
