@@ -25,7 +25,7 @@ from palpate.commands.sweep.report import (
     setting_rows,
 )
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
-from palpate.commands.sweep.scale import scale_of
+from palpate.commands.scale import scale_of
 from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
 from palpate.commands.sweep.words import time_text
 from palpate.errors import InvalidValueError
