@@ -1,11 +1,10 @@
 """A force held on a surface that goes up and down: the faster it goes, the worse it is held."""
 
 import numpy as np
-from palpate.experiments.regulate.run import Attempt, Regulation, prepared
 
 from palpate.errors import FloatArray
-from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan
+from palpate.experiments.regulate import RegulateConfig, regulate
+from palpate.experiments.regulate.result import Regulation
 from studies.study import Row, Study, Tell
 
 SPEEDS = (0.005, 0.01, 0.02, 0.04)
@@ -43,7 +42,7 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
                 seed=seed,
                 **options,
             )
-            rows.append(_row(name, speed, _carried_out(config)))
+            rows.append(_row(name, speed, regulate(config)))
     return Study(
         "A force on a surface that moves",
         ABOUT,
@@ -53,12 +52,6 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
         "N",
         tuple(rows),
     )
-
-
-def _carried_out(config: RegulateConfig) -> Regulation:
-    planned, identification = prepared(plan(config))
-    attempt = Attempt(planned, identification)
-    return attempt.found(attempt.run())
 
 
 def _row(name: str, speed: float, found: Regulation) -> Row:

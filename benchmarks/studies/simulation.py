@@ -3,10 +3,11 @@
 import re
 
 import numpy as np
-from palpate.experiments.regulate.run import Attempt
 
+from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan
+from palpate.experiments.regulate.plan import plan_regulation
+from palpate.experiments.regulate.result import regulation_in
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from studies.study import Row, Study, Tell
 
@@ -42,9 +43,8 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
     for turn in range(2 if quick else 5):
         for step in STEPS:
             tell(f"simulation: {1e3 * step:g} ms, turn {turn + 1}")
-            planned = plan(config, stage_with_step(step))
-            attempt = Attempt(planned, None)
-            found = attempt.found(attempt.run())
+            planned = plan_regulation(config, stage_with_step(step), {})
+            found = regulation_in(planned, carry_out(planned))
             costs[step].append(planned.period / found.run.real_time_factor)
             held = np.where(found.counted, found.true_force, np.nan)
             since = found.since

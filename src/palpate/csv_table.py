@@ -8,11 +8,6 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 
-_DECIMAL = re.compile(
-    r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII
-)
-"""What counts as a number: float() alone would also take 1_000 and digits of every script."""
-
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 """Characters that no text file holds within a line; a tab is one that does."""
 
@@ -46,13 +41,13 @@ class CsvTable:
                 f"{self.name}: no column {missing[0]}: there are {', '.join(self.columns)}; give {self.holds}"
             )
         places = [self.columns.index(column) for column in columns] or range(len(self.rows[0]))
-        rows = [[row[place] for place in places] for row in self.rows]
-        for line, row in zip(self.lines, rows, strict=True):
-            if wrong := [field for field in row if not is_number(field)]:
-                raise InvalidValueError(
-                    f"{self.name}, line {line}: {short(wrong[0])} is no number: must hold {self.holds}"
-                )
-        return np.array(rows, dtype=np.float64)
+        numbers = []
+        for line, row in zip(self.lines, self.rows, strict=True):
+            numbers.append([number_in(row[place]) for place in places])
+            if None in numbers[-1]:
+                wrong = short(row[places[numbers[-1].index(None)]])
+                raise InvalidValueError(f"{self.name}, line {line}: {wrong} is no number: must hold {self.holds}")
+        return np.array(numbers, dtype=np.float64)
 
 
 def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -> CsvTable:
@@ -80,7 +75,7 @@ def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -
                 raise InvalidValueError(
                     f"{name}, line {i}, {short(line)}: has {len(rows[-1])} fields: must be {width}, {holds}"
                 )
-    names = int(bool(rows) and not any(map(is_number, rows[0])))
+    names = int(bool(rows) and all(number_in(field) is None for field in rows[0]))
     if len(rows) == names:
         raise InvalidValueError(f"{name}: no line with numbers; write {holds}, with commas between them")
     return CsvTable(name, tuple(rows[0]) if names else (), rows[names:], lines[names:], holds)
@@ -91,9 +86,13 @@ def is_comment(line: str) -> bool:
     return line.lstrip().startswith("#") or not line.strip()
 
 
-def is_number(field: str) -> bool:
-    """Return whether a field, without spaces around it, is a number that Python's float reads: nan and inf are."""
-    return _DECIMAL.fullmatch(field) is not None
+def number_in(field: str) -> float | None:
+    """Return the number that a field is, be it nan or inf; None if it is none, or one to Python alone (1_000)."""
+    try:
+        number = float(field)
+    except ValueError:
+        return None
+    return number if field.isascii() and "_" not in field else None
 
 
 def csv_fields(line: str, where: str) -> list[str]:

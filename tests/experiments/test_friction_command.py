@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import msgspec
@@ -33,7 +34,7 @@ from palpate.friction.friction_file import (
     load_friction_file,
     read_friction_file,
 )
-from palpate.friction.materials.library import load_materials, materials_text, simulated_materials
+from palpate.friction.materials.library import load_materials, simulated_materials
 from palpate.friction.materials.recognition import Answer
 from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
@@ -117,7 +118,7 @@ def test_its_log_replays_bit_for_bit(folder):
 
 def test_a_log_keeps_its_library_which_may_be_gone_by_then(tmp_path):
     path = tmp_path / "mine.yaml"
-    path.write_text(materials_text(simulated_materials()), encoding="utf-8")
+    shutil.copy(library_path(FrictionConfig(library=Path("simulated"))), path)
     plan = planned(quick=True, library=path)
     path.unlink()
     assert FRICTION.plan(plan.config, plan.robot, plan.texts()).library == simulated_materials()

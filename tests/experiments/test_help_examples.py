@@ -1,31 +1,22 @@
 """Every example that `palpate friction --help` and `palpate grasp --help` give can be typed as it stands."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
-import tyro
-from palpate.experiments.grasp.options import default_options as grasp_default
 
 from palpate.commands.run import plan_for
 from palpate.commands.typed_options import read_experiment
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.friction.experiment import FindFriction
+from palpate.experiments.grasp.experiment import GraspObject
 from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 
-
-def examples(command: str, config: type) -> list[str]:
-    """Return the lines of a help text that are commands."""
-    lines = [line.strip() for line in (config.__doc__ or "").splitlines()]
-    return [line for line in lines if line.startswith(f"palpate {command}")]
+EXPERIMENTS = (FindFriction(), GraspObject())
 
 
-def asked(line: str, default: Any) -> Any:
-    """Return the configuration that a line asks for, as the command line reads it."""
-    words = line.split()[2:]
-    options = default(words)
-    return tyro.cli(type(options), args=words, default=options).settled
+def examples(experiment):
+    """The lines of a help text that are commands, each with what it is of."""
+    lines = [line.strip() for line in (experiment.Config.__doc__ or "").splitlines()]
+    return [(experiment, line) for line in lines if line.startswith(f"palpate {experiment.name}")]
 
 
 @pytest.fixture
@@ -50,16 +41,12 @@ def found_first(tmp_path, monkeypatch):
     path.write_text(friction_file_text(file), encoding="utf-8")
 
 
-@pytest.mark.parametrize("line", examples("friction", FrictionConfig))
-def test_an_example_of_rubbing_can_be_planned(line):
-    config, _ = read_experiment(FrictionConfig, "friction", "palpate friction", line.split()[2:], ())
-    plan_for(FRICTION, config)
-
-
-@pytest.mark.parametrize("line", examples("grasp", GraspConfig))
-def test_an_example_of_grasping_can_be_planned(line, found_first):
-    plan_grasp(asked(line, grasp_default))
+@pytest.mark.parametrize(("experiment", "line"), [example for each in EXPERIMENTS for example in examples(each)])
+def test_an_example_can_be_planned(experiment, line, found_first):
+    command = f"palpate {experiment.name}"
+    config, _ = read_experiment(experiment.Config, experiment.name, command, line.split()[2:], ())
+    plan_for(experiment, config)
 
 
 def test_there_are_examples():
-    assert min(len(examples("friction", FrictionConfig)), len(examples("grasp", GraspConfig))) >= 6
+    assert min(len(examples(each)) for each in EXPERIMENTS) >= 6

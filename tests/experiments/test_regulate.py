@@ -9,12 +9,13 @@ import pytest
 from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.change_names import REGULATED
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.regulate.config import LIVE, RegulateConfig
 from palpate.experiments.regulate.identified import Identified, read_identified
 from palpate.experiments.regulate.key_figures import margins
 from palpate.experiments.regulate.motion import motion_text, read_motion
@@ -23,8 +24,9 @@ from palpate.experiments.regulate.words import WORDS, limits, outcome
 from palpate.reporting.force_picture import force_overview
 from palpate.reporting.page import report_page
 from palpate.runtime import Ending, Phase
+from palpate.runtime.log import read_log
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
-from support.regulate_runs import REGULATE, carried_out, planned, regulated
+from support.regulate_runs import REGULATE, carried_out, logged, planned, regulated
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
 PLATE = Box((0.2, 0.2, 0.04))
@@ -378,6 +380,17 @@ def test_a_plan_comes_back_from_its_texts_and_does_the_very_same(tmp_path):
     assert np.array_equal(first.record.command, second.record.command)
 
 
+@pytest.mark.parametrize("fields", [{"change": ((1.7, "force", 3.0),)}, {"profile": "step", "hold": 0.4}])
+def test_the_same_is_found_again_from_the_log_alone(fields, tmp_path):
+    path = tmp_path / "run.mcap"
+    found = logged(planned(duration=1.0, **fields), path)
+    again = LoggedRun.of(read_log(path)).found()
+    assert figures_of(REGULATE, again) == pytest.approx(figures_of(REGULATE, found), nan_ok=True)
+    for one in ("true_force", "sensed_force", "set_force"):
+        known = getattr(again, one)  # until the controller was done
+        assert np.array_equal(known, getattr(found, one)[: len(known)], equal_nan=True)
+
+
 @pytest.mark.parametrize("surface", ["sine", "yielding"])
 def test_what_there_is_to_see_is_the_scene_and_what_moves_as_told_moves(surface):
     scene = planned(surface=surface).view()
@@ -455,6 +468,11 @@ def test_what_cannot_be_planned_is_refused(fields, words):
         planned(**fields)
 
 
+def test_what_to_type_to_repeat_a_run_with_changes():
+    config = RegulateConfig(change=((2.0, "force", 3.0), (5.0, "force", 2.5)))
+    assert command_line("regulate", config) == "palpate regulate --change 2.0 force 3.0 5.0 force 2.5"
+
+
 @pytest.mark.parametrize("surface", ["still", "sine", "soft", "yielding", "leaving", "missing"])
 def test_a_surface_takes_its_own_options_and_no_others(surface):
     values = {name: 2.0 * getattr(RegulateConfig(), name) for name in SURFACES}
@@ -475,7 +493,7 @@ def test_a_misspelt_change_is_refused_before_anything_is_planned():
     """And nothing is refused that the controller knows."""
     with pytest.raises(InvalidValueError, match="no live parameter is called 'forse'; did you mean"):
         RegulateConfig(change=((5.0, "forse", 4.0),))
-    assert tuple(planned().controller().live.parameters) == REGULATED
+    assert tuple(planned().controller().live.parameters) == LIVE
 
 
 def test_pressing_on_nothing_is_no_identification():

@@ -7,30 +7,25 @@ from PIL import Image
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
-from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.recorded_run import carry_out
-from palpate.runtime.log import LogWriter, read_log
+from palpate.runtime.log import read_log
 from palpate.viewing import frames_of_log
-from support.regulate_runs import planned
+from support.regulate_runs import logged, planned
 from support.shown_player import Shown
-
-
-def logged(path, **fields):
-    plan = planned(duration=0.5, **fields)
-    texts = {EXPERIMENT_TEXT: config_text("regulate", plan.config), **plan.robot.texts, **plan.texts()}
-    carry_out(plan, sinks=(LogWriter(path, texts),))
-    return path
 
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory):
-    return logged(tmp_path_factory.mktemp("moving") / "run.mcap", surface="sine", landing_speed=0.004)
+    path = tmp_path_factory.mktemp("moving") / "run.mcap"
+    logged(planned(duration=0.5, surface="sine", landing_speed=0.004), path)
+    return path
 
 
 @pytest.fixture(scope="module")
 def still(tmp_path_factory):
-    return logged(tmp_path_factory.mktemp("still") / "run.mcap", object="sphere")
+    path = tmp_path_factory.mktemp("still") / "run.mcap"
+    logged(planned(duration=0.5, object="sphere"), path)
+    return path
 
 
 def test_a_moving_surface_is_where_the_contact_was(moving):

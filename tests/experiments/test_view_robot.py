@@ -2,39 +2,35 @@
 
 import numpy as np
 import pytest
-from palpate.commands.view.twin import shown_plan
 
-from palpate.commands.view.plan import simulated_model, view_scene
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan as plan_exploration
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan as plan_grasp
+from palpate.experiments.kit.registry import experiment_named
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.kinematics.posture import Posture
-from palpate.robots.known_truth import scene_of
+from palpate.robots.known_truth import known_scene, scene_of
+from palpate.robots.twin import stage_twin
+from palpate.robots.values import load_named_robot
 from palpate.sim.render.parts import carried_body
 from palpate.sim.render.place import ScenePlacement
 from palpate.viewing import Player
 from palpate.viewing.frames import FrameLayout, Frames
-from support.friction_runs import planned as planned_friction
-from support.regulate_runs import planned as plan_regulation
 
 JOINTS = (0.1, -1.5, 1.6, -1.7, -1.5, 0.2)
-PLANS = {
-    "explore": lambda: plan_exploration(ExploreConfig(robot="ur5e-netft", object="box")),
-    "regulate": lambda: plan_regulation(robot="ur5e-netft"),
-    "friction": lambda: plan_friction(FrictionConfig(robot="ur5e-netft", quick=True)),
-    "regulate": lambda: plan_regulation(RegulateConfig(robot="ur5e-netft")),
-    "friction": lambda: planned_friction(robot="ur5e-netft", quick=True),
-}
+OPTIONS = {"explore": {"object": "box"}, "regulate": {}, "friction": {"quick": True}}
 
 
-@pytest.mark.parametrize("kind", PLANS)
+def plan_of(kind, robot="ur5e-netft", twin=False, **options):
+    """The plan of an experiment on a robot, or on the stage that stands for it."""
+    experiment, loaded = experiment_named(kind), load_named_robot(robot)
+    config = experiment.Config(robot=robot, **OPTIONS.get(kind, {}), **options)
+    return experiment.plan(config, stage_twin(loaded) if twin else loaded, {})
+
+
+@pytest.mark.parametrize("kind", OPTIONS)
 def test_a_rigs_run_is_shown_on_a_stage_that_goes_where_its_tip_was(kind):
-    planned = PLANS[kind]()
-    assert scene_of(planned.backend) is None  # nobody knows the truth
-    model = simulated_model(planned)
-    scene = view_scene(planned)
+    planned = plan_of(kind)
+    assert scene_of(planned.backend()) is None  # nobody knows the truth
+    model = known_scene(plan_of(kind, twin=True).backend()).model
+    scene = planned.view()
     tip = model.body(carried_body(model)).name
     assert isinstance(scene.placement, ScenePlacement)
     x, y, z = scene.placement.start.pose_base_tip.position
@@ -48,23 +44,20 @@ def test_a_rigs_run_is_shown_on_a_stage_that_goes_where_its_tip_was(kind):
         assert np.allclose(data.body(tip).xmat.reshape(3, 3), told.rotation, atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", PLANS)
+@pytest.mark.parametrize("kind", OPTIONS)
 def test_the_twin_touches_what_the_run_was_told_of(kind):
-    planned = PLANS[kind]()
-    twin = shown_plan(planned)
-    assert type(twin) is type(planned)
+    planned, twin = plan_of(kind), plan_of(kind, twin=True)
     assert twin.limits == planned.limits
-    assert scene_of(twin.backend) is not None
-    assert shown_plan(twin) is twin
+    assert [part.body for part in twin.view().parts] == [part.body for part in planned.view().parts]
 
 
 def test_a_rigs_grasp_is_shown_with_its_own_hand():
     believed = {"believed_friction": 0.4, "believed_spin_length": 0.003}
-    planned = plan_grasp(GraspConfig(robot="ur5e-hand", **believed))
-    scene = view_scene(planned)
+    planned = plan_of("grasp", "ur5e-hand", **believed)
+    scene = planned.view()
     start = scene.placement.start
     x, y, z = start.pose_base_tip.position
-    assert z == pytest.approx(planned.hand.hand.depth + planned.hand.hand.tip_along)
+    assert z == pytest.approx(planned.hand.geometry.depth + planned.hand.geometry.tip_along)
     risen = Posture(Pose((x, y, z + 0.04)), JOINTS, start.hand)
     assert scene.placement.poses(risen)["palm"].position[2] == pytest.approx(z + 0.04, abs=1e-12)
 
@@ -72,8 +65,8 @@ def test_a_rigs_grasp_is_shown_with_its_own_hand():
 def test_a_run_with_joints_may_be_played_on_a_stage_but_not_on_another_arm():
     layout = FrameLayout(joints=6)
     frames = Frames(np.zeros((1, layout.width)), layout)
-    Player(view_scene(PLANS["friction"]()), frames, port=0)
-    simulated = planned_friction(robot="ur5e-sim", quick=True)
+    Player(plan_of("friction").view(), frames, port=0)
+    simulated = plan_of("friction", "ur5e-sim")
     layout = FrameLayout(joints=7)
     with pytest.raises(ValueError, match="7 joints, the scene 6"):
-        Player(view_scene(simulated), Frames(np.zeros((1, layout.width)), layout), port=0)
+        Player(simulated.view(), Frames(np.zeros((1, layout.width)), layout), port=0)

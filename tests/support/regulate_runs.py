@@ -1,17 +1,19 @@
 """Regulations of force, planned and carried out."""
 
+from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.experiment import Regulate
 from palpate.robots.values import load_named_robot
+from palpate.runtime.log import LogWriter
 
 REGULATE = Regulate()
 
 
-def planned(texts=None, **fields):
-    """The plan of a regulation, with what its log has kept."""
+def planned(**fields):
+    """The plan of a regulation."""
     config = RegulateConfig(**fields)
-    return REGULATE.plan(config, load_named_robot(config.robot), texts or {})
+    return REGULATE.plan(config, load_named_robot(config.robot), {})
 
 
 def carried_out(plan):
@@ -22,3 +24,9 @@ def carried_out(plan):
 def regulated(**fields):
     """What came of a regulation; it presses first if it is to."""
     return carried_out(planned(**fields).prepared())
+
+
+def logged(plan, path):
+    """What came of a plan that was recorded at a path."""
+    texts = {EXPERIMENT_TEXT: config_text(REGULATE.name, plan.config), **plan.robot.texts, **plan.texts()}
+    return REGULATE.found(plan, carry_out(plan, sinks=(LogWriter(path, texts),)))

@@ -9,7 +9,8 @@ import numpy as np
 
 from palpate.controllers import force_gain, series_stiffness, tracking_delay
 from palpate.controllers.force_profile import ConstantForce
-from palpate.controllers.regulate import Loss, RegulateController
+from palpate.controllers import Loss
+from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.figure import Figure

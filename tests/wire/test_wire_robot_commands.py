@@ -10,7 +10,6 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from palpate.commands.run_told import log_writer
 from palpate.experiments.grasp.robot import hand_backend
 from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 
@@ -22,6 +21,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.report import grasp_report
 from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recording import log_writer
 from palpate.friction.friction_file import How
 from palpate.robots.devices import with_devices
 from palpate.runtime import Ending

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from palpate.csv_table import csv_fields, is_comment, is_number, short
+from palpate.csv_table import csv_fields, is_comment, number_in, short
 from palpate.errors import InvalidValueError
 
 COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -139,7 +139,7 @@ class WrenchReader:
 
     def _read_header(self, text: str) -> Header:
         columns = [field.strip() for field in csv_fields(text, self._where)]
-        if all(map(is_number, columns)):
+        if all(number_in(column) is not None for column in columns):
             raise self._wrong(f"numbers where the header should be; put {_EXAMPLE} before them")
         if len(columns) == 1 and (separator := next((c for c in ";\t" if c in text), None)):
             raise self._wrong(f"columns must be separated by commas, not {separator!r}")
@@ -188,9 +188,10 @@ class WrenchReader:
         wrench = []
         for component, place, factor in zip(COMPONENTS, header.places, header.factors, strict=True):
             field = fields[place].strip()
-            if not is_number(field):
+            number = number_in(field)
+            if number is None:
                 raise self._wrong(f"{component} = {short(field)}: must be a number")
-            value = float(field) * factor
+            value = number * factor
             if not (self._not_finite_passes or math.isfinite(value)):
                 raise self._wrong(
                     f"{component} = {short(field)}: must be finite; --not-finite mark lets such rows be INVALID"

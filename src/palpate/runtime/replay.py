@@ -130,6 +130,13 @@ class RecordedChanges:
         return self._live.step(time)
 
 
+def replayed_backend(samples: Iterable[Sample], period: float, truth: TruthTable | None) -> ReplayBackend:
+    """Return what says again what was sampled [s], and what really happened if that is known."""
+    if truth is None or not truth.known:
+        return ReplayBackend(samples, period)
+    return ReplayWithTruth(samples, period, truth)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Replay:
     """What a replay gave.
@@ -176,6 +183,7 @@ def replay(
     supervisor: Supervisor | None = None,
     changes: Iterable[Change] = (),
     observers: Sequence[Observer] = (),
+    truth: TruthTable | None = None,
 ) -> Replay:
     """Feed recorded samples through touch, controller and supervisor, by the very loop that runs robots.
 
@@ -187,6 +195,7 @@ def replay(
         supervisor: Its limits; safe defaults if not given.
         changes: What its live parameters were asked for, as recorded.
         observers: Called every period, for example to show progress.
+        truth: What really happened at each sample, if it is known.
 
     Raises:
         InvalidValueError: No samples, or a change that the controller's parameters cannot take.
@@ -197,7 +206,7 @@ def replay(
     kept = _KeptRows()
     try:
         result = run(
-            ReplayBackend(samples, period),
+            replayed_backend(samples, period, truth),
             touch,
             controller,
             supervisor,

@@ -146,7 +146,7 @@ def _replayed(
     samples = islice(log.samples(), extent.count)
     touch, supervisor = Touch(*planned.fingers), Supervisor(planned.limits)
     try:
-        return replay(samples, log.heading.period, touch, controller, supervisor, changes, observers)
+        return replay(samples, log.heading.period, touch, controller, supervisor, changes, observers, log.truth)
     except InvalidValueError:
         raise
     except Exception as error:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.csv_table import CsvTable, is_number, read_csv_table
+from palpate.csv_table import CsvTable, number_in, read_csv_table
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
@@ -137,9 +137,10 @@ def _extent(name: str, text: str) -> tuple[float, float] | None:
     found = EXTENT.fullmatch(text.partition("\n")[0].strip())
     if found is None:
         return None
-    if not (is_number(found[1]) and is_number(found[2])):
+    width, depth = number_in(found[1]), number_in(found[2])
+    if width is None or depth is None:
         raise InvalidValueError(f"{name}, line 1: width_m = {found[1]}, depth_m = {found[2]}: must be numbers")
-    return float(found[1]), float(found[2])
+    return width, depth
 
 
 def _map(table: CsvTable) -> tuple[FloatArray, tuple[float, float]]:

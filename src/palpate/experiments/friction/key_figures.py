@@ -15,30 +15,27 @@ def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
     run = (KeyFigure(time_name(result.cost), result.run.duration, "s"),)
     if file is None:
         return run
-    plant = plan.plant
-    truth: dict[str, float | None] = {
-        "mu": plan.true_friction(file.speed),
-        "gamma": 0.0 if plant is None else plant.load_exponent,
-        "p": 2.0 if plant is None else plant.norm_exponent,
-    }
-    if not plan.truth_known:
-        truth = dict.fromkeys(truth)
-    slipped = file.friction.how is How.MEASURED
+    true = plan.true_limit_surface
     together = "all loads together, " if len(file.loads) > 1 else ""
-    note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if slipped else ""
-    figures = [_figure("friction mu", file.friction, truth["mu"], note=note, bound=_strokes_bound(result))]
+    note = f"{together}slipping at {1e3 * file.speed:.3g} mm/s" if file.friction.measured else ""
+    figures = [
+        _figure(
+            "friction mu", file.friction, plan.true_friction(file.speed), note=note, bound=_strokes_bound(result)
+        )
+    ]
     if file.static_friction is not None:
-        static = None if plant is None or not plan.truth_known else plant.static_friction
+        static = plan.plant.static_friction if plan.plant is not None and plan.truth_known else None
         figures.append(_figure("static friction", file.static_friction, static, bound=_static_bound(result)))
     true_length, why = plan.true_spin_length(1.0), no_spin_length(result)
     if file.spin_length is None:
-        true = "" if true_length is None else f"; true {1e3 * true_length:.4g} mm at 1 N"
-        figures.append(KeyFigure("spin length e", "not found", "", f"{why}{true}"))
+        told = "" if true_length is None else f"; true {1e3 * true_length:.4g} mm at 1 N"
+        figures.append(KeyFigure("spin length e", "not found", "", f"{why}{told}"))
         figures += _torque(file)
     else:
         figures.append(_figure("spin length e at 1 N", file.spin_length, true_length, "mm", 1e3, bound=why or ""))
-        figures.append(_figure("growth of e with load, gamma", file.load_exponent, truth["gamma"]))
-        figures.append(_figure("norm exponent p", file.norm_exponent, truth["p"]))
+        gamma, p = (None, None) if true is None else (true.load_exponent, true.norm_exponent)
+        figures.append(_figure("growth of e with load, gamma", file.load_exponent, gamma))
+        figures.append(_figure("norm exponent p", file.norm_exponent, p))
     curve = result.found.curve
     if curve is not None:
         slope = "see picture" if _varies(file) else "constant"
@@ -60,7 +57,7 @@ def _figure(
     bound: str = "it never slipped",
 ) -> KeyFigure:
     parts = []
-    if found.how is How.MEASURED:
+    if found.measured:
         parts.append(interval_words(factor * found.value, factor * found.lower, factor * found.upper))
     elif found.how is How.BOUND:
         parts.append(f"{bound}: a lower bound")
@@ -101,5 +98,5 @@ def _torque(file: FrictionFile) -> list[KeyFigure]:
 
 def _varies(file: FrictionFile) -> bool:
     """Whether mu at one speed is another than at some other, beyond their intervals."""
-    felt = [each.friction for each in file.speeds if each.friction.how is How.MEASURED]
+    felt = [each.friction for each in file.speeds if each.friction.measured]
     return max(each.lower for each in felt) > min(each.upper for each in felt)

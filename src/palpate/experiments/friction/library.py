@@ -13,13 +13,14 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.friction.config import LIBRARY_TEXT, FrictionConfig
 from palpate.experiments.friction.found import FrictionFound
 from palpate.experiments.friction.pooled import pooled
-from palpate.friction.materials.library import MaterialLibrary, load_materials, read_materials
+from palpate.friction.materials.library import MaterialLibrary, read_materials
 from palpate.friction.materials.next_touch import Advice, TouchAdvice, candidate_touches, next_touch
 from palpate.friction.materials.recognition import Answer, Recognition, recognise
 from palpate.friction.materials.touch_evidence import STROKE_ROW, NeverSlipped, Touch, twist_row
 from palpate.friction.materials.trials import Confusion, confusion_of_touches
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
+from palpate.strict_decode import load
 
 DRAWN = 500
 """Objects for the confusion matrix, of all materials together: of ten, a share of 5 % is known to 3 %."""
@@ -79,8 +80,8 @@ class Recognised:
         return said
 
 
-def library_of(config: FrictionConfig, texts: Mapping[str, str]) -> MaterialLibrary | None:
-    """Return the library that a configuration names; None if it names none.
+def library_text(config: FrictionConfig, texts: Mapping[str, str]) -> str:
+    """Return the text of the library that a configuration names; "" if it names none.
 
     Args:
         config: That names it.
@@ -90,17 +91,20 @@ def library_of(config: FrictionConfig, texts: Mapping[str, str]) -> MaterialLibr
         InvalidValueError: It cannot be read, or something in it is wrong.
     """
     path = library_path(config)
-    if path is None:
-        return None
-    if LIBRARY_TEXT in texts:
-        return read_materials(texts[LIBRARY_TEXT])
+    if path is None or LIBRARY_TEXT in texts:
+        return texts.get(LIBRARY_TEXT, "")
     try:
-        return load_materials(path)
+        return load(path, _checked, "a materials file")
     except OSError as error:
         raise InvalidValueError(
             f"library = {path}: cannot be read: {error.strerror}; `--library simulated` takes the one that comes "
             "with palpate"
         ) from None
+
+
+def _checked(text: str) -> str:
+    read_materials(text)
+    return text
 
 
 def library_path(config: FrictionConfig) -> Path | None:

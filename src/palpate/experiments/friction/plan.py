@@ -11,7 +11,7 @@ from palpate.controllers.rubbing_parameters import RubbingParameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.friction.built import built, friction_law
 from palpate.experiments.friction.config import EXPONENT_SLIPS, LIBRARY_TEXT, FrictionConfig
-from palpate.experiments.friction.library import library_of
+from palpate.experiments.friction.library import library_text
 from palpate.experiments.friction.strokes import RubRecorder
 from palpate.experiments.kit import DryRun, PlanDefaults
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
@@ -19,7 +19,7 @@ from palpate.experiments.kit.limit_figures import limit_figures
 from palpate.experiments.kit.run_checks import CLEARANCE, check_force, check_speed
 from palpate.experiments.kit.scene_view import scene_view
 from palpate.friction.limit_surface import LimitSurface
-from palpate.friction.materials.library import MaterialLibrary, materials_text
+from palpate.friction.materials.library import MaterialLibrary, read_materials
 from palpate.reporting.data import KeyFigure
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import RobotInScene
@@ -73,7 +73,7 @@ class FrictionPlan(PlanDefaults):
         left_out: Speeds that were asked for, but whose strokes would be too long here [m/s].
         parameters: For the controller.
         plant: How it rubs in truth, if it is not MuJoCo that does.
-        library: Of materials, to say which one it is; None if none was asked for.
+        library_text: Of a library of materials, to say which one it is; empty if none was asked for.
         limits: For the supervisor.
         ready: The robot as built, with what is known of it.
         expected_duration: About how long it takes [s].
@@ -85,7 +85,7 @@ class FrictionPlan(PlanDefaults):
     left_out: tuple[float, ...]
     parameters: RubbingParameters
     plant: FrictionLaw | None
-    library: MaterialLibrary | None
+    library_text: str
     limits: Limits
     ready: RobotInScene
     expected_duration: float
@@ -114,7 +114,12 @@ class FrictionPlan(PlanDefaults):
 
     def texts(self) -> dict[str, str]:
         """Return the library, if there is one."""
-        return {} if self.library is None else {LIBRARY_TEXT: materials_text(self.library)}
+        return {LIBRARY_TEXT: self.library_text} if self.library_text else {}
+
+    @property
+    def library(self) -> MaterialLibrary | None:
+        """To say which material it is; None if none was asked for."""
+        return read_materials(self.library_text) if self.library_text else None
 
     def dry_run(self) -> DryRun:
         """Return what it would do."""
@@ -183,7 +188,7 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
     Raises:
         InvalidValueError: The configuration cannot be realised; the message says what to change.
     """
-    library = library_of(config, texts)
+    library = library_text(config, texts)
     limits, loads = robot.file.limits.limits(), config.rubbed_loads
     check_force(loads[-1], loads[-1], limits)
     check_speed("speed", max((config.speed, *config.speeds)), limits)

@@ -64,10 +64,10 @@ def found(plan: FrictionPlan, recorded: Recorded) -> FrictionResult:
     tip_error = 0.25 * (wanted.loads[-1] - wanted.loads[0]) / config.stiffness
     settling = SETTLING + plan.ready.finger.pipeline().delay
     told = found_by(pairs, wanted.speed, errors, settling, tip_error)
-    known = None
-    if plan.library is not None:
+    library, known = plan.library, None
+    if library is not None:
         recorded.tell("asking the library")
-        known = recognised(plan.library, told, config, wanted.most_spin)
+        known = recognised(library, told, config, wanted.most_spin)
     said = provenance(plan, recorded.run)
     if known is not None:
         said += f"; by the library {config.library}: {known.material}"

@@ -8,9 +8,6 @@ from palpate.nearest_name import nearest
 EXPLORED = ("force", "speed", "force_gain")
 """What may be changed while an exploration runs; its controller knows within which bounds."""
 
-REGULATED = ("force", "force_gain")
-"""Likewise of a regulation of force."""
-
 
 def check_change_names(changes: Sequence[tuple[float, str, float]], known: Sequence[str]) -> None:
     """Refuse changes at no time, or of what there is not.

@@ -16,7 +16,7 @@ from palpate.robots.values import load_named_robot
 from palpate.runtime import Backend, Ending, RunResult
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.log import Log, RecordingSummary
-from palpate.runtime.replay import RecordedChanges, ReplayBackend, ReplayWithTruth
+from palpate.runtime.replay import RecordedChanges, replayed_backend
 from palpate.runtime.replay_extent import extent_of
 from palpate.runtime.robot import ROBOT_TEXT, Robot, read_robot
 
@@ -90,8 +90,8 @@ class LoggedRun:
             InvalidValueError: There is nothing to replay.
         """
         log = self.log
-        samples, period = islice(log.samples(), extent_of(log).count), log.heading.period
-        return ReplayWithTruth(samples, period, log.truth) if log.truth.known else ReplayBackend(samples, period)
+        samples = islice(log.samples(), extent_of(log).count)
+        return replayed_backend(samples, log.heading.period, log.truth)
 
     def found(self, tell: Tell = untold) -> Result:
         """Return what came of the run, worked out from its log alone.

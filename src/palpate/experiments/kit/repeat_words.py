@@ -45,15 +45,13 @@ def command_line(name: str, config: "DataclassInstance") -> str:
         if isinstance(value, bool):
             words.append(f"--{option}" if value else f"--no-{option}")
         elif value is not None:
-            words += [f"--{option}", *(_typed(each) for each in _each(value))]
+            words += [f"--{option}", *_typed(value)]
     return shlex.join(words)
 
 
-def _each(value: object) -> Sequence[object]:
-    return value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
-
-
-def _typed(value: object) -> str:
+def _typed(value: object) -> list[str]:
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [word for each in value for word in _typed(each)]
     if isinstance(value, Enum):
-        return str(value.value)
-    return str(value) if isinstance(value, str | Path) else repr(value)
+        return [str(value.value)]
+    return [str(value) if isinstance(value, str | Path) else repr(value)]

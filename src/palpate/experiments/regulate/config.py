@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.change_names import REGULATED, check_change_names
+from palpate.experiments.kit.change_names import check_change_names
 from palpate.experiments.kit.config_checks import check_length, check_period, check_seed, check_tip, speed_hint
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
 from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
@@ -25,6 +25,9 @@ MOTION_TEXT = "motion.csv"
 
 _SINE, _MOUNT = ("surface", ("sine",)), ("surface", ("yielding",))
 _MOVING, _MOVED = ("surface", ("sine", "leaving")), ("motion", ("sine", "circle"))
+
+LIVE = ("force", "force_gain")
+"""What may be changed while it runs; the controller knows within which bounds."""
 
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
 """Of the simulated contact, hard and soft [N/m], if nothing else is said."""
@@ -158,7 +161,7 @@ class RegulateConfig:
 
     def __post_init__(self) -> None:
         check_options(self)
-        check_change_names(self.change, REGULATED)
+        check_change_names(self.change, LIVE)
         check_friction(self.friction)
         check_spin_length(self.spin_length)
         if self.force_noise is not None:

@@ -1,0 +1,1 @@
+"""Roughness spectra by touch: an experiment for palpate."""

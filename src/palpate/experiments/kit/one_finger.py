@@ -1,0 +1,137 @@
+"""An experiment with one fingertip over something to touch: the plan of whoever needs no more than that."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+from palpate.controllers import ForceGain, force_gain, series_stiffness, tracking_delay
+from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
+from palpate.experiments.kit.experiment import DryRun, PlanDefaults
+from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.run_checks import CLEARANCE, check_force
+from palpate.reporting.data import KeyFigure
+from palpate.robots.finger_sensor import model_of_finger
+from palpate.robots.in_scene import build
+from palpate.robots.known_truth import known_scene
+from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
+from palpate.runtime import Backend, Controller, FingerDescription, Limits
+from palpate.runtime.robot import Robot
+from palpate.sim import SceneObject, SeededSensor
+from palpate.sim.presets import EXPLORE
+from palpate.viewing import ViewScene
+
+LONGEST = 4.0
+"""Times the expected duration, after which a run is stopped."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OneFingerPlan(PlanDefaults):
+    """A run with one fingertip. A `Plan`.
+
+    Attributes:
+        config: What was asked for; its `seed` is that of the sensor's noise.
+        robot: What carries it out.
+        ready: The same, over the object.
+        gain: Of force control on this contact, with its stability margins.
+        control: From this plan to a fresh controller.
+        title: What is done, for people.
+        expected_duration: About how long it takes [s].
+        told: What a dry run says besides durations and limits.
+        files: Names of the files that it writes.
+    """
+
+    config: Any
+    robot: Robot
+    ready: RobotInScene
+    gain: ForceGain
+    control: Callable[[Self], Controller]
+    title: str
+    expected_duration: float
+    told: tuple[KeyFigure, ...] = ()
+    files: tuple[str, ...] = ()
+
+    @classmethod
+    def over(
+        cls,
+        target: SceneObject,
+        config: Any,
+        robot: Robot,
+        control: Callable[[Self], Controller],
+        *,
+        force: float,
+        stiffness: float,
+        duration: float,
+        title: str,
+        beside: tuple[float, float] = (0.0, 0.0),
+        told: tuple[KeyFigure, ...] = (),
+        files: tuple[str, ...] = (),
+    ) -> Self:
+        """Return the plan of a fingertip that starts over an object.
+
+        Args:
+            target: What is touched.
+            config: What was asked for.
+            robot: What carries it out.
+            control: From the plan to a fresh controller.
+            force: Largest normal force that is asked for [N].
+            stiffness: Of the contact [N/m].
+            duration: About how long it takes [s].
+            title: What is done.
+            beside: Where the tip's middle starts, x and y [m].
+            told: More for a dry run.
+            files: Names of the files that it writes.
+
+        Raises:
+            InvalidValueError: The robot cannot press so hard, or cannot be simulated so.
+        """
+        check_force(force, force, robot.file.limits.limits())
+        finger, tip = only_finger(robot), tip_sizes(robot)
+        x, y, z = finger.surface.center
+        task = Task(
+            tip=tip,
+            compression=0.5 * force / stiffness,
+            target=target,
+            law=replace(EXPLORE.law, stiffness=stiffness),
+            start=(beside[0] - x, beside[1] - y, target.top + max(tip) + CLEARANCE - z),
+            period=robot.file.period,
+            sensor=SeededSensor(model_of_finger(finger), config.seed),
+            touch_force=LEAST_TOUCH_FORCE,
+        )
+        ready = build(robot, task)
+        delay = tracking_delay(task.period, ready.response, ready.finger.pipeline().delay)
+        gain = force_gain(series_stiffness(stiffness, ready.stiffness), delay)
+        return cls(config, robot, ready, gain, control, title, duration, told, files)
+
+    @property
+    def fingers(self) -> tuple[FingerDescription, ...]:
+        """See `Plan`."""
+        return (self.ready.finger,)
+
+    @property
+    def limits(self) -> Limits:
+        """See `Plan`."""
+        return self.robot.file.limits.limits()
+
+    @property
+    def longest_duration(self) -> float:
+        """See `Plan`."""
+        return LONGEST * self.expected_duration
+
+    def backend(self) -> Backend:
+        """See `Plan`."""
+        return self.ready.backend
+
+    def controller(self) -> Controller:
+        """See `Plan`."""
+        return self.control(self)
+
+    def dry_run(self) -> DryRun:
+        """See `Plan`."""
+        expected = KeyFigure("expected duration", self.expected_duration, "s")
+        return DryRun(self.title, (expected, *self.told, *limit_figures(self.limits)), self.files)
+
+    def view(self) -> ViewScene:
+        """See `Plan`."""
+        from palpate.experiments.kit.scene_view import scene_view  # with MuJoCo's meshes
+
+        return scene_view(self.title, known_scene(self.ready.backend).model)
