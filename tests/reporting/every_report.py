@@ -29,7 +29,7 @@ from support.tiny_experiment import TINY
 
 SMALL = {
     "explore": {"width": 0.006, "depth": 0.004, "speed": 0.04, "force_swing": 0.5},
-    "regulate": {"profile": "step", "duration": 1.5},
+    "regulate": {"profile": "step", "duration": 2.0},
     "friction": {"robot": "turning-stage", "quick": True},
     "grasp": {"load": "none", "rise": 0.1, "lift_height": 0.01, "against_ignoring_spin": True},
 }
@@ -46,7 +46,7 @@ def html_of(kind, typed, folder):
     heads = (typed, "", "value", "")
     rows = TextTable(((typed, typed, "0.6", typed),), ("name", "note", "value", "unit"), heads)
     said = Section(typed, (Paragraph(typed), FigureTable(figures), rows))
-    told = {name: typed for name in ("title", "outcome", "asked", "footer")}
+    told = dict.fromkeys(("title", "outcome", "asked", "footer"), typed)
     more = {"advice": (typed,), "repeat": ((typed, typed),), "settings": (*report.settings, (typed, typed))}
     sections = (said, *report.sections)
     return report_page(replace(report, **told, **more, figures=(*report.figures, *figures), sections=sections))

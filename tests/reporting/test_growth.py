@@ -122,9 +122,7 @@ def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
 def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth, exploration):
     nothing = dataclasses.replace(growth.curve, area=0.0 * growth.curve.area)
     empty = tuple(dataclasses.replace(each, mesh=surface_mesh(SurfaceMap())) for each in growth.snapshots)
-    drawn = pictures(
-        exploration_report(dataclasses.replace(exploration, growth=MapGrowth(nothing, empty))), GREW
-    )
+    drawn = pictures(exploration_report(dataclasses.replace(exploration, growth=MapGrowth(nothing, empty))), GREW)
     ((title, picture),) = drawn.items()
     assert title == "The map while it grew"
     assert "nothing of the surface counts as observed" in picture.caption

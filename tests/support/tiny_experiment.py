@@ -7,9 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from palpate.controllers import force_gain, series_stiffness, tracking_delay
+from palpate.controllers import Loss, force_gain, series_stiffness, tracking_delay
 from palpate.controllers.force_profile import ConstantForce
-from palpate.controllers import Loss
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
@@ -104,7 +103,7 @@ class Tap:
         held = record.phase == Phase.HOLD.value
         truth = np.linalg.norm(recorded.contact_truth.force, axis=1)
         mean, true = (values[held].mean() if held.any() else np.nan for values in (record.normal_force, truth))
-        loss = recorded.controller.loss
+        loss = recorded.controller.contact.loss
         return SimpleNamespace(run=recorded.run, force=float(mean), true_force=float(true), contact=loss)
 
     def report(self, result):

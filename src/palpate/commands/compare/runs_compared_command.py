@@ -78,5 +78,7 @@ def _table(
     for name, unit, *values in differences:
         table.add_row(*(Text(each) for each in (f"asked: {name}", unit, *values, *blank)))
     for figure in figures:
-        table.add_row(*(Text(each) for each in (figure.name, figure.scale.unit, *figure.shown, *figure.differences)))
+        table.add_row(
+            *(Text(each) for each in (figure.name, figure.scale.unit, *figure.shown, *figure.differences))
+        )
     return table
