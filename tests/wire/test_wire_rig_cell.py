@@ -27,6 +27,7 @@ from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 from support.explore_runs import carried_out, plan_of, planned_again
+from support.regulate_runs import regulated
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.waiting import until
 
