@@ -71,8 +71,8 @@ def experiment_named(name: str) -> Experiment:
 
 def reference_to(experiment: Experiment) -> str:
     """Return what finds an experiment again, for logs and other processes: its name, or its file and class."""
-    if experiment.name in _declared():
-        return experiment.name
     kind = type(experiment)
+    if experiment.name in _declared() and type(experiment_named(experiment.name)) is kind:
+        return experiment.name
     file = getattr(sys.modules[kind.__module__], "__file__", None)
     return f"{kind.__module__ if file is None else Path(file).resolve()}:{kind.__qualname__}"
