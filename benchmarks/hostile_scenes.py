@@ -11,11 +11,13 @@ import numpy as np
 import trimesh
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore import Attempt, Exploration
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration, found_by
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.report import outcome
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.robots.finger_sensor import sensor_for
+from palpate.robots.values import load_named_robot
 from palpate.runtime import Ending
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from palpate.sim import MujocoBackend, SceneObject, Target, build_scene
@@ -60,9 +62,11 @@ def missing(shape: SceneObject) -> Target:
     return MovingTarget(shape, (DrivenJoint(JointKind.SLIDE, (1.0, 0.0, 0.0), Ramp(0.0)),), FAR_BELOW)
 
 
-def in_truth(planned: ExplorationPlan, truth: Truth) -> ExplorationPlan:
-    """Return a plan that is carried out in another scene than it was made for."""
-    scene, config = planned.backend.scene, planned.config
+def explored(planned: ExplorationPlan, truth: Truth) -> Exploration:
+    """Return what a plan finds that is carried out in another scene than it was made for."""
+    scene, usual = planned.scene, planned.backend()
+    assert scene is not None
+    assert isinstance(usual, MujocoBackend)
     law = replace(
         scene.law, friction=truth.friction * scene.law.friction, stiffness=truth.stiffness * scene.law.stiffness
     )
@@ -70,17 +74,17 @@ def in_truth(planned: ExplorationPlan, truth: Truth) -> ExplorationPlan:
     while law.stiffness > STIFFEST_STEP * finer**2:
         finer *= 2
     fidelity = replace(scene.fidelity, time_step=scene.fidelity.time_step / finer)
-    start = planned.backend.start().arm.position_base_tip
+    start = usual.start().arm.position_base_tip
     target = scene.target if truth.object is None else truth.object(planned.target)
     other = build_scene(scene.tip, target, law, start, scene.carrier, fidelity)
-    sensor = sensor_for(planned.robot, config)
-    return replace(planned, backend=MujocoBackend(other, planned.period, sensor, planned.backend.pacer))
+    sensor = sensor_for(planned.robot, planned.config)
+    run = RecordedRun(planned, MujocoBackend(other, planned.period, sensor, usual.pacer))
+    return found_by(planned, run.recorded(run.run()))
 
 
 def carried_out(config: ExploreConfig, truth: Truth, robot: Robot | None = None) -> Exploration:
     """Plan for what `config` says, and explore what is true."""
-    attempt = Attempt(in_truth(plan(config, robot), truth))
-    return attempt.found(attempt.run())
+    return explored(plan(config, robot or load_named_robot(config.robot), {}), truth)
 
 
 def drifting(name: str, force: Vector, moment: Vector = ZERO, minutes: float = 10.0) -> Robot:
@@ -151,8 +155,8 @@ class Hostile:
     def missed(self, found: Exploration) -> list[str]:
         """Name what was asked for and missed."""
         wrong, told = [], outcome(found)
-        if most_force(found) > found.wall.limit:
-            wrong.append(f"{most_force(found):.2f} N, the limit is {found.wall.limit:g} N")
+        if most_force(found) > found.plan.wall.limit:
+            wrong.append(f"{most_force(found):.2f} N, the limit is {found.plan.wall.limit:g} N")
         if not rests(found):
             wrong.append("the robot moves in the end")
         if found.run.ending is not self.ending:
@@ -199,9 +203,6 @@ class Wall:
 
     def hit(self) -> Exploration:
         """Run into it, with a supervisor that lets any force be, so that all of it is seen."""
-        bounds = (((-0.03, -0.01, -0.02), (0.006, 0.01, 0.0)), ((0.00601, -0.01, -0.02), (0.03, 0.01, 0.006)))
-        whole = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])
-        target = SharpMesh(Triangles(np.asarray(whole.vertices), np.asarray(whole.faces)))
         config = ExploreConfig(
             robot={"ur5e": "ur5e-sim"}.get(self.robot, self.robot),
             object="box",
@@ -213,7 +214,14 @@ class Wall:
             speed=self.speed,
             stiffness=self.stiffness,
         )
-        planned = plan(config, target=target)
-        planned = replace(planned, limits=replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3))
-        attempt = Attempt(planned)
-        return attempt.found(attempt.run())
+        planned = plan(config, load_named_robot(config.robot), {})
+        limits = replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3)
+        return explored(replace(planned, limits=limits), Truth(object=walled))
+
+
+def walled(shape: SceneObject) -> SharpMesh:
+    """Return a floor as high as a box, with a wall on it."""
+    bounds = (((-0.03, -0.01, -0.02), (0.006, 0.01, 0.0)), ((0.00601, -0.01, -0.02), (0.03, 0.01, 0.006)))
+    whole = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])
+    top = float(shape.height(np.zeros(1), np.zeros(1))[0])
+    return SharpMesh(Triangles(np.asarray(whole.vertices) + [0.0, 0.0, top], np.asarray(whole.faces)))
