@@ -24,7 +24,8 @@ from rich.progress import track
 from rich.table import Table
 from unseen_meshes import CASES, MeshCase
 
-from palpate.experiments.explore import ExploreConfig, explore
+from palpate.experiments.explore import explore
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.report import outcome
 

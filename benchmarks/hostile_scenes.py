@@ -13,12 +13,12 @@ import trimesh
 from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration, found_by
-from palpate.experiments.explore.plan import ExplorationPlan, plan
+from palpate.experiments.explore.plan import ExplorationPlan, plan, plan_on
 from palpate.experiments.explore.report import outcome
-from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.robots.finger_sensor import sensor_for
-from palpate.robots.values import load_named_robot
-from palpate.runtime import Ending
+from palpate.robots.values import on_robot
+from palpate.runtime import Backend, Ending
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from palpate.sim import MujocoBackend, SceneObject, Target, build_scene
 from palpate.sim.objects.mesh import TracedMesh
@@ -62,11 +62,11 @@ def missing(shape: SceneObject) -> Target:
     return MovingTarget(shape, (DrivenJoint(JointKind.SLIDE, (1.0, 0.0, 0.0), Ramp(0.0)),), FAR_BELOW)
 
 
-def explored(planned: ExplorationPlan, truth: Truth) -> Exploration:
-    """Return what a plan finds that is carried out in another scene than it was made for."""
-    scene, usual = planned.scene, planned.backend()
-    assert scene is not None
+def in_truth(planned: ExplorationPlan, truth: Truth) -> Backend:
+    """Return a plan's robot in another scene than it was made for."""
+    usual = planned.backend()
     assert isinstance(usual, MujocoBackend)
+    scene = usual.scene
     law = replace(
         scene.law, friction=truth.friction * scene.law.friction, stiffness=truth.stiffness * scene.law.stiffness
     )
@@ -78,13 +78,14 @@ def explored(planned: ExplorationPlan, truth: Truth) -> Exploration:
     target = scene.target if truth.object is None else truth.object(planned.target)
     other = build_scene(scene.tip, target, law, start, scene.carrier, fidelity)
     sensor = sensor_for(planned.robot, planned.config)
-    run = RecordedRun(planned, MujocoBackend(other, planned.period, sensor, usual.pacer))
-    return found_by(planned, run.recorded(run.run()))
+    return MujocoBackend(other, planned.period, sensor, usual.pacer)
 
 
 def carried_out(config: ExploreConfig, truth: Truth, robot: Robot | None = None) -> Exploration:
     """Plan for what `config` says, and explore what is true."""
-    return explored(plan(config, robot or load_named_robot(config.robot), {}), truth)
+    planned = plan(config, load_robot(config.robot) if robot is None else robot, {})
+    run = RecordedRun(planned, in_truth(planned, truth))
+    return found_by(planned, run.recorded(run.run()))
 
 
 def drifting(name: str, force: Vector, moment: Vector = ZERO, minutes: float = 10.0) -> Robot:
@@ -203,6 +204,9 @@ class Wall:
 
     def hit(self) -> Exploration:
         """Run into it, with a supervisor that lets any force be, so that all of it is seen."""
+        bounds = (((-0.03, -0.01, -0.02), (0.006, 0.01, 0.0)), ((0.00601, -0.01, -0.02), (0.03, 0.01, 0.006)))
+        whole = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])
+        target = SharpMesh(Triangles(np.asarray(whole.vertices), np.asarray(whole.faces)))
         config = ExploreConfig(
             robot={"ur5e": "ur5e-sim"}.get(self.robot, self.robot),
             object="box",
@@ -214,14 +218,7 @@ class Wall:
             speed=self.speed,
             stiffness=self.stiffness,
         )
-        planned = plan(config, load_named_robot(config.robot), {})
-        limits = replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3)
-        return explored(replace(planned, limits=limits), Truth(object=walled))
-
-
-def walled(shape: SceneObject) -> SharpMesh:
-    """Return a floor as high as a box, with a wall on it."""
-    bounds = (((-0.03, -0.01, -0.02), (0.006, 0.01, 0.0)), ((0.00601, -0.01, -0.02), (0.03, 0.01, 0.006)))
-    whole = trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds])
-    top = float(shape.height(np.zeros(1), np.zeros(1))[0])
-    return SharpMesh(Triangles(np.asarray(whole.vertices) + [0.0, 0.0, top], np.asarray(whole.faces)))
+        robot = load_robot(config.robot)
+        planned = plan_on(target, on_robot(config, robot), robot)
+        planned = replace(planned, limits=replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3))
+        return found_by(planned, carry_out(planned))

@@ -72,8 +72,16 @@ PAGES = {
         "Limits of a run, and what happens when one is broken.",
         ("palpate.runtime.supervision",),
     ),
-    "log": Page("Logs", "Recording every period of a run, and reading it back.", ("palpate.runtime.log",)),
-    "batch": Page("Many runs at once", "Sweeps over several processes or computers.", ("palpate.runtime.batch",)),
+    "log": Page(
+        "Logs",
+        "Recording every period of a run, reading it back, and replaying it.",
+        ("palpate.runtime.log", "palpate.runtime.truth", "palpate.commands.replay.run"),
+    ),
+    "batch": Page(
+        "Many runs at once",
+        "Sweeps over several processes or computers.",
+        ("palpate.runtime.batch", "palpate.commands.sweep"),
+    ),
     "controllers": Page(
         "Controllers",
         "Hybrid control of force and motion: one step per period, from an observation to a command.",
@@ -117,13 +125,31 @@ PAGES = {
     "experiments": Page(
         "Experiments",
         "What the commands do, from a script: a configuration goes in, a result comes out.",
-        ("palpate.experiments.explore", "palpate.experiments.explore.config",
-         "palpate.experiments.regulate.run", "palpate.experiments.regulate.config",
-         "palpate.experiments.friction.run", "palpate.experiments.friction.config",
-         "palpate.experiments.friction.file", "palpate.experiments.grasp.run", "palpate.experiments.grasp.config"),
+        ("palpate.experiments.explore", "palpate.experiments.explore.exploration", "palpate.experiments.regulate",
+         "palpate.experiments.regulate.result", "palpate.experiments.friction",
+         "palpate.experiments.friction.result", "palpate.experiments.grasp", "palpate.experiments.grasp.result"),
+    ),
+    "kit": Page(
+        "Experiments of your own",
+        "What an experiment is, its options, its plan, its runs, and where it is found.",
+        ("palpate.experiments.kit", "palpate.experiments.kit.one_finger", "palpate.experiments.kit.recorded_run",
+         "palpate.experiments.kit.contact_truth", "palpate.experiments.kit.script",
+         "palpate.experiments.kit.from_log", "palpate.experiments.kit.recording",
+         "palpate.experiments.kit.registry", "palpate.experiments.kit.scene_view", "palpate.csv_table"),
+    ),
+    "robots": Page(
+        "Robots",
+        "From a robot file to what moves: simulated, emulated, or a rig of devices.",
+        ("palpate.runtime.robot", "palpate.robots.values", "palpate.robots.in_scene",
+         "palpate.robots.simulated_stage", "palpate.robots.hands", "palpate.robots.hand_task"),
     ),
     "viewing": Page("The view", "A run in a browser, live or from its log.", ("palpate.viewing",)),
-    "reporting": Page("Reports", "What a run tells its reader: HTML, tables, pictures.", ("palpate.reporting",)),
+    "reporting": Page(
+        "Reports",
+        "What a run tells its reader: HTML, tables, pictures.",
+        ("palpate.reporting.report", "palpate.reporting.data", "palpate.reporting.page",
+         "palpate.reporting.computing", "palpate.reporting.terminal", "palpate.reporting.style"),
+    ),
 }  # fmt: skip
 """The pages in the order of the contents."""
 
@@ -233,6 +259,8 @@ def shown(node: ast.expr | None, before: str, longest: int = 10_000) -> str:
     if isinstance(node, ast.Call) and ast.unparse(node.func) in {"field", "msgspec.field"}:
         given = {each.arg: each.value for each in node.keywords}
         node = given.get("default", ast.Constant(...) if "default_factory" in given else None)
+    elif isinstance(node, ast.Call) and ast.unparse(node.func) == "option":
+        node = node.args[0]
     if node is None:
         return ""
     text = ast.unparse(node).replace("'", '"')

@@ -11,12 +11,11 @@ rounding errors.
 
 import numpy as np
 
-from palpate import Ellipsoid, contact_from_wrench, contacts_from_wrenches
-from palpate.sensing.uncertainty import contact_uncertainty, white_noise
+import palpate as pp
 
 SEMI_AXES = (0.008, 0.008, 0.012)  # of the fingertip, in the sensor frame [m]
 WRENCH = [0.3, 0.1, -2.0, 0.004, 0.008, 0.003]  # what the object exerts on the finger [N, N m]
-NOISE = white_noise(force_noise=0.003, moment_noise=1.5e-5)  # standard deviation, each axis [N], [N m]
+NOISE = pp.white_noise(force_noise=0.003, moment_noise=1.5e-5)  # standard deviation, each axis [N], [N m]
 
 
 def made_up(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -34,16 +33,16 @@ def made_up(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def main() -> None:
     """Sense one contact, then ten thousand."""
-    tip = Ellipsoid(SEMI_AXES)
-    contact = contact_from_wrench(tip, WRENCH)
-    spread = contact_uncertainty(tip, contact, NOISE)
+    tip = pp.Ellipsoid(SEMI_AXES)
+    contact = pp.contact_from_wrench(tip, WRENCH)
+    spread = pp.contact_uncertainty(tip, contact, NOISE)
     print(f"{contact.status.name}: {1e3 * contact.centroid} mm, normal {contact.normal}")
     print(f"normal force {contact.normal_force:.3f} +- {spread.normal_force**0.5:.3f} N")
     print(f"spin torque {1e3 * contact.spin_torque:.3f} +- {1e3 * spread.spin_torque**0.5:.3f} mN m")
     print(f"centroid +- {1e3 * np.sqrt(np.diag(spread.centroid))} mm, noise is {spread.status.name}")
 
     centroid, wrenches = made_up(10_000, seed=1)
-    found = contacts_from_wrenches(tip, wrenches)  # all at once, as a structure of arrays
+    found = pp.contacts_from_wrenches(tip, wrenches)  # all at once, as a structure of arrays
     off = np.linalg.norm(found.centroid - centroid, axis=1)
     print(f"{np.sum(found.status == 0)} of {len(found)} found, at most {off.max():.1e} m off")
 

@@ -16,13 +16,12 @@ import numpy as np
 import trimesh
 import tyro
 
-from palpate.experiments.explore import explore, write_exploration
-from palpate.experiments.explore.config import ExploreConfig
+import palpate as pp
 
 
 def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: float = 0.01) -> None:
     """Explore so much of an ellipsoid [m], and write what was found into a folder."""
-    config = ExploreConfig(
+    config = pp.ExploreConfig(
         robot="stage",  # what carries the fingertip: `palpate robot list` names them all
         object="ellipsoid",
         size=(0.05, 0.04, 0.03),  # semi-axes [m]
@@ -31,8 +30,7 @@ def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: f
         width=width,  # of the rectangle that is explored [m]
         depth=depth,  # [m]
     )
-    found = explore(config)
-    files = write_exploration(found, out)
+    found = pp.explore(config, out)
     print(f"{found.run}: {len(found.cloud)} contacts")
     print(f"force error {found.force_rms:.3f} N RMS, points {1e6 * found.point_rms:.2f} um RMS")
     if found.map is not None and (shape := found.map.shape) is not None:
@@ -43,7 +41,7 @@ def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: f
     level = np.linalg.norm(mesh.vertices / semi_axes, axis=1)  # 1 on the true ellipsoid
     print(f"map.stl: {len(mesh.faces)} triangles, {1e4 * mesh.area:.2f} cm2, at most")
     print(f"{1e6 * np.abs(level - 1.0).max() * semi_axes.min():.1f} um from the true ellipsoid")
-    print("written:", *files, sep="\n  ")
+    print("written:", *sorted(out.iterdir()), sep="\n  ")
 
 
 if __name__ == "__main__":

@@ -15,15 +15,13 @@ from time import monotonic
 import matplotlib.pyplot as plt
 import tyro
 
-from palpate import Sphere, contact_from_wrench
+import palpate as pp
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.load_plant import LoadPlant
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer
-from palpate.hw.ft_stream import StreamSettings
-from palpate.hw.netft import NetFt, NetFtSettings
 from palpate.spatial import Wrench, cross
 
-TIP = Sphere(0.008, center=(0.0, 0.0, 0.012))  # radius, and middle in the sensor frame [m]
+TIP = pp.Sphere(0.008, center=(0.0, 0.0, 0.012))  # radius, and middle in the sensor frame [m]
 NOISE = (0.01, 0.01, 0.01, 1e-4, 1e-4, 1e-4)  # of a reading at rest [N, N m]
 
 
@@ -40,13 +38,13 @@ def main(address: str = "", seconds: float = math.inf, picture: str = "live_netf
         Thread(target=box.run, daemon=True).start()
     figure, axes = plt.subplots(subplot_kw={"xlim": (-8, 8), "ylim": (-8, 8), "aspect": 1, "xlabel": "mm"})
     (trace,), places = axes.plot([], [], "o", alpha=0.4), []
-    with closing(NetFt(address or "127.0.0.77", NetFtSettings(StreamSettings(NOISE)))) as sensor:
+    with closing(pp.NetFt(address or "127.0.0.77", pp.NetFtSettings(pp.StreamSettings(NOISE)))) as sensor:
         sensor.start()
         if address:
             sensor.tare()  # nothing may touch it yet
         end = monotonic() + seconds
         while monotonic() < end and plt.fignum_exists(figure.number):
-            contact = contact_from_wrench(TIP, sensor.read().wrench)
+            contact = pp.contact_from_wrench(TIP, sensor.read().wrench)
             places = [*places[-50:], 1e3 * contact.centroid[:2]]
             trace.set_data(*zip(*places, strict=True))
             axes.set_title(f"{contact.status.name}: {contact.normal_force:.2f} N")

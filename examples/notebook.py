@@ -17,17 +17,15 @@ Run as a script it shows nothing, but says at the end how well the force was hel
 import matplotlib.pyplot as plt
 import numpy as np
 
-from palpate import Ellipsoid, contact_from_wrench
-from palpate.experiments.explore import explore
-from palpate.experiments.explore.config import ExploreConfig
+import palpate as pp
 
-tip = Ellipsoid(semi_axes=(0.008, 0.008, 0.012))  # [m], in the sensor frame
-contact = contact_from_wrench(tip, [0.3, 0.1, -2.0, 0.004, 0.008, 0.003])  # [N, N m]
+tip = pp.Ellipsoid(semi_axes=(0.008, 0.008, 0.012))  # [m], in the sensor frame
+contact = pp.contact_from_wrench(tip, [0.3, 0.1, -2.0, 0.004, 0.008, 0.003])  # [N, N m]
 contact
 
 # %% An exploration: 12 x 4 mm of a sphere, with 2 N and 50 mm/s
-config = ExploreConfig(robot="stage-nano17", object="sphere", width=0.012, depth=0.004, speed=0.05)
-found = explore(config)
+config = pp.ExploreConfig(robot="stage-nano17", object="sphere", width=0.012, depth=0.004, speed=0.05)
+found = pp.explore(config)
 found
 
 # %% The normal force over time [N], and its spectrum [N / sqrt(Hz)]

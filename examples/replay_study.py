@@ -16,12 +16,8 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from palpate.commands.run_told import log_writer
 
-from palpate.commands.replay.run import replay_log
-from palpate.experiments.explore import carry_out
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
+import palpate as pp
 
 STUDY = (
     {},  # nothing changed
@@ -32,18 +28,13 @@ STUDY = (
 )
 
 
-def record(folder: Path) -> None:
-    """Explore a sphere, and leave the log in a folder."""
-    planned = plan(ExploreConfig(robot="stage-nano17", speed=0.05, width=0.01, depth=0.004, out=folder))
-    print(carry_out(planned, sinks=(log_writer(planned),)).run)
-
-
 def main(out: Path = Path("runs/example-replay")) -> None:
-    """Record a run in a folder, and replay it."""
-    record(out)
+    """Explore a sphere, and replay the log."""
+    config = pp.ExploreConfig(robot="stage-nano17", speed=0.05, width=0.01, depth=0.004)
+    print(pp.explore(config, out).run)
     print(f"{'changed':<20}{'the same':>10}{'velocity mm/s':>15}{'centroid mm':>13}")
     for settings in STUDY:
-        replayed = replay_log(out, settings)
+        replayed = pp.replay_log(out, settings)
         before, after = replayed.records()
         touching = before.touching & after.touching
         velocity = replayed.velocity_difference[touching]

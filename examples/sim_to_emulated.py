@@ -13,14 +13,13 @@ real time.
 
 import tyro
 
-from palpate.experiments.explore import Exploration, explore
-from palpate.experiments.explore.config import ExploreConfig
+import palpate as pp
 
 
-def experiment(robot: str) -> Exploration:
-    """Explore a sphere; nothing in here knows which robot it is."""
-    return explore(
-        ExploreConfig(
+def main(robots: tuple[str, ...] = ("ur5e-sim", "emulated-ur5e")) -> None:
+    """Do the experiment on each of these robots."""
+    for robot in robots:
+        config = pp.ExploreConfig(
             robot=robot,
             object="sphere",
             size=(0.04,),  # radius [m]
@@ -29,13 +28,7 @@ def experiment(robot: str) -> Exploration:
             width=0.012,  # of what is explored [m]
             depth=0.002,  # [m]
         )
-    )
-
-
-def main(robots: tuple[str, ...] = ("ur5e-sim", "emulated-ur5e")) -> None:
-    """Do the experiment on each of these robots."""
-    for robot in robots:
-        found = experiment(robot)
+        found = pp.explore(config)  # nothing in here knows which robot it is
         timing = found.run.timing
         print(f"{robot}: {found.run}")
         print(f"  {len(timing.compute)} periods of {1e3 * timing.period:g} ms, {timing.overruns} overruns")

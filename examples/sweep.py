@@ -19,8 +19,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import tyro
 
-from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.run import sweep
+import palpate as pp
 
 VARIED = ("surface_speed=0.01,0.02", "assumed_stiffness=10e3,20e3,40e3")  # [m/s], [N/m]
 FIXED = ("surface=sine", "force=2", "duration=1", "force_noise=0.01")  # [N], [s], [N]
@@ -28,7 +27,7 @@ FIXED = ("surface=sine", "force=2", "duration=1", "force_noise=0.01")  # [N], [s
 
 def main(out: Path = Path("runs/example-sweep"), vary: tuple[str, ...] = VARIED, seeds: int = 1) -> None:
     """Do what is not done yet, and draw it."""
-    result = sweep(SweepConfig("regulate", vary=(vary,), set=(FIXED,), seeds=seeds, out=out))
+    result = pp.sweep(pp.SweepConfig("regulate", vary=(vary,), set=(FIXED,), seeds=seeds, out=out))
     print(result.outcome)
 
     errors: dict[float, dict[float, list[float]]] = defaultdict(lambda: defaultdict(list))

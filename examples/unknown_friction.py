@@ -14,14 +14,14 @@ import math
 from dataclasses import replace
 
 import tyro
-from palpate.experiments.grasp.run import Grasp, grasp
 
-from palpate.experiments.grasp.config import GraspConfig
+import palpate as pp
 
 
-def report(name: str, done: Grasp) -> None:
-    """Print how a grasp went."""
-    print(f"{name}: {done.run}; {'dropped' if done.dropped else 'held'}")
+def report(config: pp.GraspConfig) -> None:
+    """Grasp, and print how it went."""
+    done = pp.grasp_object(config)
+    print(f"{config.known}: {done.run}; {'dropped' if done.dropped else 'held'}")
     slip, spin = 1e6 * done.slip_aloft, math.degrees(done.spin_aloft)
     print(f"  grip {done.grip_ratio:.2f} times the least; slipped {slip:.1f} um, spun {spin:.3f} degrees")
     for found in done.nudged:
@@ -32,16 +32,15 @@ def report(name: str, done: Grasp) -> None:
 
 def main(friction: float = 0.4, spin_length: float = 0.004, pull: float = 3.0, seed: int = 0) -> None:
     """Grasp an object of this true friction, with a nudge and without."""
-    true = GraspConfig(
+    true = pp.GraspConfig(
         friction=friction,  # tangential over normal force, true and unknown
         spin_length=spin_length,  # largest spin torque over largest friction force [m], likewise
         pull=pull,  # force that grows beside the fingers [N]
         lift_height=0.02,  # [m]
-        known="nudged",
         seed=seed,  # of sensor noise, and of what is believed at first
     )
-    report("nudged", grasp(true))
-    report("untouched", grasp(replace(true, known="untouched")))
+    for known in ("nudged", "untouched"):
+        report(replace(true, known=known))
 
 
 if __name__ == "__main__":

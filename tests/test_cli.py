@@ -11,7 +11,7 @@ from time import sleep
 import pytest
 
 from palpate import __version__
-from palpate.cli import COMMANDS, Command, Group, main
+from palpate.cli import Command, Group, main
 from palpate.commands.answer import ExitCode
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.runtime.robot import shipped_robots
@@ -48,7 +48,7 @@ def test_exploration_leaves_its_files_and_says_where(tmp_path):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Reports take longer than all else of a small run, and say nothing here."""
-    monkeypatch.setattr("palpate.reporting.write_report", lambda report, path: None)
+    monkeypatch.setattr("palpate.reporting.page.write_report", lambda report, path: None)
 
 
 @pytest.mark.slow
@@ -276,9 +276,8 @@ def ending(monkeypatch):
             return result
 
         monkeypatch.setitem(sys.modules, "made_up", types.SimpleNamespace(run=runner))
-        monkeypatch.setitem(
-            COMMANDS, "made", Group({"up": Command(Nothing, "made_up:run", "Nothing.")}, "Nothing.")
-        )
+        made = {"made": Group({"up": Command(Nothing, "made_up:run", "Nothing.")}, "Nothing.")}
+        monkeypatch.setattr("palpate.cli.typed_commands", lambda: made)
         return main(["made", "up"])
 
     return run_it

@@ -40,7 +40,7 @@ def completed(script, *words):
 
 
 @needs_bash
-@pytest.mark.parametrize("name", [name for name, _ in leaves()])
+@pytest.mark.parametrize("name", leaves())
 def test_every_command_and_every_option_is_completed(name, script, capsys):
     *before, last = name.split()
     assert last in completed(script, *before, last[:2])
@@ -97,7 +97,7 @@ def test_a_real_shell_completes_at_a_tab(script):
 def test_a_script_names_every_command_and_reads_as_the_shell_has_it(shell, capsys):
     assert main(["completion", shell]) == 0
     text = capsys.readouterr().out
-    for name, _ in leaves():
+    for name in leaves():
         assert f"'{name.split()[-1]}'" in text
     program = shutil.which(shell)
     if program is not None:

@@ -8,17 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from palpate.cli import COMMANDS, Group, main
+from palpate.cli import Group, main, typed_commands
 from palpate.commands.answer import ExitCode
+from palpate.experiments.kit.registry import experiment_names
 from palpate.hw.rig import Rig
 from palpate.runtime.robot import shipped_robots
 from palpate.sim import MujocoBackend
 from palpate.sim.hand.backend import HandBackend
 from support.cli_samples import SAMPLES, leaves, prepared
 
-COMMAND_NAMES = [name for name, _ in leaves()]
-GROUPS = [name for name, what in COMMANDS.items() if isinstance(what, Group)]
-MOVING = [name for name, command in leaves() if command.dry]
+COMMAND_NAMES = [*leaves()]
+GROUPS = [name for name, what in typed_commands().items() if isinstance(what, Group)]
+MOVING = experiment_names()
 QUICK = [name for name, sample in SAMPLES.items() if sample.success and name not in MOVING]
 
 
@@ -65,9 +66,7 @@ def test_every_command_is_in_the_table():
     assert sorted(COMMAND_NAMES) == sorted(SAMPLES)
 
 
-@pytest.mark.parametrize(
-    "name", ["", *(name for name, what in COMMANDS.items() if isinstance(what, Group)), *COMMAND_NAMES]
-)
+@pytest.mark.parametrize("name", ["", *GROUPS, *COMMAND_NAMES])
 def test_help_ends_well_has_an_example_and_names_what_all_commands_take(name, capsys):
     with pytest.raises(SystemExit) as left:
         main([*name.split(), "--help"])

@@ -9,7 +9,8 @@ import pytest
 import yaml
 
 from palpate import __version__
-from palpate.cli import COMMANDS, Group
+from palpate.cli import typed_commands
+from support.cli_samples import leaves
 from support.document_blocks import DOCS, ROOT, blocks, pages, words_of
 
 
@@ -26,7 +27,7 @@ def test_every_page_is_in_the_contents():
 def test_every_command_is_shown_on_some_page():
     """Where to read about it, besides its own help: a command that no page shows is one that nobody finds."""
     shown = {words_of(command)[0][0] for page in pages() for block in blocks(page) for command in block.commands}
-    assert set(COMMANDS) - shown == set()
+    assert set(typed_commands()) - shown == set()
 
 
 def test_pictures_are_white_or_say_their_ground():
@@ -62,13 +63,6 @@ def site(tmp_path_factory):
     return out / "html"
 
 
-def commands():
-    for name, command in COMMANDS.items():
-        yield name
-        if isinstance(command, Group):
-            yield from (f"{name} {second}" for second in command.commands)
-
-
 @pytest.mark.slow
 def test_the_site_builds_without_warnings_and_holds_every_page(site):
     for page in pages():
@@ -78,7 +72,7 @@ def test_the_site_builds_without_warnings_and_holds_every_page(site):
 @pytest.mark.slow
 def test_every_command_has_its_help_on_the_site(site):
     text = (site / "commands.html").read_text(encoding="utf-8")
-    for typed in commands():
+    for typed in leaves():
         assert f'id="palpate-{typed.replace(" ", "-")}"' in text, typed
         assert f"usage: palpate {typed}" in re.sub(r"<[^>]+>", "", text), typed
 

@@ -3,13 +3,11 @@
 import contextlib
 import io
 import re
-import sys
-import types
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import pytest
 
-from palpate.cli import COMMANDS, Command, Group, main
+from palpate.cli import Group, main, typed_commands
 from palpate.runtime.robot import shipped_robots
 from support.document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, words_of
 
@@ -41,9 +39,9 @@ NOTED: list[object] = []
 """What `note` was asked for."""
 
 
-def note(config: object) -> int:
+def note(*asked: object) -> int:
     """Stand in for what carries a command out."""
-    NOTED.append(config)
+    NOTED.append(asked)
     return 0
 
 
@@ -120,25 +118,14 @@ def test_long_commands_run_from_top_to_bottom(name, folder):
     run_in_order(BY_NAME[name])
 
 
-def noting(commands: Mapping[str, Command | Group]) -> dict[str, Command | Group]:
-    """The same commands, of which none does anything."""
-    idle: dict[str, Command | Group] = {}
-    for name, command in commands.items():
-        if isinstance(command, Group):
-            idle[name] = Group(noting(command.commands), command.summary)
-        else:
-            dry = "noted_commands:note" if command.dry else ""
-            idle[name] = command._replace(runner="noted_commands:note", dry=dry, document="")
-    return idle
-
-
 @pytest.mark.parametrize(
     "name", sorted(n for n, document in BY_NAME.items() if any(b.commands for b in blocks(document)))
 )
 def test_the_options_of_every_command_parse(name, folder, monkeypatch):
     """Also of those that are not run: the command line itself reads them."""
-    monkeypatch.setitem(sys.modules, "noted_commands", types.SimpleNamespace(note=note))
-    monkeypatch.setattr("palpate.cli.COMMANDS", noting(COMMANDS))
+    monkeypatch.setattr("palpate.cli._function", lambda name: note)
+    monkeypatch.setattr("palpate.commands.run.run_experiment", note)
+    monkeypatch.setattr("palpate.commands.dry_run.dry_run_experiment", note)
     for robot in ("cell.yaml", "my_cell.yaml", "my_robot.yaml"):
         (folder / robot).write_text(shipped_robots()["stage"].read_text(encoding="utf-8"), encoding="utf-8")
     for block in blocks(BY_NAME[name]):
@@ -202,8 +189,7 @@ def test_every_command_that_it_names_exists(document):
     for name, second in typed:
         if f"palpate {name}" not in inside:
             continue  # a line of prose that happens to begin so
-        assert name in COMMANDS, name
-        command = COMMANDS[name]
+        command = typed_commands()[name]
         if isinstance(command, Group):
             assert not second or second in command.commands, f"{name} {second}"
 

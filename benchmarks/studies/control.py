@@ -2,8 +2,8 @@
 
 import numpy as np
 
+import palpate as pp
 from palpate.errors import FloatArray
-from palpate.experiments.regulate import RegulateConfig, regulate
 from palpate.experiments.regulate.result import Regulation
 from studies.study import Row, Study, Tell
 
@@ -33,7 +33,7 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
     for name, options in ways[:1] + ways[3:] if quick else ways:
         for speed in SPEEDS[1::2] if quick else SPEEDS:
             tell(f"control: {name}, {1e3 * speed:g} mm/s")
-            config = RegulateConfig(
+            config = pp.RegulateConfig(
                 surface="sine",
                 surface_speed=speed,
                 duration=4.0 if quick else 8.0,
@@ -42,7 +42,7 @@ def measure(quick: bool, seed: int, tell: Tell) -> Study:
                 seed=seed,
                 **options,
             )
-            rows.append(_row(name, speed, regulate(config)))
+            rows.append(_row(name, speed, pp.regulate(config)))
     return Study(
         "A force on a surface that moves",
         ABOUT,

@@ -4,25 +4,25 @@ import contextlib
 import io
 import os
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from palpate.cli import COMMANDS, Command, Group, main
+from palpate.cli import Group, Typed, main, typed_commands
 
 COLUMNS = 80
 """Of a terminal to print for: the page's text is about as wide."""
 
 
-def typed_commands(commands: Mapping[str, Command | Group] = COMMANDS, before: str = "") -> Iterator[str]:
+def words_typed(commands: Typed, before: str = "") -> Iterator[str]:
     """Yield what can be typed after `palpate`, in the order of `palpate --help`; of a group also the group."""
     for name, command in commands.items():
         yield f"{before}{name}"
         if isinstance(command, Group):
-            yield from typed_commands(command.commands, f"{before}{name} ")
+            yield from words_typed(command.commands, f"{before}{name} ")
 
 
 def help_text(typed: str) -> str:
@@ -50,7 +50,7 @@ class Commands(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return them."""
         lines = ["## palpate", "", "```text", help_text(""), "```", ""]
-        for typed in typed_commands():
+        for typed in words_typed(typed_commands()):
             lines += [f"## palpate {typed}", "", "```text", help_text(typed), "```", ""]
         found = nodes.Element()
         text = StringList("\n".join(lines).splitlines(), source="palpate --help")

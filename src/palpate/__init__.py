@@ -21,6 +21,9 @@ if TYPE_CHECKING:  # for type checkers: these names are imported when they are u
     from palpate.friction import Slip as Slip
     from palpate.grasp import GraspContacts as GraspContacts
     from palpate.grasp import GraspForceOptimizer as GraspForceOptimizer
+    from palpate.hw.ft_stream import StreamSettings as StreamSettings
+    from palpate.hw.netft import NetFt as NetFt
+    from palpate.hw.netft import NetFtSettings as NetFtSettings
     from palpate.robots.values import load_named_robot as load_named_robot
     from palpate.runtime import Command as Command
     from palpate.runtime import Limits as Limits
@@ -36,6 +39,8 @@ if TYPE_CHECKING:  # for type checkers: these names are imported when they are u
     from palpate.sensing import ContactStatus as ContactStatus
     from palpate.sensing import contact_from_wrench as contact_from_wrench
     from palpate.sensing import contacts_from_wrenches as contacts_from_wrenches
+    from palpate.sensing.uncertainty import contact_uncertainty as contact_uncertainty
+    from palpate.sensing.uncertainty import white_noise as white_noise
     from palpate.sim import ContactLaw as ContactLaw
     from palpate.sim import MujocoBackend as MujocoBackend
     from palpate.sim import SphereObject as SphereObject
@@ -62,10 +67,13 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "commands.sweep": ("SweepConfig", "sweep"),
     "friction": ("ContactLoad", "LimitSurface", "Slip"),
     "grasp": ("GraspContacts", "GraspForceOptimizer"),
+    "hw.ft_stream": ("StreamSettings",),
+    "hw.netft": ("NetFt", "NetFtSettings"),
     "robots.values": ("load_named_robot",),
     "runtime": ("Command", "Limits", "Observation", "Phase", "Sample", "Supervisor", "Touch", "run"),
     "runtime.log": ("read_log",),
     "sensing": ("Contact", "ContactStatus", "Contacts", "contact_from_wrench", "contacts_from_wrenches"),
+    "sensing.uncertainty": ("contact_uncertainty", "white_noise"),
     "sim": ("ContactLaw", "MujocoBackend", "SphereObject", "Tip", "build_scene"),
     "surfaces": (
         "Capsule",

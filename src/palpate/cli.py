@@ -40,8 +40,9 @@ from palpate.nearest_name import nearest
 from palpate.version import __version__
 
 DESCRIPTION = (
-    "palpate: hybrid force control with the sense of touch. Try `palpate {first}`, then open the report that it "
-    "names; `palpate {first} --help` explains every option.\n\n"
+    "palpate: hybrid force control with the sense of touch.\n\n"
+    "Example: palpate {first}; then open the report that it names. `palpate {first} --help` explains every "
+    "option.\n\n"
     "Experiments come first below; one of your own is typed as module:Class or file.py:Class. "
     "Every command takes --json; where something moves, --dry-run says what it would do. "
     "Exit code: 0 done; 1 not finished, or something is not as it should be; 2 wrong input, nothing was done; "

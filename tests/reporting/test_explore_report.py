@@ -79,21 +79,13 @@ def select(found, kept):
     return replace(found, cloud=found.cloud.select(kept), point_error=found.point_error[kept])
 
 
-def nothing_felt(found):
-    return select(replace(found, map=None, growth=None), np.zeros(len(found.cloud), dtype=bool))
-
-
-def no_scan(found):
-    return replace(found, record=replace(found.record, phase=np.full(len(found.record), "x")))
-
-
 CUTS = {
     "everything": (lambda found: found, 10),
-    "nothing-felt": (nothing_felt, 4),
+    "nothing-felt": (lambda its: select(replace(its, map=None, growth=None), np.zeros(len(its.cloud), bool)), 4),
     "one-contact": (lambda found: select(found, np.arange(len(found.cloud)) == 0), 10),
-    "no-scan": (no_scan, 10),
+    "no-scan": (lambda its: replace(its, record=replace(its.record, phase=np.full(len(its.record), "x"))), 10),
     "no-error": (lambda found: replace(found, point_error=np.zeros(len(found.cloud))), 10),
-}
+}  # fmt: skip
 """What is done to a whole exploration, and how many pictures there are of it at least."""
 
 

@@ -1,6 +1,5 @@
-"""Sideways velocities of a hand's fingers on their way: supervised, logged, read back, and old logs as before."""
+"""Sideways velocities of a hand's fingers on their way: supervised, logged, read back."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -15,7 +14,6 @@ from palpate.controllers.grip.turn import TurnInHand, TurnParameters
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Command, HandSample, Phase
 from palpate.runtime.log import Layout, LogWriter, Recorder, read_log
-from palpate.runtime.log.heading import FORMAT, WITHOUT_FINGER_VELOCITIES, Heading, decode_heading, encode_heading
 from palpate.runtime.loop import run
 from palpate.runtime.replay import replay
 from palpate.runtime.replay_difference import difference_of_commands
@@ -44,10 +42,6 @@ def moving_run(count, seed=0):
         yield sample, now, replace(command, finger_velocity=None if i % 6 == 5 else given), *times
 
 
-def heading(layout):
-    return Heading(layout, PERIOD, 0.0, 0, "test")
-
-
 def test_they_come_back_bit_for_bit(tmp_path):
     periods = list(moving_run(300))
     summary = write(tmp_path / "a.mcap", periods)
@@ -63,8 +57,8 @@ def test_they_come_back_bit_for_bit(tmp_path):
         assert given is None or bits(tuple(row["finger_velocity"].tolist()[: len(given)])) == bits(given)
 
 
-def test_a_hand_that_only_closes_is_logged_as_ever(tmp_path):
-    """No room is kept, the format stays the old one, and the period of a velocity that comes up is dropped."""
+def test_of_a_hand_that_only_closes_none_is_logged(tmp_path):
+    """No room is kept, and the period of a velocity that comes up is dropped."""
     periods = list(a_run(50, CLOSING))
     write(tmp_path / "a.mcap", periods)
     log = read_log(tmp_path / "a.mcap")
@@ -73,22 +67,6 @@ def test_a_hand_that_only_closes_is_logged_as_ever(tmp_path):
     assert all(command.finger_velocity is None for command in log.commands())
     periods[20] = (*periods[20][:2], replace(periods[20][2], finger_velocity=(0.1, 0.1)), *periods[20][3:])
     assert write(tmp_path / "b.mcap", periods).rows_lost == 1
-
-
-def test_the_format_is_a_new_one_only_where_an_older_palpate_would_misread():
-    def told(layout):
-        return json.loads(encode_heading(heading(layout), 7))["format"]
-
-    assert (told(CLOSING), told(SIDEWAYS)) == (WITHOUT_FINGER_VELOCITIES, FORMAT)
-    assert FORMAT > WITHOUT_FINGER_VELOCITIES
-    for layout in (CLOSING, SIDEWAYS):
-        assert decode_heading(encode_heading(heading(layout), 7)) == (heading(layout), 7)
-
-
-def test_a_heading_written_before_there_were_any_is_understood():
-    old = json.loads(encode_heading(heading(CLOSING), 7))
-    del old["heading"]["layout"]["finger_velocities"]
-    assert decode_heading(json.dumps(old).encode()) == (heading(CLOSING), 7)
 
 
 def test_room_is_kept_where_every_finger_has_a_second_joint():
@@ -122,7 +100,8 @@ def test_a_run_that_turns_an_object_replays_bit_for_bit(tmp_path):
     log = read_log(tmp_path / "a.mcap")
     count = extent_of(log).count
     samples, commands = list(log.samples())[:count], list(log.commands())[:count]
-    done = replay(samples, PERIOD, touch_of(hand), lifts_and_turns(hand), Supervisor(), log.changes)
+    again = (touch_of(hand), lifts_and_turns(hand), Supervisor(), log.changes)
+    done = replay(samples, PERIOD, *again, truth=log.truth)
     found = difference_of_commands(log, count, done, rows_of_replay(done))
     assert (found.first, found.identical) == (None, count)
     moving = [command for command in commands if command.finger_velocity]

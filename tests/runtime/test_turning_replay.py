@@ -63,7 +63,7 @@ def flipped(number):
 
 
 def replayed(log, samples):
-    return replay(samples, log.heading.period, touch(), Swaying(), Supervisor(LIMITS), log.changes)
+    return replay(samples, PERIOD, touch(), Swaying(), Supervisor(LIMITS), log.changes, truth=log.truth)
 
 
 def test_a_replay_gives_the_same_turns_bit_for_bit(log):

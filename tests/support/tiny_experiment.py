@@ -56,8 +56,6 @@ class TapConfig:
 
 
 class TapPlan(SimpleNamespace, PlanDefaults):
-    longest_duration = 5.0
-
     def backend(self):
         return build(self.robot, self.task).backend
 
@@ -75,7 +73,7 @@ class Tap:
     name, summary, Config = "tap", "Tap a sphere.", TapConfig
     figures = (
         Figure("force_mean_n", "mean force held", "N", lambda tapped: tapped.force),
-        Figure("held", "share that was held", "", lambda tapped: tapped.contact is Loss.NEVER),
+        Figure("held", "share of runs that held", "", lambda tapped: tapped.contact is Loss.NEVER),
         Figure("true_mean_n", "true mean force", "N", lambda tapped: tapped.true_force),
         Figure("contact", "contact", "", lambda tapped: tapped.contact.value),
     )
@@ -95,7 +93,8 @@ class Tap:
         how = {"landing_speed": config.speed, "approach_distance": config.reach, "settle_time": 0.1}
         parameters = RegulateParameters(gain, delay, config.time, config.force, (0.5, 20.0), **how)
         plan = TapPlan(config=config, robot=robot, task=task, fingers=(ready.finger,), limits=limits)
-        plan.parameters, plan.expected_duration = parameters, 0.5 + config.time
+        plan.parameters = parameters
+        plan.expected_duration, plan.longest_duration = 0.5 + config.time, 5.0 + config.time
         return plan
 
     def found(self, plan, recorded):

@@ -34,7 +34,7 @@ def made_up_time():
     """Devices and rig share a clock that goes on whenever somebody looks, and only then."""
     clock = count(100.0, 1e-6).__next__
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("rig_devices", "palpate.hw.rig.rig"):
+        for module in ("support.rig_devices", "palpate.hw.rig.rig"):
             patch.setattr(f"{module}.monotonic", clock)
         yield
 

@@ -33,7 +33,7 @@ def no_controller(monkeypatch):
 
 @contextlib.contextmanager
 def arm_on(folder: Path, settings: UrSettings = PATIENT) -> Iterator[UrArm]:
-    arm = UrArm(str(folder), settings, library="fake_ur_library")
+    arm = UrArm(str(folder), settings, library="support.fake_ur_library")
     arm.start()
     try:
         yield arm
@@ -260,7 +260,7 @@ def test_an_answer_that_nobody_waited_for_is_not_the_next_ones(tmp_path):
 def test_local_control_is_refused_with_the_way_out(tmp_path):
     spoil(tmp_path, "local")
     with pytest.raises(DeviceError, match="Remote Control"):
-        UrArm(str(tmp_path), PATIENT, library="fake_ur_library").start()
+        UrArm(str(tmp_path), PATIENT, library="support.fake_ur_library").start()
     assert "upload" not in names(tmp_path)
 
 
@@ -327,7 +327,7 @@ import sys, time
 import palpate.hw.ur.arm
 palpate.hw.ur.arm.controller_version = lambda name, address: (5, 14, 0, 0)
 from palpate.hw.ur import UrArm
-arm = UrArm(sys.argv[1], library="fake_ur_library")  # on purpose without a __main__ guard
+arm = UrArm(sys.argv[1], library="support.fake_ur_library")  # on purpose without a __main__ guard
 arm.start()
 print(arm.process_id, flush=True)
 while True:
