@@ -55,7 +55,7 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> Answer:
     say(console, f"Written: {path}")
     return Answer(
         outcome=report.outcome,
-        figures={figure_name(figure.name, figure.unit): list(figure.values) for figure in figures},
+        figures={f.column or figure_name(f.name, f.unit): list(f.values) for f in figures},
         facts={
             "runs": [str(run.log.path) for run in runs],
             "asked_differently": {row[0]: list(row[2:]) for row in differences},

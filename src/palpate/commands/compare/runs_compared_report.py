@@ -46,12 +46,14 @@ class ComparedFigure:
         unit: Its SI unit, "" for a ratio, a count or words.
         values: A number or words of each run; NaN where a run has none.
         note: What it tells, and what is good.
+        column: Its name in tables and JSON; made of name and unit if left out.
     """
 
     name: str
     unit: str
     values: tuple[float | str, ...]
     note: str = ""
+    column: str = ""
 
     @property
     def scale(self) -> Scale:
@@ -148,7 +150,7 @@ def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
     experiment, while_ = runs[0].experiment, "in the phase that the run is all about"
     each = [figures_of(experiment, run.result) for run in runs]
     own = [
-        ComparedFigure(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each))
+        ComparedFigure(its.meaning, its.unit, tuple(_value(values[its.column]) for values in each), "", its.column)
         for its in experiment.figures
     ]
     felt = [
