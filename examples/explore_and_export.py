@@ -16,7 +16,7 @@ import numpy as np
 import trimesh
 import tyro
 
-from palpate.experiments.explore import explore, write_exploration
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 
 
@@ -31,8 +31,7 @@ def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: f
         width=width,  # of the rectangle that is explored [m]
         depth=depth,  # [m]
     )
-    found = explore(config)
-    files = write_exploration(found, out)
+    found = explore(config, out)  # writes log, report and files
     print(f"{found.run}: {len(found.cloud)} contacts")
     print(f"force error {found.force_rms:.3f} N RMS, points {1e6 * found.point_rms:.2f} um RMS")
     if found.map is not None and (shape := found.map.shape) is not None:
@@ -43,7 +42,7 @@ def main(out: Path = Path("runs/example-explore"), width: float = 0.02, depth: f
     level = np.linalg.norm(mesh.vertices / semi_axes, axis=1)  # 1 on the true ellipsoid
     print(f"map.stl: {len(mesh.faces)} triangles, {1e4 * mesh.area:.2f} cm2, at most")
     print(f"{1e6 * np.abs(level - 1.0).max() * semi_axes.min():.1f} um from the true ellipsoid")
-    print("written:", *files, sep="\n  ")
+    print("written:", *sorted(out.iterdir()), sep="\n  ")
 
 
 if __name__ == "__main__":

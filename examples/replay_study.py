@@ -16,12 +16,13 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from palpate.commands.run_told import log_writer
 
 from palpate.commands.replay.run import replay_log
-from palpate.experiments.explore import carry_out
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recording import log_writer
+from palpate.robots.values import load_named_robot
 
 STUDY = (
     {},  # nothing changed
@@ -34,8 +35,10 @@ STUDY = (
 
 def record(folder: Path) -> None:
     """Explore a sphere, and leave the log in a folder."""
-    planned = plan(ExploreConfig(robot="stage-nano17", speed=0.05, width=0.01, depth=0.004, out=folder))
-    print(carry_out(planned, sinks=(log_writer(planned),)).run)
+    experiment = Explore()
+    config = ExploreConfig(robot="stage-nano17", speed=0.05, width=0.01, depth=0.004)
+    plan = experiment.plan(config, load_named_robot(config.robot), {})
+    print(carry_out(plan, sinks=(log_writer(experiment, plan, folder),)).run)
 
 
 def main(out: Path = Path("runs/example-replay")) -> None:

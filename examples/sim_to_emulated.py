@@ -13,8 +13,9 @@ real time.
 
 import tyro
 
-from palpate.experiments.explore import Exploration, explore
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration
 
 
 def experiment(robot: str) -> Exploration:

@@ -19,8 +19,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import tyro
 
-from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.run import sweep
+from palpate.commands.sweep import SweepConfig, sweep
 
 VARIED = ("surface_speed=0.01,0.02", "assumed_stiffness=10e3,20e3,40e3")  # [m/s], [N/m]
 FIXED = ("surface=sine", "force=2", "duration=1", "force_noise=0.01")  # [N], [s], [N]

@@ -14,9 +14,9 @@ import math
 from dataclasses import replace
 
 import tyro
-from palpate.experiments.grasp.run import Grasp, grasp
 
-from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp import GraspConfig, grasp_object
+from palpate.experiments.grasp.result import Grasp
 
 
 def report(name: str, done: Grasp) -> None:
@@ -40,8 +40,8 @@ def main(friction: float = 0.4, spin_length: float = 0.004, pull: float = 3.0, s
         known="nudged",
         seed=seed,  # of sensor noise, and of what is believed at first
     )
-    report("nudged", grasp(true))
-    report("untouched", grasp(replace(true, known="untouched")))
+    report("nudged", grasp_object(true))
+    report("untouched", grasp_object(replace(true, known="untouched")))
 
 
 if __name__ == "__main__":

@@ -8,33 +8,29 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.robots.truth_numbers import (
-    hand_of_numbers,
-    numbers_of_hand,
-    numbers_of_truth,
-    truth_of_numbers,
-)
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.scene import scene_of
 from palpate.hw.emulators.plant import Plant
 from palpate.kinematics.pose import Pose
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.scene import simulated_twin
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
+from palpate.robots.idle import idle_hand_task
 from palpate.robots.in_scene import build
 from palpate.runtime.data import ArmSample, Command
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import EmulatedUr5eEntry
 from palpate.runtime.robot_pace import SimulatedPaceEntry
-from palpate.sim.contact_truth import Truth
+from palpate.runtime.wrapped_backend import WrappedBackend
+from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth, truth_of_numbers
 from palpate.sim.hand.backend import HandBackend
+from palpate.sim.hand.hand import two_finger_hand
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
+from palpate.sim.hand.truth_numbers import hand_columns, moment_of_numbers, numbers_of_hand
 from palpate.spatial import ZERO
 
 numbers = st.floats(-1e3, 1e3)
@@ -65,7 +61,7 @@ def robot_with(**changed):
 
 
 def task():
-    return plan(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004), robot_with()).task
+    return plan(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004), robot_with(), {}).task
 
 
 def scene():
@@ -122,7 +118,9 @@ def test_memory_that_is_gone_is_told():
 
 @given(st.builds(Truth, st.booleans(), vectors, vectors, vectors, poses))
 def test_the_truth_of_a_contact_survives_the_way(truth):
-    assert truth_of_numbers(numbers_of_truth(truth)) == truth
+    told = numbers_of_truth(truth)
+    assert len(told) == len(CONTACT_COLUMNS)
+    assert truth_of_numbers(told) == truth
 
 
 @given(
@@ -134,9 +132,11 @@ def test_the_truth_of_a_contact_survives_the_way(truth):
 )
 def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand):
     truth = HandTruth(time, tuple(touched), *rest, hand)
-    told = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO))
-    assert len(told) <= WIDEST
-    assert hand_of_numbers(told, len(touched)) == (truth, pull)
+    told = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), (), None)
+    assert len(told) == len(hand_columns(len(touched))) <= WIDEST
+    moment = moment_of_numbers(told)
+    assert (moment.hand, moment.pull) == (truth, pull)
+    assert moment.slip == ((0.0, 0.0),) * len(touched)  # nothing rubs
 
 
 # The scene behind the devices
@@ -144,7 +144,7 @@ def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand):
 
 def test_a_scene_is_a_plant_that_moves_as_it_does_by_itself():
     directly, behind = scene(), scene()
-    plant: Plant = ScenePlant(behind, tuple)
+    plant: Plant = ScenePlant(behind)
     first, start = directly.start(), plant.start()
     assert (start.arm, start.wrenches) == (first.arm, first.wrenches)
     for _ in range(30):
@@ -154,8 +154,25 @@ def test_a_scene_is_a_plant_that_moves_as_it_does_by_itself():
     assert state.time == pytest.approx(sample.time, abs=1e-3)
 
 
+class _Clock(WrappedBackend):
+    """Whose truth is the scene's own time."""
+
+    truth_columns = ("time_s",)
+
+    def step(self, command):
+        self._sample = super().step(command)
+        return self._sample
+
+    def start(self):
+        self._sample = super().start()
+        return self._sample
+
+    def truth_row(self):
+        return (self._sample.time,)
+
+
 def test_a_scene_stands_until_it_may_begin_and_its_clock_runs_on(trace):
-    plant = ScenePlant(scene(), lambda sample: (sample.time,), trace)
+    plant = ScenePlant(_Clock(scene()), trace)
     start = plant.start()
     for _ in range(20):
         waiting = plant.step(DOWN, ZERO, ())
@@ -176,16 +193,15 @@ def test_a_scene_stands_until_it_may_begin_and_its_clock_runs_on(trace):
 
 
 def held(grip):
-    config = GraspConfig()
-    return HandBackend(scene_of(config), 1e-3, grip=grip) if grip else HandBackend(scene_of(config), 1e-3)
+    scene = idle_hand_task(two_finger_hand()).scene()
+    return HandBackend(scene, 1e-3, grip=grip) if grip else HandBackend(scene, 1e-3)
 
 
 def test_servos_that_get_the_goals_of_a_grip_force_press_with_that_force():
-    config = GraspConfig()
     forced, driven = held(None), held(ServoGrip)
     forced.start()
     driven.start()
-    hand, force = scene_of(config).hand, 2.0
+    hand, force = forced.scene.hand, 2.0
     finger = hand.finger
     goal = ShaftGoal(
         torque_on=True,

@@ -13,21 +13,20 @@ import pytest
 from palpate.cli import main
 from palpate.commands.doctor.command import run_doctor
 from palpate.commands.doctor.config import DoctorConfig
-from palpate.experiments.explore import carry_out, write_exploration
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan, plan_from_texts
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.regulate.report import regulation_report
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.rig import FreshlyTared, PolledHand
+from palpate.reporting.page import write_report
 from palpate.robots.known_truth import NOT_KNOWN
 from palpate.robots.rig_built import assembled
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
-from support.regulate_runs import regulated
+from support.explore_runs import carried_out, plan_of, planned_again
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.waiting import until
 
@@ -136,8 +135,8 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     )
     # this machine stands still for longer than a supervisor bears, now and then: that ends a run as it should
     for _ in range(4):
-        planned = plan(config)
-        found = carry_out(planned)
+        planned = plan_of(config)
+        found = carried_out(planned)
         if found.run.ending is Ending.DONE and found.run.stopped:
             break
     assert found.run.ending is Ending.DONE, str(found.run)
@@ -149,11 +148,12 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     assert float(heights.std()) < 1e-4
     assert not found.truth.known
     report = exploration_report(found)
-    figures = {figure.name: figure.text for figure in report.summary}
+    figures = {figure.name: figure.text for figure in report.figures}
     assert figures["true normal force"] == figures["points to true surface"] == NOT_KNOWN
-    assert report.true_surface is None
-    assert write_exploration(found, tmp_path / "out")[0].stat().st_size > 10_000
-    again = plan_from_texts(planned.texts())
+    write_report(report, tmp_path / "report.html")
+    assert (tmp_path / "report.html").stat().st_size > 10_000
+    assert "True surface" not in (tmp_path / "report.html").read_text()
+    again = planned_again(planned)
     assert again.parameters == planned.parameters
 
 

@@ -251,7 +251,17 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
         InvalidValueError: It cannot be realised; the message says what to change.
     """
     config = on_robot(config, robot)
-    target = object_of(config, texts)
+    planned = plan_on(object_of(config, texts), config, robot)
+    found = texts.get(IDENTIFIED_TEXT)
+    return planned if found is None else planned.with_identified(read_identified(found))
+
+
+def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> ExplorationPlan:
+    """Return the plan of an exploration of an object, whatever a complete configuration says of it.
+
+    Raises:
+        InvalidValueError: It cannot be realised.
+    """
     scan = scan_on(target, config)
     half_compliance = 0.5 / config.stiffness
     check_compression(config.tip, config.force, config.stiffness)
@@ -311,7 +321,7 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
     below = float(target.height(np.array(first_x), np.array(first_y)))
     below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
     gap = max(top - below - config.tip[-1], CLEARANCE)
-    planned = ExplorationPlan(
+    return ExplorationPlan(
         config,
         robot,
         target,
@@ -327,8 +337,6 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
         ready.touch_force,
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
     )
-    found = texts.get(IDENTIFIED_TEXT)
-    return planned if found is None else planned.with_identified(read_identified(found))
 
 
 def _acceleration(config: ExploreConfig, scan: Scan) -> float:
