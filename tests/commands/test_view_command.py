@@ -169,7 +169,7 @@ def test_the_pace_is_what_was_asked_for_but_of_devices():
     plan = plan_of(ExploreConfig())
     assert isinstance(watched_backend(plan, float("inf")).pacer, SimulatedTime)
     assert isinstance(watched_backend(plan, 2.0).pacer, RealTime)
-    with pytest.raises(InvalidValueError, match="time_scale = 2: devices keep real time"):
+    with pytest.raises(InvalidValueError, match="time_scale = 2: this robot keeps real time"):
         watched_backend(plan_of(ExploreConfig(robot="ur5e-netft")), 2.0)
 
 
