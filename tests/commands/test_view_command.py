@@ -169,7 +169,7 @@ def test_the_pace_is_what_was_asked_for_but_of_devices():
     plan = plan_of(ExploreConfig())
     assert isinstance(watched_backend(plan, float("inf")).pacer, SimulatedTime)
     assert isinstance(watched_backend(plan, 2.0).pacer, RealTime)
-    with pytest.raises(InvalidValueError, match="time_scale = 2: devices keep real time"):
+    with pytest.raises(InvalidValueError, match="time_scale = 2: this robot keeps real time"):
         watched_backend(plan_of(ExploreConfig(robot="ur5e-netft")), 2.0)
 
 
@@ -206,8 +206,7 @@ def test_ctrl_c_while_the_run_is_evaluated_names_its_log(tmp_path, monkeypatch, 
 
 
 def test_a_view_does_not_record_among_the_files_of_another_command(tmp_path, capsys):
-    (tmp_path / "report.html").touch()
-    (tmp_path / "forces.csv").touch()
+    (tmp_path / "sweep.json").touch()
     typed = ["view", "explore", "--time-scale", "inf", "--port", "0", "--set", *SMALL, f"out={tmp_path}"]
     assert main(typed) == ExitCode.MISTAKE
-    assert "holds a run of `palpate regulate`" in capsys.readouterr().err
+    assert "holds a run of `palpate sweep`" in capsys.readouterr().err

@@ -15,6 +15,7 @@ from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
+from palpate.commands.view.plan import watched_backend
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
@@ -46,7 +47,7 @@ def spun(tmp_path_factory):
     """The folder of a grasp in which the box spins, for twice its e is believed, and its true poses."""
     folder = tmp_path_factory.mktemp("spun")
     plan = plan_of(rise=0.2, lift_height=0.03, believed_spin_length=0.008)
-    run, true = RecordedRun(plan), []
+    run, true = RecordedRun(plan, watched_backend(plan, math.inf)), []
     poses = free_poses_of(run.backend)
     run.run((lambda *_: true.append(poses()),), (log_writer(experiment_named("grasp"), plan, folder),))
     return folder, np.array(true)

@@ -15,7 +15,7 @@ from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
 from palpate.commands.view.free_bodies import free_poses_in
-from palpate.commands.view.plan import recorded_plan
+from palpate.commands.view.plan import shown_scene
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
@@ -98,7 +98,7 @@ def test_a_grasp_on_an_emulated_hand_is_reported_replayed_and_viewed(tmp_path):
     assert planned.true == plan_of().true
     assert replay_log(tmp_path).identical
     log = read_log(log_in(tmp_path))
-    scene, frames = recorded_plan(LoggedRun.of(log)).view(), frames_of_log(log, free_poses_in(log))
+    scene, frames = shown_scene(GRASP, LoggedRun.of(log).plan()), frames_of_log(log, free_poses_in(log))
     held = frames.posture(len(frames) // 2)
     # the arm's six joints are not the scene's slide: the hand is where it was all the same
     palm = scene.placement.poses(held)["palm"].position

@@ -4,17 +4,12 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.options import lasting
 from palpate.robots.twin import stage_twin
-from palpate.runtime import Backend, Pacer
+from palpate.runtime import Backend, Command, Pacer, Sample
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
-from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
 from palpate.runtime.robot_rig import RigEntry
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import ViewScene
-
-DEVICES = RigEntry, EmulatedUr5eEntry, EmulatedHandEntry
-"""Have clocks of their own, be they emulated."""
-
 
 class PacedBackend(WrappedBackend[Backend]):
     """A simulation that goes so many times as fast as in reality; infinite: as fast as it can be computed."""
@@ -29,6 +24,12 @@ class PacedBackend(WrappedBackend[Backend]):
         """See `Backend`."""
         return self._pacer
 
+    def step(self, command: Command) -> Sample:
+        """See `Backend`."""
+        sample = self.backend.step(command)
+        self._pacer.wait()
+        return sample
+
 
 def watched_backend(plan: Plan, time_scale: float) -> Backend:
     """Return the back end of a run that is to be watched.
@@ -38,13 +39,14 @@ def watched_backend(plan: Plan, time_scale: float) -> Backend:
         time_scale: Seconds of the run per second of wall time.
 
     Raises:
-        InvalidValueError: It cannot be, or devices were to go faster or slower.
+        InvalidValueError: It cannot be, or a robot that keeps real time was to go faster or slower.
     """
-    if plan.robot is None or not isinstance(plan.robot.file.backend, DEVICES):
-        return PacedBackend(plan.backend(), time_scale)
+    backend = plan.backend()
+    if isinstance(backend.pacer, SimulatedTime):
+        return PacedBackend(backend, time_scale)
     if time_scale != 1.0:
-        raise InvalidValueError(f"time_scale = {time_scale:g}: devices keep real time; leave it out")
-    return plan.backend()
+        raise InvalidValueError(f"time_scale = {time_scale:g}: this robot keeps real time; leave it out")
+    return backend
 
 
 def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:

@@ -47,7 +47,6 @@ from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import Task, only_finger
-from palpate.robots.twin import stage_twin
 from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
@@ -224,12 +223,10 @@ class ExplorationPlan(PlanDefaults):
         )
 
     def view(self) -> ViewScene:
-        """See `Plan`: scene, map and surface; of a rig's run, what it was told that there is."""
+        """See `Plan`: scene, map and the surface that it becomes."""
         from palpate.experiments.kit.scene_view import scene_view  # with what draws
 
-        config, scan, scene = self.config, self.scan, self.scene
-        if scene is None:
-            scene = known_scene(build(stage_twin(self.robot), self.task).backend)
+        config, scan, scene = self.config, self.scan, known_scene(self.backend())
         title = f"Exploration of {config.article} {config.object}, {config.robot}"
         growing = SurfaceView(
             rows=scan.prior if isinstance(scan, ActiveScan) else config.gap,

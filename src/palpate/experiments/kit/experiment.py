@@ -96,7 +96,7 @@ class Plan(Protocol):
         ...
 
     def view(self) -> "ViewScene":
-        """Return what there is to see of it.
+        """Return what there is to see of it; for a rig that carries a fingertip, a plan on its twin is asked.
 
         Raises:
             InvalidValueError: Nothing of it is simulated.
