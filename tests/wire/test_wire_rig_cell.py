@@ -13,11 +13,9 @@ import pytest
 from palpate.cli import main
 from palpate.commands.doctor.command import run_doctor
 from palpate.commands.doctor.config import DoctorConfig
-from palpate.experiments.explore import carry_out, write_exploration
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan, plan_from_texts
-from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.regulate.report import regulation_report
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.recording import write_result
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
@@ -27,7 +25,8 @@ from palpate.robots.rig_built import assembled
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
-from support.regulate_runs import regulated
+from support.explore_runs import carried_out, plan_of, planned_again
+from support.regulate_runs import REGULATE, regulated
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.waiting import until
 
@@ -136,8 +135,8 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     )
     # this machine stands still for longer than a supervisor bears, now and then: that ends a run as it should
     for _ in range(4):
-        planned = plan(config)
-        found = carry_out(planned)
+        planned = plan_of(config)
+        found = carried_out(planned)
         if found.run.ending is Ending.DONE and found.run.stopped:
             break
     assert found.run.ending is Ending.DONE, str(found.run)
@@ -148,13 +147,11 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     heights = found.cloud.position[:, 2]
     assert float(heights.std()) < 1e-4
     assert not found.truth.known
-    report = exploration_report(found)
-    figures = {figure.name: figure.text for figure in report.summary}
+    report = Explore().report(found)
+    figures = {figure.name: figure.text for figure in report.all_figures}
     assert figures["true normal force"] == figures["points to true surface"] == NOT_KNOWN
-    assert report.true_surface is None
-    assert write_exploration(found, tmp_path / "out")[0].stat().st_size > 10_000
-    again = plan_from_texts(planned.texts())
-    assert again.parameters == planned.parameters
+    assert write_result(Explore(), found, report, tmp_path / "out")[0].stat().st_size > 10_000
+    assert planned_again(planned).parameters == planned.parameters
 
 
 @pytest.mark.slow
@@ -167,7 +164,7 @@ def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
     assert held.run.ending is Ending.DONE, str(held.run)
     assert np.isnan(held.true_force).all()
     assert held.sensed_rms < 0.1
-    figures = {figure.name: figure.text for figure in regulation_report(held).figures}
+    figures = {figure.name: figure.text for figure in REGULATE.report(held).all_figures}
     assert figures["true force"] == NOT_KNOWN
     assert float(figures["largest force of the run"]) >= 1.9
 

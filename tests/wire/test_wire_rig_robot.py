@@ -3,7 +3,6 @@
 import msgspec
 import numpy as np
 import pytest
-from palpate.experiments.kit.truth_recorder import TruthRecorder
 
 from palpate.commands.doctor.command import run_doctor
 from palpate.commands.doctor.config import DoctorConfig
@@ -11,7 +10,7 @@ from palpate.commands.robot.config import RobotCheckConfig
 from palpate.commands.robot.tool import run_check
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
+from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand
@@ -22,14 +21,12 @@ from palpate.robots.in_scene import check
 from palpate.robots.known_truth import scene_of
 from palpate.robots.rig_built import assembled, parts_of
 from palpate.robots.values import values_of
-from palpate.runtime.data import ArmSample, Command, Observation, Sample
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_file import read_robot_file
-from palpate.spatial import IDENTITY, ZERO
+from palpate.runtime.truth import TruthTable, truth_source
+from support.explore_runs import plan_of
 from support.rig_cell import ROBOT, robot_file
 from support.robot_file_text import robot_file_text
-
-STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
 
 
 def rig(folder, *changes):
@@ -64,24 +61,25 @@ def test_what_the_file_says_is_what_devices_are_told(tmp_path):
 
 def test_a_rig_stands_ready_and_nobody_knows_the_truth(tmp_path):
     robot = rig(tmp_path)
-    planned = plan(ExploreConfig(robot=str(tmp_path / "rig.yaml"), force=1.0), robot)
-    assert isinstance(planned.backend, FreshlyTared)
-    assert isinstance(planned.backend.backend.arm, ArmFromHere)
-    assert scene_of(planned.backend) is None
-    assert not planned.truth_known
+    planned = plan_of(ExploreConfig(robot=str(tmp_path / "rig.yaml"), force=1.0), robot)
+    backend = planned.backend()
+    assert isinstance(backend, FreshlyTared)
+    assert isinstance(backend.backend.arm, ArmFromHere)
+    assert scene_of(backend) is None
+    assert truth_source(backend) is None
     assert planned.parameters.gain.delay > 0.02  # the arm's response, and a period
 
 
 def test_an_arm_whose_place_is_known_must_be_at_the_start(tmp_path):
     robot = rig(tmp_path, ("    watchdog_s", "    foot: {position_m: [-0.4, 0.0, 0.0]}\n    watchdog_s"))
-    backend = plan(ExploreConfig(robot=str(tmp_path / "rig.yaml")), robot).backend
+    backend = plan_of(ExploreConfig(robot=str(tmp_path / "rig.yaml")), robot).backend()
     assert isinstance(backend, FreshlyTared)
     assert type(backend.backend.arm) is ArmAtPlace
 
 
 def test_without_a_tare_it_is_the_rig_itself(tmp_path):
     robot = rig(tmp_path, ("  kind: rig", "  kind: rig\n  tare_at_start: false"))
-    assert isinstance(plan(ExploreConfig(robot=str(tmp_path / "rig.yaml")), robot).backend, Rig)
+    assert isinstance(plan_of(ExploreConfig(robot=str(tmp_path / "rig.yaml")), robot).backend(), Rig)
 
 
 def test_a_hand_has_a_sensor_per_finger_and_its_own_rate():
@@ -152,7 +150,7 @@ def test_what_an_experiment_cannot_do_with_it_is_refused(tmp_path):
     armless = msgspec.structs.replace(robot.file.backend, arm=None)
     file = msgspec.structs.replace(robot.file, backend=armless)
     with pytest.raises(InvalidValueError, match=r"backend\.arm"):
-        plan(ExploreConfig(robot=str(tmp_path / "rig.yaml")), type(robot)(file, robot.sensors, robot.texts))
+        plan_of(ExploreConfig(robot=str(tmp_path / "rig.yaml")), type(robot)(file, robot.sensors, robot.texts))
     moving = RegulateConfig(robot=str(tmp_path / "rig.yaml"), surface="sine")
     with pytest.raises(InvalidValueError, match="surface = sine"):
         plan_regulation(moving, robot, {})
@@ -166,13 +164,8 @@ def test_noise_of_an_exploration_is_that_of_the_sensor_file(tmp_path):
     assert values_of(robot)["force_noise"] == 0.004
 
 
-def test_of_a_robot_nobody_knows_the_truth_of_any_period(tmp_path):
-    planned = plan(ExploreConfig(robot=str(rig_path(tmp_path))))
-    watch = TruthRecorder(planned.backend)
-    observation = Observation(0.0, STANDING, ())
-    for _ in range(3):
-        watch(Sample(0.0, STANDING, ()), observation, Command())
-    truth = watch.record().continued(5)
+def test_of_a_robot_nobody_knows_the_truth_of_any_period():
+    truth = ContactTruth.of(TruthTable((), np.empty((5, 0))), 5)
     assert not truth.known
     assert len(truth) == 5
     assert not truth.touching.any()

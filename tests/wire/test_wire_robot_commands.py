@@ -10,27 +10,25 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from palpate.experiments.grasp.robot import hand_backend
-from palpate.experiments.grasp.run import GraspAttempt, write_grasp
 
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
-from palpate.commands.view.plan import recorded_plan, view_scene
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.grasp.report import grasp_report
-from palpate.experiments.kit.recorded_run import carry_out
-from palpate.experiments.kit.recording import log_writer
+from palpate.commands.view.plan import recorded_plan
+from palpate.experiments.grasp.experiment import GraspObject
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
+from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.friction.friction_file import How
 from palpate.robots.devices import with_devices
+from palpate.robots.hands import hand_backend
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.robot import load_robot
-from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
 from support.emulated_file import changed_file
 from support.friction_runs import FRICTION
+from support.grasp_runs import plan_of
 from support.robot_file_text import robot_file_text
 from support.ur_library import needs_ur
 
@@ -52,14 +50,25 @@ def hand_file(folder, first):
     )
 
 
-def finished(attempt, sinks=tuple):
-    """What came of a run. This machine stands still for longer than it bears, now and then: then once more."""
+GRASP = GraspObject()
+
+
+class Untold:
+    """A back end whose truth nobody hears of."""
+
+    def __init__(self, backend):
+        self.start, self.step, self.close = backend.start, backend.step, backend.close
+        self.period, self.pacer = backend.period, backend.pacer
+
+
+def finished(experiment, plan, backend=None, sinks=tuple):
+    """What came of a plan. This machine stands still for longer than it bears, now and then: then once more."""
     for _ in range(4):
-        trial = attempt()
-        result = trial.run((), sinks())
+        run = RecordedRun(plan, backend and backend())
+        result = run.run((), sinks())
         if result.ending is Ending.DONE:
             break
-    return trial.found(result)
+    return experiment.found(plan, run.recorded(result))
 
 
 @pytest.mark.slow
@@ -69,11 +78,7 @@ def test_what_rubbing_finds_over_the_wire_is_true():
     limits = msgspec.structs.replace(robot.file.limits, sample_age=0.3)
     robot = replace(robot, file=msgspec.structs.replace(robot.file, backend=entry, limits=limits))
     plan = FRICTION.plan(FRICTION.Config(robot="emulated-ur5e", quick=True), robot, {})
-    for _ in range(4):  # as in `finished`
-        recorded = carry_out(plan)
-        if recorded.run.ending is Ending.DONE:
-            break
-    rubbing = FRICTION.found(plan, recorded)
+    rubbing = finished(FRICTION, plan)
     assert rubbing.run.ending is Ending.DONE, str(rubbing.run)
     # every motion is done both ways: the arm comes up to its spin as soon as it was told
     for pair in rubbing.pairs:
@@ -91,19 +96,17 @@ def test_what_rubbing_finds_over_the_wire_is_true():
 
 @pytest.mark.slow
 def test_a_grasp_on_an_emulated_hand_is_reported_replayed_and_viewed(tmp_path):
-    planned = plan_grasp(GraspConfig(robot=hand_file(tmp_path, 72), out=tmp_path))
-    grasp = finished(lambda: GraspAttempt(planned), lambda: (log_writer(planned),))
+    planned = plan_of(robot=hand_file(tmp_path, 72))
+    grasp = finished(GRASP, planned, sinks=lambda: (log_writer(GRASP, planned, tmp_path),))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
     assert not grasp.dropped
     assert grasp.gave_way == ()
     assert 1.0 < grasp.tightest < grasp.grip_ratio < 1.4
-    simulated = plan_grasp(GraspConfig())
-    names = {name for name, _ in grasp_report(grasp).settings}
-    assert "robot" in names
-    assert planned.true == simulated.true
+    assert "robot" in {name for name, *_ in GRASP.report(grasp).settings}
+    assert planned.true == plan_of().true
     assert replay_log(tmp_path).identical
     log = read_log(log_in(tmp_path))
-    scene, frames = view_scene(recorded_plan(log)), frames_of_log(log)
+    scene, frames = recorded_plan(LoggedRun.of(log)).view(), frames_of_log(log)
     held = frames.posture(len(frames) // 2)
     # the arm's six joints are not the scene's slide: the hand is where it was all the same
     palm = scene.placement.poses(held)["palm"].position
@@ -114,30 +117,30 @@ def test_a_grasp_on_an_emulated_hand_is_reported_replayed_and_viewed(tmp_path):
 @pytest.mark.slow
 def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path):
     """The devices of the emulated hand, felt through them alone, as a rig's are."""
-    config = GraspConfig(load="none", rise=0.3, robot=hand_file(tmp_path, 76), **BELIEVED)
-    wired = plan_grasp(config)
+    wired = plan_of(load="none", rise=0.3, robot=hand_file(tmp_path, 76), **BELIEVED)
     rig = load_robot("ur5e-hand")
     real = replace(wired, hand=replace(wired.hand, robot=rig))
     assert real.hand.real
     assert real.true == real.believed
-    grasp = finished(lambda: GraspAttempt(real, WrappedBackend(hand_backend(wired))))
+    grasp = finished(GRASP, real, lambda: Untold(hand_backend(wired.hand, wired.task())))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
     assert not grasp.dropped
     assert grasp.let_go
     # the weight hangs on two fingers by friction: each feels half of it along its surface
     held = grasp.counted
     along = grasp.truth.loads[held, :, 1].mean(axis=0)
-    assert along == pytest.approx([0.5 * config.mass * 9.81] * 2, abs=0.05)
+    assert along == pytest.approx([0.5 * wired.config.mass * 9.81] * 2, abs=0.05)
     assert np.isnan(grasp.least).all()
-    report = grasp_report(grasp)
-    figures = {figure.name: figure.value for figure in report.summary}
+    report = GRASP.report(grasp)
+    figures = {figure.name: figure.value for figure in report.figures}
     assert figures["dropped"] == "no"
     assert math.isfinite(figures["largest grip"])
     assert not {"slip", "spin", "grip over the least", "tightest"} & set(figures)
-    said = " ".join((report.outcome, *report.account, *(" ".join(row) for row in report.settings)))
+    seen = report.sections[0].parts
+    said = " ".join((report.outcome, *(part.text for part in seen), *(" ".join(row) for row in report.settings)))
     assert "simulat" not in said
     assert "The object was held, as fingers feel it." in said
-    files = write_grasp(grasp, tmp_path / "out")
+    files = write_result(GRASP, grasp, report, tmp_path / "out")
     assert "slip" not in files[1].read_text().splitlines()[0]
     assert "simulation" not in files[0].read_text()
 
@@ -178,9 +181,8 @@ def test_a_rig_of_arm_hand_and_sensors_lifts_what_it_is_told_to(tmp_path):
             limits = msgspec.structs.replace(rig.file.limits, sample_age=1.0)
             path = tmp_path / "cell.yaml"
             path.write_text(robot_file_text(msgspec.structs.replace(rig.file, period=0.002, limits=limits)))
-            planned = plan_grasp(GraspConfig(robot=str(path), **BELIEVED))
-            attempt = GraspAttempt(planned)
-            grasp = attempt.found(attempt.run())
+            planned = plan_of(robot=str(path), **BELIEVED)
+            grasp = GRASP.found(planned, carry_out(planned))
         if grasp.run.ending is Ending.DONE:
             break
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
