@@ -21,8 +21,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from palpate.experiments.explore import Exploration, explore
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration
 from palpate.runtime.batch import results_of, run_batch
 
 ASKED = 1.7

@@ -18,9 +18,11 @@ from rich.table import Table
 
 from palpate.controllers import ExploreController, Raster
 from palpate.controllers.paths import Follow
-from palpate.experiments.explore import Exploration, explore
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.plan import plan
+from palpate.robots.values import load_named_robot
 from palpate.runtime import Command, Finger, MemoryLog, Recorder, Supervisor, Touch
 from palpate.sensing.compensation import Payload
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene
@@ -96,7 +98,8 @@ def parts() -> Table:
     touch, supervisor = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor()
     recorder = Recorder(MemoryLog())
     observation, command = touch.sense(sample), Command()
-    controller = ExploreController(plan(BASE).parameters, Follow(Raster(0.04, 0.04, 0.004)), backend.period)
+    parameters = plan(BASE, load_named_robot(BASE.robot), {}).parameters
+    controller = ExploreController(parameters, Follow(Raster(0.04, 0.04, 0.004)), backend.period)
     controller.start(observation)
     recorder.start(sample, observation, backend.period)
     table = Table(title="One period of the stage, tip in contact, called in a loop")

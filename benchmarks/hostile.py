@@ -24,8 +24,9 @@ from rich.progress import track
 from rich.table import Table
 from unseen_meshes import CASES, MeshCase
 
-from palpate.experiments.explore import Exploration, explore
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.report import outcome
 
 ROBOTS, STRATEGIES = ("stage", "ur5e"), ("raster", "spiral")
@@ -60,7 +61,7 @@ def scenes(robots: tuple[str, ...], strategies: tuple[str, ...], wrong: list[str
             f"{scene.name}, {way}",
             robot,
             f"{most_force(found):.2f}",
-            f"{found.wall.limit:g}",
+            f"{found.plan.wall.limit:g}",
             *_map(found),
             told,
         )
@@ -81,15 +82,15 @@ def walls(robots: tuple[str, ...], wrong: list[str]) -> Table:
     for wall in track(tried, "walls", transient=True):
         found = wall.hit()
         peak = most_force(found)
-        if peak > found.wall.force:
-            wrong.append(f"wall, {wall}: {peak:.2f} N, the bound is {found.wall.force:.2f} N")
+        if peak > found.plan.wall.force:
+            wrong.append(f"wall, {wall}: {peak:.2f} N, the bound is {found.plan.wall.force:.2f} N")
         table.add_row(
             wall.robot,
             f"{wall.stiffness / 1e3:g}",
             f"{1e3 * wall.speed:g}",
             f"{peak:.2f}",
-            f"{found.wall.force:.2f}",
-            f"{1e3 * found.wall.speed:.1f} mm/s",
+            f"{found.plan.wall.force:.2f}",
+            f"{1e3 * found.plan.wall.speed:.1f} mm/s",
         )
     return table
 

@@ -11,12 +11,14 @@ import numpy as np
 import trimesh
 
 from palpate.errors import FloatArray
-from palpate.experiments.explore import Attempt, Exploration
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import ExplorationPlan, plan
+from palpate.experiments.explore.exploration import Exploration, found_by
+from palpate.experiments.explore.plan import ExplorationPlan, plan, plan_on
 from palpate.experiments.explore.report import outcome
+from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.robots.finger_sensor import sensor_for
-from palpate.runtime import Ending
+from palpate.robots.values import on_robot
+from palpate.runtime import Backend, Ending
 from palpate.runtime.robot import ROBOT_TEXT, Robot, load_robot, read_robot
 from palpate.sim import MujocoBackend, SceneObject, Target, build_scene
 from palpate.sim.objects.mesh import TracedMesh
@@ -60,9 +62,11 @@ def missing(shape: SceneObject) -> Target:
     return MovingTarget(shape, (DrivenJoint(JointKind.SLIDE, (1.0, 0.0, 0.0), Ramp(0.0)),), FAR_BELOW)
 
 
-def in_truth(planned: ExplorationPlan, truth: Truth) -> ExplorationPlan:
-    """Return a plan that is carried out in another scene than it was made for."""
-    scene, config = planned.backend.scene, planned.config
+def in_truth(planned: ExplorationPlan, truth: Truth) -> Backend:
+    """Return a plan's robot in another scene than it was made for."""
+    usual = planned.backend()
+    assert isinstance(usual, MujocoBackend)
+    scene = usual.scene
     law = replace(
         scene.law, friction=truth.friction * scene.law.friction, stiffness=truth.stiffness * scene.law.stiffness
     )
@@ -70,17 +74,18 @@ def in_truth(planned: ExplorationPlan, truth: Truth) -> ExplorationPlan:
     while law.stiffness > STIFFEST_STEP * finer**2:
         finer *= 2
     fidelity = replace(scene.fidelity, time_step=scene.fidelity.time_step / finer)
-    start = planned.backend.start().arm.position_base_tip
+    start = usual.start().arm.position_base_tip
     target = scene.target if truth.object is None else truth.object(planned.target)
     other = build_scene(scene.tip, target, law, start, scene.carrier, fidelity)
-    sensor = sensor_for(planned.robot, config)
-    return replace(planned, backend=MujocoBackend(other, planned.period, sensor, planned.backend.pacer))
+    sensor = sensor_for(planned.robot, planned.config)
+    return MujocoBackend(other, planned.period, sensor, usual.pacer)
 
 
 def carried_out(config: ExploreConfig, truth: Truth, robot: Robot | None = None) -> Exploration:
     """Plan for what `config` says, and explore what is true."""
-    attempt = Attempt(in_truth(plan(config, robot), truth))
-    return attempt.found(attempt.run())
+    planned = plan(config, load_robot(config.robot) if robot is None else robot, {})
+    run = RecordedRun(planned, in_truth(planned, truth))
+    return found_by(planned, run.recorded(run.run()))
 
 
 def drifting(name: str, force: Vector, moment: Vector = ZERO, minutes: float = 10.0) -> Robot:
@@ -151,8 +156,8 @@ class Hostile:
     def missed(self, found: Exploration) -> list[str]:
         """Name what was asked for and missed."""
         wrong, told = [], outcome(found)
-        if most_force(found) > found.wall.limit:
-            wrong.append(f"{most_force(found):.2f} N, the limit is {found.wall.limit:g} N")
+        if most_force(found) > found.plan.wall.limit:
+            wrong.append(f"{most_force(found):.2f} N, the limit is {found.plan.wall.limit:g} N")
         if not rests(found):
             wrong.append("the robot moves in the end")
         if found.run.ending is not self.ending:
@@ -213,7 +218,7 @@ class Wall:
             speed=self.speed,
             stiffness=self.stiffness,
         )
-        planned = plan(config, target=target)
+        robot = load_robot(config.robot)
+        planned = plan_on(target, on_robot(config, robot), robot)
         planned = replace(planned, limits=replace(planned.limits, force=1e4, moment=1e3, spin_torque=1e3))
-        attempt = Attempt(planned)
-        return attempt.found(attempt.run())
+        return found_by(planned, carry_out(planned))

@@ -20,9 +20,10 @@ from rich.progress import Progress
 from rich.table import Table
 
 from palpate import Sphere
-from palpate.experiments.explore import carry_out
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.robots.values import load_named_robot
 from palpate.runtime import ArmSample, Command, Finger, Sample, Touch, WrenchSample
 from palpate.runtime.interpreter import undisturbed
 from palpate.runtime.log import Heading, Layout, LogWriter, MemoryLog, Recorder
@@ -156,7 +157,7 @@ def sizes(folder: Path) -> Table:
     for noise in (0.0, 0.01):
         path = folder / f"explore {noise}.mcap"
         config = ExploreConfig(force_noise=noise, moment_noise=0.01 * noise)
-        found = carry_out(plan(config), sinks=(LogWriter(path),))
+        found = carry_out(plan(config, load_named_robot(config.robot), {}), sinks=(LogWriter(path),))
         rate = path.stat().st_size / found.run.duration / 1e6
         name = f"an exploration in simulation, {'noisy' if noise else 'clean'}"
         table.add_row(name, str(doubles - 8), f"{rate:.3f}", "0.5", "")

@@ -17,10 +17,10 @@ from rich.progress import track
 from rich.table import Table
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import Exploration, carry_out
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.exploration import Exploration, found_by
 from palpate.experiments.explore.plan import plan
-from palpate.robots.values import values_of
+from palpate.experiments.kit.recorded_run import carry_out
 from palpate.runtime.robot import Robot, load_robot
 from palpate.runtime.robot_sensor import (
     BiasEntry,
@@ -90,7 +90,8 @@ def robot_of(case: Case, specimen: int) -> Robot:
 def explored(case: Case, specimen: int, config: ExploreConfig) -> Exploration:
     """Explore with one specimen of a sensor."""
     robot = robot_of(case, specimen)
-    return carry_out(plan(replace(config, force=case.force, seed=specimen, **values_of(robot)), robot))  # type: ignore[arg-type]
+    planned = plan(replace(config, force=case.force, seed=specimen), robot, {})
+    return found_by(planned, carry_out(planned))
 
 
 def alone() -> list[Case]:

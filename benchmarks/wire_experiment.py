@@ -4,7 +4,7 @@
 
 An exploration of a sphere with the UR5e at 500 Hz, noise of the sensor and all: once on MuJoCo directly, once with
 the maker's ur_rtde and a Net F/T client against emulated devices with the same scene behind them, once from the
-log of that, whose samples go through touch, controller and report again, beside the truth that was kept of it. The
+log of that, whose samples go through touch, controller and report again. The
 age of a state is from when the emulated controller sampled it to when the loop takes it, in wall time, all of the
 experiment's own work included. Then the slip-safe grasp with two fingers: servos over dynamixel_sdk on a terminal,
 two F/T boxes, ur_rtde for the lift.
@@ -13,31 +13,29 @@ two F/T boxes, ur_rtde for the lift.
 import argparse
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 from palpate.commands.run_told import log_writer
-from palpate.experiments.grasp.run import Grasp, GraspAttempt
 from rich.console import Console
 from rich.table import Table
 
 from palpate.commands.replay.run import replay_log
-from palpate.experiments.explore import Attempt, Exploration
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import ExplorationPlan, plan
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.exploration import Exploration, found_by
+from palpate.experiments.explore.plan import plan
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.robots.emulated.backend import EmulatedBackend
-from palpate.robots.emulated.hand import HandWires, for_a_busy_computer, grasp_on_the_wire
+from palpate.experiments.grasp.result import Grasp, grasp_of
+from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.robot import Robot, load_robot
-from palpate.sim.contact_truth import Truth
 
 MOST_RATIO = 2.0
 """Of the force's RMS error on the wire to that of direct simulation (issue 9)."""
@@ -49,45 +47,16 @@ PART = {"width": 0.02, "depth": 0.006}
 """What is explored [m]: 8 s, of which 7 are on the object."""
 
 
-class FromLog:
-    """A back end that gives a log's samples again, whatever it is told, and the truth that was kept of the run."""
-
-    def __init__(self, samples: Iterator[Sample], truths: Iterable[Truth], wired: EmulatedBackend) -> None:
-        self.period, self.pacer, self.scene = wired.period, SimulatedTime(), wired.scene
-        self._samples, self._truths = samples, iter(truths)
-
-    def start(self) -> Sample:
-        return next(self._samples)
-
-    def step(self, command: Command) -> Sample:
-        return next(self._samples)
-
-    def truth(self) -> Truth:
-        return next(self._truths)
-
-    def close(self) -> None:
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-
 class Watch:
-    """An observer that keeps the truth, and how old arm and wrench were when taken, plant time [s]."""
+    """An observer that keeps how old arm and wrench were when taken, plant time [s]."""
 
-    def __init__(self, wired: EmulatedBackend) -> None:
-        self._wired = wired
+    def __init__(self) -> None:
         self.arm: list[float] = []
         self.wrench: list[float] = []
-        self.truths: list[Truth] = []
 
     def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
         self.arm.append(sample.time - sample.arm.time)
         self.wrench.append(sample.time - sample.wrenches[0].time)
-        self.truths.append(self._wired.truth())
 
 
 def robots(scale: float) -> tuple[Robot, Robot]:
@@ -100,35 +69,29 @@ def robots(scale: float) -> tuple[Robot, Robot]:
     return robot, simulated_twin(robot)
 
 
-def explored(planned: ExplorationPlan, observers=(), sinks=()) -> Exploration:
-    attempt = Attempt(planned)
-    return attempt.found(attempt.run(observers, sinks))
-
-
 def explorations(seed: int, scale: float, folder: Path) -> tuple[dict[str, Exploration], Watch, bool]:
     """Return the exploration on each back end, how old the wire's samples were, and whether its log replays."""
     config = ExploreConfig(robot="emulated-ur5e", seed=seed, out=folder, **PART)
     emulated, simulated = robots(scale)
-    wired = plan(config, emulated)
-    assert isinstance(wired.backend, EmulatedBackend)
-    watch = Watch(wired.backend)
+    direct, wired, watch = plan(config, simulated, {}), plan(config, emulated, {}), Watch()
     found = {
-        "MuJoCo": explored(plan(config, simulated)),
-        "wire": explored(wired, (watch,), (log_writer(wired),)),
+        "MuJoCo": found_by(direct, carry_out(direct)),
+        "wire": found_by(wired, carry_out(wired, (watch,), (log_writer(Explore(), wired, folder),))),
     }
     log = read_log(log_in(folder))
-    found["replay"] = explored(replace(wired, backend=FromLog(log.samples(), watch.truths, wired.backend)))
+    found["replay"] = LoggedRun.of(log).found()
     return found, watch, replay_log(log).identical
 
 
 def grasps(scale: float, folder: Path) -> dict[str, Grasp]:
     """Return the grasp by the simulated hand, and by the one on the wire."""
-    planned = for_a_busy_computer(plan_grasp(GraspConfig()))
+    planned = plan_grasp(GraspConfig(), None, {})
+    planned = replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.30", ("127.0.9.31", "127.0.9.32"), folder / "bus", scale)
     found = {}
-    for name, hand in (("MuJoCo", None), ("wire", grasp_on_the_wire(planned, wires))):
-        attempt = GraspAttempt(planned, hand)
-        found[name] = attempt.found(attempt.run())
+    for name, hand in (("MuJoCo", None), ("wire", emulated_hand(planned.task(), wires))):
+        run = RecordedRun(planned, hand)
+        found[name] = grasp_of(planned, run.recorded(run.run()))
     return found
 
 
@@ -151,9 +114,9 @@ def main() -> None:
     for seed in range(options.runs):
         with tempfile.TemporaryDirectory() as folder:
             found, ages, bit_for_bit = explorations(seed, options.scale, Path(folder))
-        names = {key: [figure.name for figure in exploration_report(one).summary] for key, one in found.items()}
+        names = {key: [figure.name for figure in exploration_report(one).figures] for key, one in found.items()}
         for key, one in found.items():
-            report = {figure.name: figure.value for figure in exploration_report(one).summary}
+            report = {figure.name: figure.value for figure in exploration_report(one).figures}
             across = report.get("map to true surface, RMS", float("nan"))
             table.add_row(
                 str(seed),

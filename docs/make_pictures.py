@@ -12,7 +12,6 @@ from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.error_picture import error_map
-from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.surface_picture import touched_surface
 from palpate.friction.pressure import limit_curve
 from palpate.reporting.style import INK, MEASURED, QUIET, TRUE, WANTED, Width, dress, legend_above, new_figure
@@ -32,11 +31,9 @@ def pixels(figure: Figure) -> np.ndarray:
 def exploration() -> None:
     """Explore an ellipsoid and put what was felt beside where the errors are."""
     found = explore(ExploreConfig(object="ellipsoid", width=0.05, speed=0.03, force_noise=0.01, moment_noise=1e-4))
-    report = exploration_report(found)
-    assert report.point_error is not None
-    assert report.map is not None
-    left = pixels(touched_surface(report.cloud, report.map.mesh).full)
-    right = pixels(error_map(report.cloud, report.point_error).full)
+    assert found.map is not None
+    left = pixels(touched_surface(found.cloud, found.map.mesh).full)
+    right = pixels(error_map(found.cloud, found.point_error).full)
     height = max(len(left), len(right))
     padded = [np.pad(p, ((0, height - len(p)), (0, 0), (0, 0)), constant_values=255) for p in (left, right)]
     matplotlib.image.imsave(HERE / "exploration.png", np.hstack(padded))

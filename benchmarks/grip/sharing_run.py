@@ -4,10 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from palpate.experiments.grasp.run import carry_out
 
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan
+from palpate.experiments.grasp import GraspConfig, grasp_object
 
 MU, E = 0.5, 0.004
 
@@ -58,7 +56,7 @@ def estimated(seed: int, load: str = "ramp", margin: float = 0.04) -> Came:
 
 def came(config: GraspConfig) -> Came:
     """Carry it out."""
-    grasp = carry_out(plan(config))
+    grasp = grasp_object(config)
     return Came(max(grasp.slip, grasp.slip_aloft), grasp.spin, grasp.grip_ratio, grasp.dropped)
 
 

@@ -3,21 +3,30 @@
 import csv
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import psutil
 import pytest
-from palpate.experiments.regulate.run import regulate
 
 from palpate import extras
 from palpate.cli import main
-from palpate.commands.sweep import picture, regulated, report, run
+from palpate.commands.sweep import picture, run
 from palpate.commands.sweep.record import RunStatus, read_record
 from palpate.commands.sweep.runner import LocalRunner
 from palpate.commands.sweep.store import SweepFolder
-from support.sweep_runs import NOT_FIGURES, TYPED, InProcess, planned
+from palpate.experiments.kit.figure import figures_of
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.registry import experiment_named
+from palpate.reporting import page
+from palpate.robots.values import load_named_robot
+from palpate.runtime.log import log_in, read_log
+from support.sweep_runs import NOT_FIGURES, TYPED, InProcess, config_of, planned
+from support.tiny_experiment import TINY
 from support.typed_mistakes import answer_to
 from support.waiting import until
 
@@ -52,7 +61,7 @@ def kept(folder):
 def undrawn(monkeypatch):
     """Pictures take longer than these runs: where nobody looks at them, they are left out."""
     monkeypatch.setattr(picture, "write_summary", lambda result, path: path.touch())
-    monkeypatch.setattr(report, "write_report", lambda result, path: path.touch())
+    monkeypatch.setattr(page, "write_report", lambda report, path: path.touch())
 
 
 # --- what it leaves
@@ -61,23 +70,26 @@ def undrawn(monkeypatch):
 def test_a_sweep_leaves_a_row_per_run_with_the_figures_of_the_experiment_itself(here, tmp_path, capsys):
     assert main([*TYPED, "--out", str(tmp_path)]) == 0
     rows = table(tmp_path)
-    asked = [(1.0, 0.2), (1.0, 0.4), (2.0, 0.2), (2.0, 0.4)]
-    assert [(float(r["force"]), float(r["friction"]), int(r["seed"])) for r in rows] == [
+    asked = [(1.0, 0.01), (1.0, 0.02), (2.0, 0.01), (2.0, 0.02)]
+    assert [(float(r["force"]), float(r["speed"]), int(r["seed"])) for r in rows] == [
         (*pair, seed) for pair in asked for seed in (0, 1)
     ]
     assert {row["status"] for row in rows} == {"done"}
-    alone = regulate(planned("force=1,2", "friction=0.2,0.4", seeds=2).runs[5].case.config)
-    assert float(rows[5]["force_rms_n"]) == alone.true_rms
-    assert float(rows[5]["landing_max_n"]) == alone.landing_peak
+    tap, config = experiment_named(TINY), config_of(planned("force=1,2", "speed=0.01,0.02", seeds=2).runs[5])
+    plan = tap.plan(config, load_named_robot(config.robot), {})
+    alone = figures_of(tap, tap.found(plan, carry_out(plan)))
+    assert {name: rows[5][name] for name in alone} == {
+        name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in alone.items()
+    }
     names = {path.name for path in tmp_path.iterdir() if not path.name.startswith(".")}
     assert names == {"runs", "sweep.json", "runs.csv", "runs.parquet", "summary.png", "report.html"}
     assert (tmp_path / "summary.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((tmp_path / "sweep.json").read_text())["varied"] == {
         "force": ["1", "2"],
-        "friction": ["0.2", "0.4"],
+        "speed": ["0.01", "0.02"],
     }
     said = capsys.readouterr().out
-    for word in ("8 runs: 2 force x 2 friction x 2 seeds", "All 8 runs got to their end", "report.html"):
+    for word in ("8 runs: 2 force x 2 speed x 2 seeds", "All 8 runs got to their end", "report.html"):
         assert word in said
 
 
@@ -108,14 +120,16 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
 ):
     whole, out = tmp_path / "whole", tmp_path / "out"
     main([*TYPED, "--out", str(whole)])
-    carry_out = regulated.carry_out
+    tap = type(experiment_named(TINY))
+    found = tap.found
 
-    def failing(config, keep):
-        if (config.force, config.friction, config.seed) == (2.0, 0.2, 1):
+    def failing(self, plan, recorded):
+        config = plan.config
+        if (config.force, config.speed, config.seed) == (2.0, 0.01, 1):
             raise ZeroDivisionError("on [purpose]")
-        return carry_out(config, keep)
+        return found(self, plan, recorded)
 
-    monkeypatch.setattr(regulated, "carry_out", failing)
+    monkeypatch.setattr(tap, "found", failing)
     assert main([*TYPED, "--out", str(out)]) == 1
     said = capsys.readouterr().out
     for word in ("7 of 8 runs got to their end", "run 5:", "on [purpose]", "--repeat-failed"):
@@ -129,7 +143,7 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     assert record.status is RunStatus.FAILED
     assert "in failing" in record.traceback
     # going on leaves it as it is, unless it is to be done again
-    monkeypatch.setattr(regulated, "carry_out", carry_out)
+    monkeypatch.setattr(tap, "found", found)
     here.done.clear()
     assert main([*TYPED, "--out", str(out)]) == 1
     assert here.done == []
@@ -139,19 +153,9 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
 
 
 def test_a_run_that_does_not_get_to_its_end_does_not_count(here, undrawn, tmp_path, capsys):
-    typed = [
-        "sweep",
-        "regulate",
-        "--vary",
-        "surface=still,missing",
-        "--set",
-        "duration=0.6",
-        "--out",
-        str(tmp_path),
-    ]
-    assert main(typed) == 1
-    still, missing = table(tmp_path)
-    assert (still["status"], missing["status"]) == ("done", "unfinished")
+    assert main(["sweep", TINY, "--vary", "reach=0.01,0.0005", "--out", str(tmp_path)]) == 1
+    there, missing = table(tmp_path)
+    assert (there["status"], missing["status"]) == ("done", "unfinished")
     assert missing["message"]
     assert missing["contact"] == "nothing was there"
     assert "1 of 2 runs" in capsys.readouterr().out
@@ -159,10 +163,14 @@ def test_a_run_that_does_not_get_to_its_end_does_not_count(here, undrawn, tmp_pa
 
 @pytest.mark.slow
 def test_a_run_can_leave_its_own_report_and_log(here, undrawn, tmp_path):
-    typed = ["sweep", "regulate", "--set", "duration=0.6", "--keep-reports", "--out", str(tmp_path)]
+    typed = ["sweep", TINY, "--vary", "force=1,2", "--keep-reports", "--out", str(tmp_path)]
     assert main(typed) == 0
-    names = {path.suffix for path in (tmp_path / "reports" / "000000").iterdir()}
-    assert {".html", ".csv", ".mcap"} <= names
+    kept = tmp_path / "reports" / "000001"
+    assert {"report.html", "forces.txt", "latest.mcap"} <= {path.name for path in kept.iterdir()}
+    logged = LoggedRun.of(read_log(log_in(kept)))
+    assert (logged.config.force, logged.config.out) == (2.0, kept)
+    figures = figures_of(logged.experiment, logged.found())
+    assert figures["force_mean_n"] == float(table(tmp_path)[1]["force_mean_n"])
 
 
 @pytest.mark.slow
@@ -170,15 +178,15 @@ def test_a_program_is_told_the_same(here, undrawn, tmp_path, capsys):
     assert main([*TYPED, "--json", "--out", str(tmp_path)]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["figures"]["runs_done"] == 8
-    by_hand = [float(row["force_rms_n"]) for row in table(tmp_path)[:2]]
-    assert told["combinations"][0]["force_rms_n"]["median"] == pytest.approx(sum(by_hand) / 2.0, rel=1e-12)
+    by_hand = [float(row["force_mean_n"]) for row in table(tmp_path)[:2]]
+    assert told["combinations"][0]["force_mean_n"]["median"] == pytest.approx(sum(by_hand) / 2.0, rel=1e-12)
     assert str(tmp_path / "runs.csv") in told["files"]
 
 
 def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
     assert main([*TYPED, "--dry-run", "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
-    assert "force=2, friction=0.4, seed=1" in said
+    assert "force=2, speed=0.02, seed=1" in said
     assert "8 runs to do, about" in said
     assert here.done == []
     assert not (tmp_path / "out").exists()
@@ -186,22 +194,25 @@ def test_a_dry_run_lists_the_runs_and_leaves_nothing(here, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_figures_to_show_are_chosen(here, undrawn, tmp_path, capsys):
-    assert main([*TYPED, "--show", "sensed_rms_n", "--out", str(tmp_path)]) == 0
-    assert "felt force, RMS error" in capsys.readouterr().out
+    assert main([*TYPED, "--show", "true_mean_n", "contact", "--out", str(tmp_path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "true mean force" in said
+    assert "mean force held" not in said
+    assert "no median: see contact" in said
 
 
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
-        (["regulate", "--vary", "forse=1,2"], ["no option forse", "did you mean force?"]),
-        (["regulate", "--vary", "force=1,20"], ["force=20", "at most 15 N"]),
-        (["explore", "--vary", "friction=0.3,0.005"], ["with friction=0.005", "at least 0.01"]),
-        (["regulate", "--show", "overshot"], ["overshot", "did you mean overshoot?"]),
-        (["regulat"], ["explore", "regulate", "friction", "grasp"]),
-        (["regulate", "--seeds", "0"], ["seeds = 0"]),
-        (["regulate", "--ray", "nowhere"], ["ray = nowhere", "HOST:PORT"]),
-        (["regulate", "--ray", "127.0.0.1:1"], ["ray = 127.0.0.1:1", "cannot be reached", "ray start --head"]),
-        (["regulate", "--config", "no.yaml"], ["no.yaml", "cannot be read"]),
+        ([TINY, "--vary", "forse=1,2"], ["no option forse", "did you mean force?"]),
+        ([TINY, "--vary", "force=1,20"], ["with force=20", "at most 15 N"]),
+        ([TINY, "--show", "force_mean"], ["force_mean", "did you mean force_mean_n?"]),
+        (["regulat"], ["did you mean regulate?", "explore", "grasp", "module:Class"]),
+        ([TINY.replace(".py", ".txt")], ["no module"]),
+        ([TINY, "--seeds", "0"], ["seeds = 0"]),
+        ([TINY, "--ray", "nowhere"], ["ray = nowhere", "HOST:PORT"]),
+        ([TINY, "--ray", "127.0.0.1:1"], ["ray = 127.0.0.1:1", "cannot be reached", "ray start --head"]),
+        ([TINY, "--config", "no.yaml"], ["no.yaml", "cannot be read"]),
     ],
 )
 def test_a_mistake_is_refused_before_anything_is_done(typed, words, tmp_path, capsys):
@@ -222,7 +233,7 @@ def test_another_sweep_in_the_same_folder_is_refused(here, tmp_path, capsys):
 
 def test_without_ray_it_says_what_to_install(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(extras, "find_spec", lambda name: None)
-    said = answer_to(["sweep", "regulate", "--ray", "local", "--out", str(tmp_path)], capsys)
+    said = answer_to(["sweep", TINY, "--ray", "local", "--out", str(tmp_path)], capsys)
     assert 'pip install "palpate[cluster]"' in said
 
 
@@ -237,7 +248,25 @@ def test_a_process_of_its_own_gives_the_numbers_of_a_plain_loop(here, undrawn, t
     assert figures(tmp_path / "process") == figures(tmp_path / "loop")
 
 
-LONG = ["sweep", "regulate", "--vary", "force=1:3:6", "--set", "duration=25", "force_noise=0.01", "--jobs", "2"]
+ELSEWHERE = """
+import pickle, sys
+from palpate.commands.sweep.attempt import attempt
+print(attempt(pickle.load(sys.stdin.buffer)).status.value)
+"""
+
+
+@pytest.mark.slow
+def test_a_worker_in_another_folder_finds_an_experiment_that_was_typed_as_a_file(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text(Path(TINY.removesuffix(":Tap")).read_text())
+    monkeypatch.chdir(tmp_path)
+    (run,) = planned(experiment="mine.py:Tap").runs
+    words, other = [sys.executable, "-c", ELSEWHERE], tmp_path / "other"
+    other.mkdir()
+    said = subprocess.run(words, input=pickle.dumps(run.case), cwd=other, capture_output=True, check=True).stdout
+    assert said.decode().split() == ["done"]
+
+
+LONG = ["sweep", TINY, "--vary", "force=1:3:6", "--set", "time=10", "noise=0.01", "--jobs", "2"]
 """Six runs of a second or more."""
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from experiments.test_sweep_command import LONG, PATIENCE, figures, kept, started, undisturbed, wait_for
+
+from commands.test_sweep_command import LONG, PATIENCE, figures, kept, started, undisturbed, wait_for
 
 __all__ = ["undisturbed"]
 
@@ -19,7 +20,7 @@ pytestmark = [
     pytest.mark.xdist_group("ray"),  # one cluster, not one per test process
     pytest.mark.skipif(sys.platform != "linux", reason="ray nodes on the loopback device are tried on Linux"),
 ]
-NODES = Path(__file__).parents[1] / "ray_nodes.py"
+NODES = Path(__file__).parents[1] / "support" / "ray_nodes.py"
 
 
 @contextmanager

@@ -1,10 +1,13 @@
 """What a sweep tells of its runs: nothing lost, nothing scaled wrong, nothing typed that becomes markup."""
 
+import ast
 import csv
+import inspect
 import itertools
 import math
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +15,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
-from palpate.commands.sweep.swept import EXPERIMENTS
 
 from palpate.commands.sweep.picture import _panels, pictures, summary_picture, write_summary
 from palpate.commands.sweep.record import RunRecord, RunStatus
@@ -21,20 +23,22 @@ from palpate.commands.sweep.report import (
     combination_rows,
     failure_rows,
     repeat_commands,
-    report_html,
     setting_rows,
+    sweep_report,
 )
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
 from palpate.commands.sweep.scale import scale_of
 from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
 from palpate.commands.sweep.words import time_text
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.figure import Figure
-from palpate.experiments.kit.option_words import UNITS
+from palpate.experiments.kit.options import specs_of
+from palpate.experiments.kit.registry import experiment_named, experiment_names
+from palpate.reporting.page import report_page
 from support.sweep_runs import SHORT, planned
+from support.tiny_experiment import TINY
 
-FORCE = Figure("force_rms_n", "true force, RMS error", "N")
-FIGURES = EXPERIMENTS["regulate"].carrier.FIGURES
+FIGURES = experiment_named(TINY).figures
+FORCE = FIGURES[0]
 numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
 
 
@@ -45,16 +49,20 @@ def made(*vary, value=lambda run: 1e-3 * (1 + run.number), status=lambda number:
         RunRecord(
             run=run.number,
             digest=run.case.digest,
-            seed=run.case.config.seed,
+            seed=run.case.seed,
             status=status(run.number),
             message="" if status(run.number) is RunStatus.DONE else "<b>it & fell</b>",
             duration=0.5,
-            figures={"force_rms_n": value(run)} if status(run.number) is not RunStatus.FAILED else {},
+            figures={"force_mean_n": value(run)} if status(run.number) is not RunStatus.FAILED else {},
             versions={"numpy": "2.0"},
         )
         for run in plan.runs
     ]
     return SweepResult(plan, tuple(records), (FORCE,))
+
+
+def html(result):
+    return report_page(sweep_report(result))
 
 
 # --- spreads
@@ -95,41 +103,48 @@ def test_tables_hold_every_run_and_floats_read_back_to_the_same_bits(tmp_path):
     rng = np.random.default_rng(3)
     values = rng.lognormal(sigma=20.0, size=12).tolist()
     result = made("force=1,2", "robot=stage,turning-stage", seeds=3, value=lambda run: values[run.number])
-    columns = columns_of(result.plan, FIGURES)
-    rows = rows_of(result.plan, result.records, FIGURES)
+    columns = columns_of(result.plan)
+    rows = rows_of(result.plan, result.records)
     write_csv(rows, columns, tmp_path / "runs.csv")
     with (tmp_path / "runs.csv").open(newline="") as file:
         back = list(csv.DictReader(file))
-    assert [float(row["force_rms_n"]) for row in back] == values
+    assert [float(row["force_mean_n"]) for row in back] == values
     assert [(float(r["force"]), r["robot"], int(r["seed"])) for r in back] == [
         (force, robot, seed) for force in (1.0, 2.0) for robot in ("stage", "turning-stage") for seed in range(3)
     ]
-    assert {row["bandwidth_hz"] for row in back} == {""}
+    assert {row["true_mean_n"] for row in back} == {""}
     parquet = pytest.importorskip("pyarrow.parquet")
     assert write_parquet(rows, columns, tmp_path / "runs.parquet")
     table = parquet.read_table(tmp_path / "runs.parquet")
     assert table.column_names == list(columns)
-    assert table["force_rms_n"].to_pylist() == values
+    assert table["force_mean_n"].to_pylist() == values
     assert table["run"].to_pylist() == list(range(12))
 
 
 def test_a_column_of_several_kinds_can_be_kept(tmp_path):
-    result = made("stiffness=null,5e3", "tip=[0.008],[0.008,0.008,0.012]", status=lambda n: list(RunStatus)[n])
-    columns = columns_of(result.plan, FIGURES)
-    rows = rows_of(result.plan, result.records, FIGURES)
+    plan = planned("noise=null,0.02", "force=1,2", fixed=())
+    several = replace(plan.varied[1], values=((0.008,), (0.008, 0.008, 0.012)))
+    combinations = [
+        replace(each, values=(each.values[0], several.values[i % 2])) for i, each in enumerate(plan.combinations)
+    ]
+    runs = [replace(run, combination=each) for run, each in zip(plan.runs, combinations, strict=True)]
+    result = made("noise=null,0.02", "force=1,2", fixed=(), status=lambda n: list(RunStatus)[n])
+    plan = replace(plan, varied=(plan.varied[0], several), combinations=tuple(combinations), runs=tuple(runs))
+    result = replace(result, plan=plan)
+    columns = columns_of(result.plan)
+    rows = rows_of(result.plan, result.records)
     write_csv(rows, columns, tmp_path / "runs.csv")
-    assert [row["tip"] for row in rows] == ["0.008", "0.008 0.008 0.012"] * 2
-    assert [row["stiffness"] for row in rows] == [None, None, 5e3, 5e3]
+    assert [row["force"] for row in rows] == ["0.008", "0.008 0.008 0.012"] * 2
+    assert [row["noise"] for row in rows] == [None, None, 0.02, 0.02]
     pytest.importorskip("pyarrow")
     assert write_parquet(rows, columns, tmp_path / "runs.parquet")
 
 
-@pytest.mark.parametrize("swept", EXPERIMENTS.values(), ids=lambda swept: swept.name)
-def test_no_column_has_the_name_of_another(swept):
+@pytest.mark.parametrize("name", [TINY, *experiment_names()])
+def test_no_column_has_the_name_of_another(name):
     """Whatever is varied."""
-    plan = planned(experiment=swept.name, fixed=())
-    fixed = columns_of(plan, swept.carrier.FIGURES)
-    options = {name for name in swept.kind.__dataclass_fields__ if name not in ("seed", "out")}
+    fixed = columns_of(planned(experiment=name, fixed=()))
+    options = specs_of(experiment_named(name).Config).keys() - {"seed", "out"}
     assert len(set(fixed)) == len(fixed)
     assert not options & set(fixed)
 
@@ -137,26 +152,22 @@ def test_no_column_has_the_name_of_another(swept):
 # --- units
 
 
-@pytest.mark.parametrize("swept", EXPERIMENTS.values(), ids=lambda swept: swept.name)
-def test_a_figures_column_ends_in_its_unit(swept):
+@pytest.mark.parametrize("name", experiment_names())
+def test_a_figures_column_ends_in_its_unit(name):
     endings = {"m": "_m", "N": "_n", "s": "_s", "Hz": "_hz", "rad": "_rad"}
-    for figure in swept.carrier.FIGURES:
+    for figure in experiment_named(name).figures:
         if figure.unit:
             assert figure.column.endswith(endings[figure.unit])
         else:
             assert not figure.column.endswith(tuple(endings.values()))
-        assert len(figure.words) <= 36, "it stands beside an axis"
+        assert len(figure.meaning) <= 36, "it stands beside an axis"
 
 
-@pytest.mark.parametrize("swept", EXPERIMENTS.values(), ids=lambda swept: swept.name)
-def test_options_have_the_unit_that_their_help_says(swept):
-    """The sentences behind the fields, which people see in --help, against the table of units."""
-    import ast
-    import inspect
-
-    (body,) = [
-        node.body for node in ast.walk(ast.parse(inspect.getsource(swept.kind))) if isinstance(node, ast.ClassDef)
-    ]
+@pytest.mark.parametrize("name", experiment_names())
+def test_options_have_the_unit_that_their_help_says(name):
+    """The sentences behind the fields, which people see in --help, against the units in tables and pictures."""
+    kind = experiment_named(name).Config
+    (body,) = (node.body for node in ast.parse(inspect.getsource(kind)).body if isinstance(node, ast.ClassDef))
     told = {}
     for line, words in itertools.pairwise(body):
         if not (isinstance(line, ast.AnnAssign) and isinstance(words, ast.Expr)):
@@ -164,31 +175,35 @@ def test_options_have_the_unit_that_their_help_says(swept):
         if "float" in ast.unparse(line.annotation):
             told[ast.unparse(line.target)] = re.findall(r"\[([^\]]+)\]", ast.unparse(words))
     assert len(told) > 10
-    for name, units in told.items():
-        if name != "change":  # a list of names with units of their own
-            assert swept.unit(name) == (units[0] if units else ""), name
-    assert set(UNITS) <= {name for each in EXPERIMENTS.values() for name in each.kind.__dataclass_fields__}
+    for option, units in told.items():
+        if option != "change":  # a list of names with units of their own
+            assert specs_of(kind)[option].unit == (units[0] if units else ""), option
 
 
 # --- which figures
 
 
 def test_figures_to_show_are_known_numbers():
-    assert (
-        checked_columns(["overshoot", "force_rms_n", "overshoot"], FIGURES, ("contact",))[0].column == "overshoot"
-    )
-    with pytest.raises(InvalidValueError, match=r"overshot: .* did you mean overshoot\?"):
-        checked_columns(["overshot"], FIGURES, ())
-    with pytest.raises(InvalidValueError, match="no such column of numbers"):
-        checked_columns(["contact"], FIGURES, ("contact",))
+    (held, force) = checked_columns(["held", "force_mean_n", "held"], FIGURES)
+    assert (held.column, force.column) == ("held", "force_mean_n")
+    with pytest.raises(InvalidValueError, match=r"force_mean: .* did you mean force_mean_n\?"):
+        checked_columns(["force_mean"], FIGURES)
 
 
 def test_figures_are_chosen_among_those_that_there_are():
-    merits = EXPERIMENTS["regulate"].carrier.MERITS
     result = made("force=1,2")
-    assert [each.column for each in shown_figures(result.records, FIGURES, merits)] == ["force_rms_n"]
+    assert [each.column for each in shown_figures(result.records, FIGURES)] == ["force_mean_n"]
+    told = {"force_mean_n": None, "held": True, "true_mean_n": 1.0, "contact": "never lost"}
+    told = [structs.replace(record, figures=told) for record in result.records]
+    assert [each.column for each in shown_figures(told, FIGURES)] == ["held", "true_mean_n"]
     failed = made("force=1,2", status=lambda number: RunStatus.FAILED)
-    assert shown_figures(failed.records, FIGURES, merits) == ()
+    assert shown_figures(failed.records, FIGURES) == ()
+
+
+def test_of_words_there_is_no_median():
+    result = replace(made("force=1,2", value=lambda run: "never lost"))
+    assert "see force_mean_n in runs.csv" in result.outcome
+    assert pictures(result)
 
 
 # --- pictures
@@ -198,14 +213,14 @@ SHAPES = {
     "one number": (("force=1:5:5",), 3),
     "one number, no seeds": (("force=1:5:5",), 1),
     "numbers far apart": (("force=0.01,0.1,1,10",), 2),
-    "one word": (("surface=still,soft,sine",), 3),
-    "a number and a word": (("surface=still,soft", "force=1,2,3"), 3),
-    "two numbers, few": (("friction=0.2,0.5", "force=1,2,3"), 2),
-    "two numbers, many": (("friction=0.1:0.9:8", "force=1:4:9"), 1),
-    "two words": (("surface=still,soft", "object=plate,sphere"), 2),
-    "three": (("friction=0.2,0.5", "surface=still,soft", "force=1,2,3"), 2),
+    "one word": (("surface=hard,soft",), 3),
+    "a number and a word": (("surface=hard,soft", "force=1,2,3"), 3),
+    "two numbers, few": (("speed=0.01,0.02", "force=1,2,3"), 2),
+    "two numbers, many": (("speed=0.01:0.02:8", "force=1:4:9"), 1),
+    "two words": (("surface=hard,soft", "robot=stage,turning-stage"), 2),
+    "three": (("speed=0.01,0.02", "surface=hard,soft", "force=1,2,3"), 2),
     "four, one of them with a single value": (
-        ("drift=1,2", "friction=0.2,0.5", "spin_length=0.003", "force=1,2"),
+        ("reach=0.01,0.02", "speed=0.01,0.02", "robot=stage", "force=1,2"),
         1,
     ),
     "a robot and a number": (("robot=stage,turning-stage", "force=1,2"), 1),
@@ -234,14 +249,14 @@ def test_whatever_was_varied_there_is_a_picture_that_names_it(shape, tmp_path):
 
 def test_a_line_goes_through_the_medians_and_its_band_holds_the_runs():
     def value(run):
-        return 1e-3 * run.case.config.force * (1.0 + 0.1 * (run.case.config.seed - 2))
+        return 1e-3 * run.combination.config.force * (1.0 + 0.1 * (run.case.seed - 2))
 
     result = made("force=1,2,4", seeds=5, value=value)
     (axes,) = pictures(result)[0].full.axes
     (line,) = axes.get_lines()
     np.testing.assert_allclose(line.get_xdata(), [1.0, 2.0, 4.0])
     np.testing.assert_allclose(line.get_ydata(), [1.0, 2.0, 4.0])  # in mN
-    assert axes.get_ylabel() == "true force, RMS error [mN]"
+    assert axes.get_ylabel() == "mean force held [mN]"
     low, high = axes.collections[0].get_paths()[0].get_extents().get_points()[:, 1]
     assert 0.8 <= low < 0.9
     assert 4.0 < high <= 4.8
@@ -259,9 +274,9 @@ def test_runs_that_did_not_finish_do_not_count():
 
 
 def test_with_two_options_the_one_with_more_numbers_lies_along_x():
-    (panel,) = _panels(made("friction=0.1:0.4:4", "force=1,2", "spin_length=0.002"))
-    assert (panel.along.name, panel.lines.name) == ("friction", "force")
-    (panel,) = _panels(made("surface=still,soft,sine", "force=1,2"))
+    (panel,) = _panels(made("speed=0.01:0.04:4", "force=1,2", "reach=0.02"))
+    assert (panel.along.name, panel.lines.name) == ("speed", "force")
+    (panel,) = _panels(made("surface=hard,soft", "force=1,2"))
     assert (panel.along.name, panel.lines.name) == ("force", "surface")
 
 
@@ -281,7 +296,7 @@ def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path)
         status=lambda number: RunStatus.FAILED if number == 3 else RunStatus.DONE,
     )
     odd = structs.replace(result.records[0], versions={"numpy": "<i>9</i>"})
-    text = report_html(SweepResult(result.plan, (odd, *result.records[1:]), result.figures))
+    text = html(SweepResult(result.plan, (odd, *result.records[1:]), result.figures))
     assert "numpy &lt;i&gt;9&lt;/i&gt; and 2.0" in text
     assert "<i>" not in text
     assert "<script" not in text
@@ -293,7 +308,7 @@ def test_a_report_needs_nothing_from_outside_and_escapes_what_is_typed(tmp_path)
 
 def test_a_report_of_nothing_but_failures_says_so():
     result = made("force=1,2", status=lambda number: RunStatus.FAILED)
-    text = report_html(SweepResult(result.plan, result.records, ()))
+    text = html(SweepResult(result.plan, result.records, ()))
     assert "0 of 2 runs got to their end" in text
     assert [row[0] for row in failure_rows(result)] == ["run 0: force=1, seed=0", "run 1: force=2, seed=0"]
 
@@ -301,7 +316,7 @@ def test_a_report_of_nothing_but_failures_says_so():
 def test_settings_have_units_and_say_what_was_varied():
     rows = dict(setting_rows(made("force=1,2", seeds=3)))
     assert rows["force, varied"] == "1, 2 N"
-    assert rows["duration"] == "0.6 s"
+    assert rows["time"] == "0.02 s"
     assert rows["seeds of each combination"] == "0 to 2"
 
 
@@ -327,34 +342,34 @@ def test_a_report_says_how_to_repeat_it_and_one_run_of_it():
     words = shlex.split(again)
     assert words[:2] == ["palpate", "sweep"]
     assert words[2:] == [
-        "regulate", "--vary", "force=1:2:3", "--set", *SHORT, "--seeds", "2", "--out", "a folder",
+        TINY, "--vary", "force=1:2:3", "--set", *SHORT, "--seeds", "2", "--out", "a folder",
     ]  # fmt: skip
     assert shlex.split(alone) == [
-        "palpate", "regulate", "--force", "1.0", "--duration", "0.6", "--force-noise", "0.01",
+        "palpate", TINY, "--force", "1.0", "--time", "0.02", "--noise", "0.01",
     ]  # fmt: skip
 
 
 def test_settings_hold_what_a_file_says_too(tmp_path):
     file = tmp_path / "mine.yaml"
-    file.write_text("force: 3\nstiffness: 5000\n")
-    rows = dict(setting_rows(made("friction=0.2,0.4", config=file)))
+    file.write_text("force: 3\nreach: 0.02\n")
+    rows = dict(setting_rows(made("speed=0.01,0.02", config=file)))
     assert rows["force"] == "3 N"
-    assert rows["stiffness"] == "5000 N/m"
-    assert "friction" not in rows
+    assert rows["reach"] == "0.02 m"
+    assert "speed" not in rows
 
 
 def test_what_is_true_or_false_is_shown_as_a_share():
     dropped = made("force=1,2", seeds=2, value=lambda run: run.number == 0)
-    text = report_html(dropped)
+    text = html(dropped)
     share, median = (f'<th class="value">{name}</th>' for name in ("share", "median"))
     assert share in text
     assert median not in text
-    assert median in report_html(made("force=1,2", seeds=2))
+    assert median in html(made("force=1,2", seeds=2))
 
 
 def test_advice_is_given_where_there_is_something_to_do():
     assert advice(made("force=1,2", seeds=3)) == ()
-    assert "Nothing has to be done" in report_html(made("force=1,2", seeds=3))
+    assert "Nothing has to be done" in html(made("force=1,2", seeds=3))
     failed = made("force=1,2", seeds=3, status=lambda n: RunStatus.FAILED if n == 3 else RunStatus.DONE)
     assert "--repeat-failed" in " ".join(advice(failed))
     assert "--seeds" in " ".join(advice(made("force=1,2")))

@@ -2,16 +2,16 @@
 
 import pytest
 
-from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.run import sweep
+from palpate.commands.sweep import SweepConfig, sweep
 from palpate.errors import InvalidValueError
 from palpate.runtime.batch import quiet
+from support.tiny_experiment import TINY
 
-FIXED = ("duration=0.3", "surface=still")
+FIXED = ("time=0.02", "surface=soft")
 
 
 def small(out, **options):
-    return SweepConfig("regulate", vary=(("force=1,2",),), set=(FIXED,), out=out, jobs=1, **options)
+    return SweepConfig(TINY, vary=(("force=1,2",),), set=(FIXED,), out=out, jobs=1, **options)
 
 
 @pytest.mark.slow
@@ -34,5 +34,5 @@ def test_a_script_gets_the_records_and_the_files_are_there(tmp_path, capfd):
 
 def test_a_mistake_leaves_nothing(tmp_path):
     with pytest.raises(InvalidValueError, match="force"):
-        sweep(SweepConfig("regulate", vary=(("force=1,-2",),), out=tmp_path / "b"), quiet)
+        sweep(SweepConfig(TINY, vary=(("force=1,-2",),), out=tmp_path / "b"), quiet)
     assert not (tmp_path / "b").exists()

@@ -4,6 +4,7 @@ import itertools
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -14,6 +15,7 @@ from palpate.commands.sweep.store import SweepFolder
 from palpate.errors import InvalidValueError
 from palpate.runtime.robot import ROBOT_TEXT, SENSOR_TEXT, load_robot
 from support.sweep_runs import SHORT, planned
+from support.tiny_experiment import TINY
 from support.waiting import until
 
 LARGE = 1_000_000
@@ -31,7 +33,7 @@ figure_values = (
 def record_for(plan, number, **more):
     case = plan.runs[number].case
     fields = {"status": RunStatus.DONE, "figures": {"x": 0.1 + number}, "duration": 1.0}
-    return RunRecord(run=number, digest=case.digest, seed=case.config.seed, **(fields | more))
+    return RunRecord(run=number, digest=case.digest, seed=case.seed, **(fields | more))
 
 
 @given(st.dictionaries(st.text(), figure_values), st.text(), st.sampled_from(RunStatus))
@@ -79,11 +81,10 @@ def test_a_record_of_another_run_is_not_taken_for_this_one(tmp_path):
     ("change", "words"),
     [
         ({"vary": ("force=1,2,3",)}, ["force 1,2 there, 1,2,3 now"]),
-        ({"vary": ("friction=0.2",)}, ["force 1,2 there, not varied now", "friction not varied there, 0.2 now"]),
+        ({"vary": ("speed=0.02",)}, ["force 1,2 there, not varied now", "speed not varied there, 0.02 now"]),
         ({"seeds": 5}, ["seeds 1 there, 5 now"]),
         ({"fixed": (*SHORT, "seed=4")}, ["first seed 0 there, 4 now", "seed not set there, 4 now"]),
-        ({"fixed": ("duration=0.7", "force_noise=0.01")}, ["duration 0.6 there, 0.7 now"]),
-        ({"experiment": "explore", "fixed": ()}, ["experiment 'regulate' there, 'explore' now"]),
+        ({"fixed": ("time=0.03", "noise=0.01")}, ["time 0.02 there, 0.03 now"]),
     ],
 )
 def test_another_sweep_is_refused_and_told_what_differs(tmp_path, change, words):
@@ -95,13 +96,21 @@ def test_another_sweep_is_refused_and_told_what_differs(tmp_path, change, words)
         assert word in str(refused.value)
 
 
+def test_another_experiment_is_another_sweep(tmp_path):
+    other = tmp_path / "other.py"
+    other.write_text(Path(TINY.removesuffix(":Tap")).read_text().replace('"tap"', '"pat"'))
+    SweepFolder(tmp_path / "out").begin(planned("force=1,2"))
+    with pytest.raises(InvalidValueError, match="experiment 'tap' there, 'pat' now"):
+        SweepFolder(tmp_path / "out").begin(planned("force=1,2", experiment=f"{other}:Tap"))
+
+
 def test_a_file_that_a_sweep_reads_must_be_the_same(tmp_path):
     file = tmp_path / "mine.yaml"
-    file.write_text("friction: 0.5\n")
+    file.write_text("speed: 0.02\n")
     folder = SweepFolder(tmp_path / "out")
     folder.begin(planned("force=1,2", config=file))
     folder.begin(planned("force=1,2", config=file))
-    file.write_text("friction: 0.6\n")
+    file.write_text("speed: 0.03\n")
     with pytest.raises(InvalidValueError, match="typed alike, but not the same"):
         folder.begin(planned("force=1,2", config=file))
 

@@ -1,28 +1,42 @@
 """What is typed for a sweep becomes the runs that it says, each with its place and its seed, or is refused."""
 
-import math
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import permutations
+from typing import Literal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.commands.sweep.typed_values import fixed_options, varied_options
 
-from palpate.commands.sweep.config import SweepConfig
-from palpate.commands.sweep.plan import MOST_RUNS, simulated_durations, sweep_plan
+from palpate.commands.sweep import SweepConfig
+from palpate.commands.sweep.plan import MOST_RUNS, expected_durations, sweep_plan
+from palpate.commands.typed_values import set_options, varied_options
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan as plan_exploration
-from palpate.experiments.friction.config import FrictionConfig
-from palpate.experiments.regulate.config import RegulateConfig
-from support.sweep_runs import SHORT, planned
+from palpate.experiments.kit.config_file import read_config
+from palpate.experiments.kit.registry import experiment_names
+from support.sweep_runs import SHORT, config_of, planned
+from support.tiny_experiment import TINY
 
 typed_numbers = st.decimals(-1000, 1000, allow_nan=False, allow_infinity=False, places=3)
 
 
-def values(word, kind=RegulateConfig):
-    (found,) = varied_options([word], kind)
+@dataclass(frozen=True)
+class Kinds:
+    """Options of every kind."""
+
+    force: float = 2.0
+    swing: float | None = None
+    landing_speed: float = 0.01
+    repeats: int = 1
+    surface: Literal["still", "sine"] = "still"
+    identify: bool = False
+    tip: tuple[float, ...] = ()
+    friction: float = 0.5
+
+
+def values(word):
+    (found,) = varied_options([word], Kinds, {})
     return found.values
 
 
@@ -46,7 +60,7 @@ def test_a_range_of_tenths_is_what_people_write():
 
 
 def test_whole_numbers_stay_whole_where_an_option_is_one():
-    found = values("repeats=1:5:5", FrictionConfig)
+    found = values("repeats=1:5:5")
     assert found == (1, 2, 3, 4, 5)
     assert {type(each) for each in found} == {int}
 
@@ -55,26 +69,26 @@ def test_whole_numbers_stay_whole_where_an_option_is_one():
 
 
 @pytest.mark.parametrize(
-    ("word", "kind", "expected"),
+    ("word", "expected"),
     [
-        ("force=1, 2", RegulateConfig, (1.0, 2.0)),
-        ("surface=still,sine", RegulateConfig, ("still", "sine")),
-        ("identify=false,true", RegulateConfig, (False, True)),
-        ("swing=null,0.5", RegulateConfig, (None, 0.5)),
-        ("landing-speed=1e-3", RegulateConfig, (0.001,)),
-        ("mu=0.2,0.3", RegulateConfig, (0.2, 0.3)),
-        ("tip=0.006,0.008", ExploreConfig, ((0.006,), (0.008,))),
-        ("tip=[0.008],[0.008,0.008,0.012]", ExploreConfig, ((0.008,), (0.008, 0.008, 0.012))),
+        ("force=1, 2", (1.0, 2.0)),
+        ("surface=still,sine", ("still", "sine")),
+        ("identify=false,true", (False, True)),
+        ("swing=null,0.5", (None, 0.5)),
+        ("landing-speed=1e-3", (0.001,)),
+        ("mu=0.2,0.3", (0.2, 0.3)),
+        ("tip=0.006,0.008", ((0.006,), (0.008,))),
+        ("tip=[0.008],[0.008,0.008,0.012]", ((0.008,), (0.008, 0.008, 0.012))),
     ],
 )
-def test_a_list_has_values_of_the_options_type(word, kind, expected):
-    assert values(word, kind) == expected
+def test_a_list_has_values_of_the_options_type(word, expected):
+    assert values(word) == expected
 
 
 def test_what_is_set_takes_several_numbers_as_one_value():
-    assert fixed_options(["tip=0.008,0.008,0.012", "force=3"], ExploreConfig) == {
+    assert set_options(["tip=0.008,0.008,0.012", "mu=0.3"], Kinds, {}) == {
         "tip": (0.008, 0.008, 0.012),
-        "force": 3.0,
+        "friction": 0.3,
     }
 
 
@@ -82,26 +96,27 @@ def test_what_is_set_takes_several_numbers_as_one_value():
 
 
 def test_every_combination_has_every_seed_and_the_same_ones():
-    plan = planned("force=1,2", "surface=still,soft,sine", seeds=3, fixed=(*SHORT, "seed=7"))
-    found = [(run.case.config.force, run.case.config.surface, run.case.config.seed) for run in plan.runs]
-    assert found == [(f, s, seed) for f in (1.0, 2.0) for s in ("still", "soft", "sine") for seed in (7, 8, 9)]
-    assert [run.number for run in plan.runs] == [run.case.run for run in plan.runs] == list(range(18))
+    plan = planned("force=1,2", "surface=hard,soft", seeds=3, fixed=(*SHORT, "seed=7"))
+    asked = [(read_config(run.case.config, plan.experiment.Config), run.case.seed) for run in plan.runs]
+    found = [(config.force, config.surface, seed) for config, seed in asked]
+    assert found == [(f, s, seed) for f in (1.0, 2.0) for s in ("hard", "soft") for seed in (7, 8, 9)]
+    assert [run.number for run in plan.runs] == [run.case.run for run in plan.runs] == list(range(12))
 
 
 def test_what_a_run_is_does_not_depend_on_the_order_of_options_nor_on_what_else_is_varied():
-    words = ("force=1,2", "friction=0.2,0.4", "surface=still,soft")
+    words = ("force=1,2", "speed=0.01,0.02", "surface=hard,soft")
     common = {
-        frozenset((run.case.config.force, run.case.config.seed, run.case.digest) for run in planned(*order).runs)
+        frozenset((config_of(run).force, run.case.seed, run.case.digest) for run in planned(*order).runs)
         for order in permutations(words)
     }
     assert len(common) == 1
-    (alone,) = planned("force=2", fixed=(*SHORT, "friction=0.4", "surface=soft")).runs
+    (alone,) = planned("force=2", fixed=(*SHORT, "speed=0.02", "surface=soft")).runs
     assert alone.case.digest in {digest for _, _, digest in next(iter(common))}
 
 
 def test_runs_that_differ_in_anything_have_other_digests():
-    plan = planned("force=1,2", "friction=0.2,0.4", seeds=3)
-    other = planned("force=1,2", "friction=0.2,0.4", seeds=3, fixed=(*SHORT, "drift=2"))
+    plan = planned("force=1,2", "speed=0.01,0.02", seeds=3)
+    other = planned("force=1,2", "speed=0.01,0.02", seeds=3, fixed=(*SHORT, "reach=0.02"))
     digests = [run.case.digest for run in (*plan.runs, *other.runs)]
     assert len(set(digests)) == len(digests)
 
@@ -111,7 +126,7 @@ def test_a_file_is_what_is_in_it_wherever_it_lies(tmp_path):
         (tmp_path / folder).mkdir(exist_ok=True)
         file = tmp_path / folder / "motion.csv"
         file.write_text(text)
-        (run,) = planned(fixed=(*SHORT, "motion=table", f"motion_file={file}")).runs
+        (run,) = planned(experiment="regulate", fixed=("motion=table", f"motion_file={file}")).runs
         return run.case.digest
 
     one = digest("a", "0,0,0,0\n1,0.001,0,0\n")
@@ -121,18 +136,15 @@ def test_a_file_is_what_is_in_it_wherever_it_lies(tmp_path):
 
 def test_an_experiment_file_goes_before_defaults_and_behind_what_is_typed(tmp_path):
     file = tmp_path / "mine.yaml"
-    file.write_text("force: 3\nfriction: 0.6\ndrift: 2\n")
-    (run,) = planned("friction=0.5", fixed=("drift=1.5",), config=file).runs
-    assert (run.case.config.force, run.case.config.friction, run.case.config.drift) == (3.0, 0.5, 1.5)
+    file.write_text("force: 3\nspeed: 0.03\nreach: 0.02\n")
+    (run,) = planned("speed=0.02", fixed=("reach=0.015",), config=file).runs
+    assert (config_of(run).force, config_of(run).speed, config_of(run).reach) == (3.0, 0.02, 0.015)
 
 
-def test_a_robot_brings_its_own_values_whether_set_or_varied():
-    plan = planned("robot=stage,stage-nano17", experiment="explore", fixed=())
-    perfect, honest = (plan_exploration(run.case.config).config for run in plan.runs)
-    assert perfect.force_noise == 0.0
-    assert honest.force_noise > 0.0
-    (alone,) = planned(experiment="explore", fixed=("robot=stage-nano17",)).runs
-    assert alone.case.digest == plan.runs[1].case.digest
+def test_a_robot_is_the_same_whether_set_or_varied():
+    perfect, honest = planned("robot=stage,stage-nano17").runs
+    (alone,) = planned(fixed=(*SHORT, "robot=stage-nano17")).runs
+    assert alone.case.digest == honest.case.digest != perfect.case.digest
 
 
 # --- mistakes
@@ -142,8 +154,9 @@ def test_a_robot_brings_its_own_values_whether_set_or_varied():
     ("vary", "words"),
     [
         (["forse=1,2"], ["no option forse", "did you mean force?"]),
-        (["speed_mm=1,2"], ["no option speed_mm", "landing_speed"]),
-        (["zzz=1"], ["no option zzz", "there are object, surface"]),
+        (["speed_mm=1,2"], ["no option speed_mm", "did you mean speed?"]),
+        (["zzz=1"], ["no option zzz", "there are force, speed"]),
+        (["mu=0.1,0.2"], ["no option mu", "there are force, speed"]),
         (["force"], ["--vary force", "NAME=VALUE"]),
         (["force="], ["NAME=VALUE"]),
         (["force=1,2,1"], ["1 stands there twice", "--seeds"]),
@@ -155,12 +168,11 @@ def test_a_robot_brings_its_own_values_whether_set_or_varied():
         (["force=1:2:1"], ["a whole one from 2"]),
         (["force=1:2:2.5"], ["a whole one from 2"]),
         (["force=1,two"], ["force", "two", "must be a number"]),
-        (["surface=still,wavy"], ["surface", "wavy", "known: still, sine"]),
-        (["surface=still,sien"], ["did you mean sine?"]),
+        (["surface=soft,wavy"], ["surface", "wavy", "known: hard, soft"]),
+        (["surface=hard,sotf"], ["did you mean soft?"]),
         (["seed=1,2"], ["--seeds"]),
         (["out=a,b"], ["--out"]),
-        (["force=-1,2"], ["with force=-1", "above 0"]),
-        (["force=1,14", "swing=0.5,1.5", "profile=ramp"], ["with force=14, swing=1.5", "at most 15 N"]),
+        (["force=1,2", "speed=0.01,-0.01"], ["with force=1, speed=-0.01", "above 0"]),
         (["force=[1"], ["no valid YAML"]),
     ],
 )
@@ -172,41 +184,50 @@ def test_a_mistake_is_named_with_what_would_be_right(vary, words):
 
 
 def test_an_option_is_varied_or_set():
-    with pytest.raises(InvalidValueError, match="friction is varied and set"):
-        planned("friction=0.2,0.3", fixed=("mu=0.3",))
+    with pytest.raises(InvalidValueError, match="force is varied and set"):
+        planned("force=1,2", fixed=("force=3",))
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["force=1", "force=2"], "--set force=2: force is set twice"),
+        (["force"], "--set force: write NAME=VALUE, as force=3, without spaces"),
+        (["force=two"], "--set force=two: force"),
+        (["out=a"], "--set out=a: not here"),
+        (["force=[1"], "no valid YAML"),
+    ],
+)
+def test_what_cannot_be_set_is_refused(words, told):
+    with pytest.raises(InvalidValueError) as refused:
+        set_options(words, Kinds, {"out": "not here"})
+    assert told in str(refused.value)
 
 
 def test_far_too_many_runs_are_refused_before_they_are_made():
     with pytest.raises(InvalidValueError, match=f"at most {MOST_RUNS}"):
-        planned("force=1:2:1000", "friction=0.1:0.9:1000")
+        planned("force=1:2:1000", "speed=0.01:0.02:1000")
 
 
 @pytest.mark.parametrize(("name", "value"), [("seeds", 0), ("jobs", 0), ("ray", " ")])
 def test_counts_begin_with_one(name, value):
     with pytest.raises(InvalidValueError, match=name):
-        SweepConfig("regulate", **{name: value})
+        SweepConfig(TINY, **{name: value})
 
 
 def test_what_only_the_world_can_tell_is_found_out_before_anything_runs():
-    plan = planned("friction=0.3,0.005", experiment="explore", fixed=())
-    with pytest.raises(InvalidValueError, match=r"with friction=0\.005: friction = 0\.005"):
-        simulated_durations(plan)
+    with pytest.raises(InvalidValueError, match=r"with force=20: force = 20 N: must be at most 15 N"):
+        expected_durations(planned("force=1,20"))
 
 
 @pytest.mark.parametrize("robot", ["ur5e-netft", "emulated-ur5e"])
 def test_no_sweep_moves_a_robot_that_is_real_or_seems_so(robot):
     plan = planned("force=1,2", fixed=(f"robot={robot}",))
     with pytest.raises(InvalidValueError, match="simulated robots only"):
-        simulated_durations(plan)
+        expected_durations(plan)
 
 
-@pytest.mark.parametrize("experiment", ["explore", "regulate", "friction", "grasp"])
-def test_every_experiment_can_be_foretold(experiment):
-    durations = simulated_durations(planned(experiment=experiment, fixed=()))
-    assert len(durations) == 1
-    assert 1.0 < durations[0] < 3600.0
-    assert math.isfinite(sum(durations))
-
-
-def test_a_plan_needs_no_more_than_what_is_typed():
-    assert len(sweep_plan(SweepConfig("grasp")).runs) == 1
+@pytest.mark.parametrize("experiment", experiment_names())
+def test_every_experiment_tells_how_long_it_takes_and_needs_no_options(experiment):
+    (duration,) = expected_durations(sweep_plan(SweepConfig(experiment)))
+    assert 1.0 < duration < 3600.0

@@ -40,7 +40,7 @@ BALL = ExploreConfig(object="sphere", size=(0.03,), width=0.006, depth=0.002)
 def without_growth():
     """How a map grew is not looked at here, and takes half of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.experiments.explore.Attempt._growth", lambda *given: None)
+        patch.setattr("palpate.experiments.explore.exploration._growth", lambda *given: None)
         yield
 
 
@@ -124,7 +124,7 @@ def test_at_the_stated_speed_a_wall_is_hit_with_the_limit(stiffness, delay, mass
 @pytest.mark.slow
 def test_a_wall_is_hit_with_no_more_than_is_stated():
     found = Wall("stage", 20e3, 0.02).hit()
-    assert 0.7 * found.wall.force < most_force(found) <= found.wall.force < found.wall.limit
+    assert 0.7 * found.plan.wall.force < most_force(found) <= found.plan.wall.force < found.plan.wall.limit
 
 
 @pytest.mark.slow

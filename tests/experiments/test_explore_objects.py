@@ -194,7 +194,7 @@ def test_a_height_map_that_was_explored_can_be_explored_again(tmp_path):
 def test_points_whose_columns_are_called_otherwise_are_told_what_to_call_them(tmp_path):
     rows = "\n".join(f"{x:g},{y:g},{z:g}" for x, y, z in zip(X.flat, Y.flat, Z.flat, strict=True))
     for header, said in (
-        ("x_mm,y_mm,z_mm\n", "call them x_m, y_m, z_m"),
+        ("x_mm,y_mm,z_mm\n", "no column x_m: there are x_mm, y_mm, z_mm; .*--scale 0.001"),
         ("X,Y,Z\n", "no column x_m"),
         ("", "points"),
     ):

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from palpate.commands.recording import log_writer
-from palpate.commands.run_told import log_writer
 
 from palpate.cli import main
 from palpate.commands.replay.report import key_figures
@@ -14,6 +12,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recording import log_writer
 from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log

@@ -29,6 +29,7 @@ from palpate.runtime.touch import Finger
 from palpate.runtime.wrapped_backend import WrappedBackend
 from support.emulated_file import changed_file
 from support.grasp_runs import plan_of, planned_again
+from support.robot_file_text import robot_file_text
 
 BELIEVED = {"believed_friction": 0.4, "believed_spin_length": 0.003}
 

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from palpate.cli import main
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as grasp_plan
 from palpate.experiments.kit.contact_checks import check_compression
 from palpate.experiments.regulate.config import RegulateConfig
+from support.explore_runs import plan_of
 
 ALL = (ExploreConfig, RegulateConfig, FrictionConfig, GraspConfig)
 
@@ -84,7 +84,7 @@ def test_a_swing_that_nobody_typed_is_told_as_such():
 
 
 def test_the_time_of_an_active_exploration_bounds_what_is_foreseen_of_it():
-    free, *timed = (plan(ExploreConfig(strategy="active", time=time)) for time in (None, 1.0, 5.0, 20.0, 1e3))
+    free, *timed = (plan_of(ExploreConfig(strategy="active", time=time)) for time in (None, 1.0, 5.0, 20.0, 1e3))
     foreseen = [(each.expected_duration, each.longest_duration) for each in timed]
     assert foreseen == sorted(foreseen)
     assert foreseen[-1] == (free.expected_duration, free.longest_duration)

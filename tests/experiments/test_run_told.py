@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.experiments.explore.report_page import _growth_parts, _map_parts
-from palpate.experiments.kit.report_advice import advice_on_exploration
 
 from palpate.controllers.paths import Enough
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import carry_out, explore
+from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.map_picture import map_picture
-from palpate.experiments.explore.plan import plan as explore_plan
 from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
 from palpate.experiments.kit.change_account import account_of_changes, change_rows, change_sentences
@@ -25,6 +22,7 @@ from palpate.experiments.kit.change_names import EXPLORED
 from palpate.mapping.layers import VertexLayer
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
+from support.explore_runs import carried_out, pictures, plan_of, section
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
@@ -33,7 +31,7 @@ PERIOD = 1e-3
 @pytest.mark.slow
 def test_what_to_type_next_names_the_folder():
     found = explore(ExploreConfig(width=0.006, depth=0.002, speed=0.04, out=Path("my runs")))
-    assert "palpate compare 'my runs/contacts.ply' part.stl" in " ".join(advice_on_exploration(found))
+    assert "palpate compare 'my runs/contacts.ply' part.stl" in " ".join(exploration_report(found).advice)
 
 
 # --- changes ---
@@ -84,17 +82,13 @@ def test_what_became_of_changes_is_said():
     assert change_sentences((), 0.2, "") == ()
 
 
-@pytest.mark.parametrize(
-    ("kind", "plan", "names"),
-    [(ExploreConfig, explore_plan, EXPLORED)],
-)
-def test_a_misspelt_change_is_refused_before_anything_is_planned(kind, plan, names):
+def test_a_misspelt_change_is_refused_before_anything_is_planned():
     """And nothing is refused that the controller knows."""
     with pytest.raises(
         InvalidValueError, match="change after 5 s: no live parameter is called 'forse'; did you mean"
     ):
-        kind(change=((5.0, "forse", 4.0),))
-    assert tuple(plan(kind()).controller().live.parameters) == names
+        ExploreConfig(change=((5.0, "forse", 4.0),))
+    assert tuple(plan_of(ExploreConfig()).controller().live.parameters) == EXPLORED
 
 
 # --- nothing is claimed of a line ---
@@ -112,7 +106,7 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
     found = edge()
     assert found.map.is_line
     report = exploration_report(found)
-    figures = {figure.name: figure.text for figure in report.summary}
+    figures = {figure.name: figure.text for figure in report.figures}
     assert figures["map"] == "a line"
     assert figures["shape"] == "unclear"
     told = " ".join(" ".join(row) for row in (*map_rows(found.map), *layer_rows(found.map)))
@@ -125,14 +119,15 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
 
 @pytest.mark.slow
 def test_pictures_of_a_line_claim_nothing():
-    report = exploration_report(edge())
-    assert map_picture(report.map) is None
-    parts = " ".join(_map_parts(report.map) + _growth_parts(report.growth))
-    assert not report.growth.curve.area.any()
+    report, growth = exploration_report(edge()), edge().growth
+    assert map_picture(edge().map) is None
+    drawn = [*pictures(report, "The map").values(), *pictures(report, "How the map grew").values()]
+    told = " ".join(f"{each.title} {each.caption}" for each in drawn)
+    assert not growth.curve.area.any()
     for claim in ("95 % band", "true errors", "are observed", "area observed"):
-        assert claim not in parts
-    assert "nothing of the surface counts as observed" in parts
-    assert all(len(each.mesh.triangles) for each in report.growth.snapshots[1:]), "the ribbon is drawn"
+        assert claim not in told
+    assert "nothing of the surface counts as observed" in told
+    assert all(len(each.mesh.triangles) for each in growth.snapshots[1:]), "the ribbon is drawn"
 
 
 @pytest.fixture(scope="module")
@@ -143,9 +138,9 @@ def raster():
 @pytest.mark.slow
 def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
     assert not raster.map.is_line
-    figures = {figure.name for figure in exploration_report(raster).summary}
+    figures = {figure.name for figure in exploration_report(raster).figures}
     assert {"observed of the reachable", "true errors inside that band", "mean curvature of the map"} <= figures
-    assert "% of the true errors are inside it" in map_picture(exploration_report(raster).map).caption
+    assert "% of the true errors are inside it" in map_picture(raster.map).caption
     names = [row[0] for row in (*map_rows(raster.map), *layer_rows(raster.map))]
     assert len(set(names)) == len(names), "two rows of one name tell two things"
 
@@ -178,8 +173,9 @@ def test_where_little_was_felt_no_shape_is_ruled_out(raster):
         felt = np.arange(len(raster.map.found)) < share * len(raster.map.found)
         cut = dataclasses.replace(raster, map=dataclasses.replace(raster.map, shape=shape, found=felt))
         report = exploration_report(cut)
-        assert {figure.name: figure.value for figure in report.summary}["shape"] == name
-        assert report.shape.sentence.startswith("Too little") is (name == "unclear")
+        assert {figure.name: figure.value for figure in report.figures}["shape"] == name
+        said = section(report, "Which shape it is").parts[0].text
+        assert said.startswith("Too little") is (name == "unclear")
 
 
 def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(raster):
@@ -187,7 +183,8 @@ def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(ra
         off = np.zeros(len(raster.cloud))
         off[3] = error
         report = exploration_report(dataclasses.replace(raster, point_error=off))
-        assert bool(report.error_note) is told
+        drawn = pictures(report, "Errors of single points")["Where the errors are"]
+        assert ("artefact of the simulated contact" in drawn.caption) is told
 
 
 # --- how it ended ---
@@ -204,12 +201,12 @@ def test_an_interruption_without_marks_speaks_of_none(raster):
     [({"time": 0.5}, Enough.SPENT), ({"accuracy": 1e-3}, Enough.REACHED), ({"accuracy": 1e-7}, Enough.EXHAUSTED)],
 )
 def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, enough):
-    found = carry_out(explore_plan(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given)))
+    found = carried_out(plan_of(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given)))
     assert found.enough is enough
     assert outcome(found).startswith("Finished: ")
     assert f"; {enough.value}; the robot is at rest." in outcome(found)
     if found.map.claimed.any():
-        figures = {figure.name: figure.value for figure in exploration_report(found).summary}
+        figures = {figure.name: figure.value for figure in exploration_report(found).figures}
         assert figures["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
 
 
@@ -217,4 +214,4 @@ def test_a_file_that_is_no_mesh_is_told_so(tmp_path):
     file = tmp_path / "garbage.stl"
     file.write_text("this is no mesh\n")
     with pytest.raises(InvalidValueError, match=r"garbage\.stl: .*STL"):
-        explore_plan(ExploreConfig(object="mesh", file=file))
+        plan_of(ExploreConfig(object="mesh", file=file))

@@ -1,6 +1,7 @@
 """A report of every kind, small, with the same text wherever people type one."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import trimesh
@@ -9,22 +10,19 @@ from palpate.commands.compare.report_page import comparison_html
 from palpate.commands.replay.report_data import ReplayReport
 from palpate.commands.replay.report_page import replay_html
 from palpate.commands.sweep.typed_values import Varied
-from palpate.experiments.explore.growth_data import GrowthCurve, GrowthReport, GrowthSnapshot
-from palpate.experiments.explore.report_page import report_html
-from palpate.experiments.grasp.report_data import GraspReport, GraspSeries, HeaviestLoad
-from palpate.experiments.grasp.report_page import grasp_html
 
 from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.compare.report import comparison_html as mesh_comparison_html
 from palpate.commands.sweep.record import RunRecord, RunStatus
-from palpate.commands.sweep.report import report_html as sweep_html
+from palpate.commands.sweep.report import sweep_report
 from palpate.commands.sweep.result import SweepResult
+from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.experiments.friction.measured import Measured, table_rows
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.stroke_curves import StrokeCurve
-from palpate.experiments.kit.figure import Figure
+from palpate.experiments.grasp.pictures import grip_picture, load_pictures, slip_picture
 from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.friction.materials.trials import UNKNOWN, Confusion
@@ -33,12 +31,14 @@ from palpate.mapping.compare_files import read_map, read_reference
 from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.force_picture import force_overview
+from palpate.reporting.grasp_force_picture import grasp_force_picture
 from palpate.reporting.page import report_page
 from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
 from reporting.test_friction_pictures import ASSUMED, LEVEL
 from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
 from reporting.test_replay_report import side
-from reporting.test_report import CAP, cap_mesh, full, series_of, timing_of
+from reporting.test_report import series_of, timing_of
+from support.explore_runs import small
 from support.sweep_runs import planned
 
 KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep")
@@ -73,10 +73,8 @@ def said(typed):
 
 
 def _explore(typed):
-    curve = GrowthCurve(*(np.array([1.0, 2.0]) for _ in range(6)))
-    done = CAP.position[::20]
-    growth = GrowthReport(curve, (GrowthSnapshot(1, cap_mesh(), done, done[:2], ()),))
-    return report_html(replace(full(), **said(typed), growth=growth, error_note=typed))
+    told = said(typed)
+    return report_page(replace(exploration_report(small()), figures=told.pop("summary"), **told))
 
 
 def _regulate(typed):
@@ -122,17 +120,26 @@ def _grasp(typed):
     count, time = 400, np.arange(400) * 1e-2
     loads = np.stack([np.full((count, 2), 4.0), np.full((count, 2), 1.0), np.full((count, 2), 2e-3)], axis=2)
     still, held = np.zeros((count, 2)), np.ones(count, dtype=bool)
-    series = GraspSeries(
-        time, ("hold",) * count, np.full(count, 4.0), np.full(count, 4.1), np.full(count, 3.5), still, still,
-        loads, np.zeros((count, 2), dtype=bool), held, held, (1.0,),
+    truth = SimpleNamespace(
+        time=time, stage=np.full(count, 3), target=np.full(count, 4.0), slid=still, turned=still, loads=loads,
+        fingers=2,
     )  # fmt: skip
-    heaviest = HeaviestLoad(1.0, PAIR, FORCES, LOAD, None)
-    told = GraspReport(
-        compared=(("", "with spin", "ignoring spin", ""), ("slip", "0.1", "9", "mm")), account=(typed,),
-        surface=LimitSurface(0.5, 0.004), series=series, beside=series, timing=TIMING, heaviest=heaviest,
-        **said(typed),
+    grasp = SimpleNamespace(
+        truth=truth, felt=np.full(count, 4.1), least=np.full(count, 3.5), counted=held, aloft=held,
+        slipping=np.zeros((count, 2), dtype=bool), alarms_aloft=(SimpleNamespace(time=1.0),),
+        planned=SimpleNamespace(true=LimitSurface(0.5, 0.004)),
     )  # fmt: skip
-    return grasp_html(told)
+
+    def draw():
+        yield grip_picture(grasp, typed)
+        yield slip_picture(grasp, typed)
+        yield from load_pictures(grasp, typed)
+        yield grasp_force_picture(PAIR, FORCES, LOAD)
+
+    told = said(typed)
+    compared = KeyFigure(f"slip, {typed}", 9.0, "mm", typed)
+    parts = (Paragraph(typed), FigureTable((compared,)), Pictures(draw))
+    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
 
 
 def _replay(typed):
@@ -180,9 +187,8 @@ def _sweep(typed):
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            figures={"force_rms_n": 1e-3 * (1 + run.number), "overshoot": 0.1 * run.number},
+            figures={"force_mean_n": 1e-3 * (1 + run.number), "held": run.number > 1},
         )
         for run in plan.runs
     )  # fmt: skip
-    figures = (Figure("force_rms_n", "true force, RMS error", "N"), Figure("overshoot", "share of the step"))
-    return sweep_html(SweepResult(plan, records, figures))
+    return report_page(sweep_report(SweepResult(plan, records, plan.experiment.figures[:2])))

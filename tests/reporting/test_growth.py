@@ -1,26 +1,25 @@
 """How a map grew: only ever more of it, better known, and a picture that says so."""
 
 import dataclasses
-import re
 
 import numpy as np
 import pytest
-from palpate.experiments.explore.growth_data import GrowthReport
-from palpate.experiments.explore.report_page import _growth_parts
 
 from mapping.raster import RADIUS, sphere_cap
 from palpate.controllers.paths import Event, Mark
-from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.growth_picture import growth_picture
-from palpate.experiments.explore.map_growth import SHOWN, map_growth
+from palpate.experiments.explore.map_growth import SHOWN, MapGrowth, map_growth
 from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.explore.snapshots_picture import snapshots_picture
 from palpate.mapping import SurfaceMap
 from palpate.mapping.mesh_figures import MeshFigures, triangle_areas, voxel_for
 from palpate.mapping.surface_map.mesh import surface_mesh
 from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
+from support.explore_runs import pictures, section
+
+HEADING = "How the map grew"
 
 pytestmark = pytest.mark.slow  # they look at runs that take seconds
 
@@ -32,7 +31,7 @@ def exploration():
 
 
 @pytest.fixture(scope="module")
-def growth(exploration) -> GrowthReport:
+def growth(exploration) -> MapGrowth:
     assert exploration.growth is not None
     return exploration.growth
 
@@ -82,14 +81,14 @@ def test_marks_come_when_they_were_made(exploration):
 
 
 def test_the_report_has_it(exploration, growth):
-    assert exploration_report(exploration).growth is growth
-    assert "What was known when" in "".join(_growth_parts(growth))
+    drawn = pictures(exploration_report(exploration), HEADING)
+    assert list(drawn) == ["What was known when", "The map while it grew"]
 
 
 def test_nothing_felt_nothing_grown(exploration):
     nothing = exploration.cloud.select(np.zeros(len(exploration.cloud), bool))
     assert map_growth(nothing, exploration.record, exploration.map.surface, ()) is None
-    assert _growth_parts(None) == []
+    assert section(exploration_report(dataclasses.replace(exploration, growth=None)), HEADING) is None
 
 
 def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
@@ -122,24 +121,13 @@ def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
     assert len(drawn) == len(entries), "a line each"
 
 
-def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth):
+def test_where_nothing_counts_as_observed_no_curve_is_drawn(exploration, growth):
     nothing = dataclasses.replace(growth.curve, area=0.0 * growth.curve.area)
     empty = tuple(dataclasses.replace(each, mesh=surface_mesh(SurfaceMap())) for each in growth.snapshots)
-    told = GrowthReport(nothing, empty)
-    text = "".join(_growth_parts(told))
-    assert "What was known when" not in text
-    assert "nothing of the surface counts as observed" in text
-    assert "nan" not in re.sub(r"base64,[^\"]*", "", text)
-
-
-def test_a_growth_of_nothing_is_refused(growth):
-    with pytest.raises(InvalidValueError, match="there are no snapshots"):
-        GrowthReport(growth.curve, ())
-    late = dataclasses.replace(growth.snapshots[0], moment=99)
-    with pytest.raises(InvalidValueError, match=f"moment = 99: must be from 0 to {len(growth.curve) - 1}"):
-        GrowthReport(growth.curve, (late,))
-    with pytest.raises(InvalidValueError, match="way has 2 entries"):
-        dataclasses.replace(growth.curve, way=np.zeros(2))
+    told = MapGrowth(nothing, empty)
+    (picture,) = pictures(exploration_report(dataclasses.replace(exploration, growth=told)), HEADING).values()
+    assert "nothing of the surface counts as observed" in picture.caption
+    assert "nan" not in picture.caption
 
 
 def test_figures_of_a_mesh_are_those_of_its_area():

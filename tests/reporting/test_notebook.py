@@ -1,27 +1,16 @@
-"""What a notebook shows of an exploration is a whole piece of HTML, whatever is missing, and text stays text."""
+"""What a notebook shows of a report is a whole piece of HTML, whatever is missing, and text stays text."""
 
-import dataclasses
 from html.parser import HTMLParser
 
-import numpy as np
+import matplotlib.pyplot as plt
 import pytest
-from palpate.experiments.explore.notebook import exploration_html
 
-from mapping.raster import CENTER, RADIUS, sphere_cap
-from palpate.reporting.data import ExplorationReport, KeyFigure, TimeSeries
-from palpate.runtime import RunTiming
+from palpate.reporting.data import KeyFigure
+from palpate.reporting.notebook import report_fragment
+from palpate.reporting.report import Paragraph, Pictures, Report, Section
+from palpate.reporting.style import Picture
 
-CAP = sphere_cap(half=0.004, step=8e-4)
-NONE = np.zeros(0)
-PLAIN = ExplorationReport(
-    title="A sphere",
-    outcome="Done.",
-    summary=(KeyFigure("force error", 0.0123456, "N", "of 2 N"),),
-    settings=(),
-    cloud=CAP,
-    series=TimeSeries(NONE, (), NONE, NONE, NONE, NONE),
-    timing=RunTiming(NONE, NONE, NONE, 0, "", 1e-3),
-)
+FIGURE = KeyFigure("force error", 0.0123456, "N", "of 2 N")
 
 
 class Whole(HTMLParser):
@@ -45,25 +34,30 @@ class Whole(HTMLParser):
         self.text += data
 
 
+def picture(title):
+    return Picture(title, "A caption.", plt.figure())
+
+
 @pytest.mark.parametrize(
-    ("report", "pictures"),
-    [
-        (PLAIN, 1),
-        (dataclasses.replace(PLAIN, point_error=np.linalg.norm(CAP.position - CENTER, axis=1) - RADIUS), 2),
-        (dataclasses.replace(PLAIN, cloud=CAP.select(np.zeros(len(CAP), bool))), 0),
-    ],
-    ids=["no-truth", "truth", "nothing-felt"],
+    ("drawn", "shown"),
+    [((), []), (([None],), []), ((["a", "b"], ["c"]), ["a", "b"]), (([None], [None, "c"]), ["c"])],
+    ids=["no-pictures", "none", "the-first", "the-first-there-are"],
 )
-def test_there_are_the_figures_and_as_many_pictures_as_can_be(report, pictures):
-    whole = Whole(exploration_html(report))
-    assert whole.tags.count("img") == pictures
+def test_there_are_the_figures_and_the_first_pictures(drawn, shown):
+    sections = tuple(
+        Section("s", (Paragraph("p"), Pictures(lambda titles=titles: (t and picture(t) for t in titles))))
+        for titles in drawn
+    )
+    html = report_fragment(Report("A sphere", "Done.", (FIGURE,), sections))
+    whole = Whole(html)
+    assert whole.tags.count("img") == len(shown)
+    assert all(f'alt="{title}"' in html for title in shown)
     assert "0.01235" in whole.text
     assert "Done." in whole.text
 
 
 def test_text_is_text():
     evil = "<script>x</script>"
-    figure = KeyFigure(evil, evil, evil, evil)
-    whole = Whole(exploration_html(dataclasses.replace(PLAIN, title=evil, outcome=evil, summary=(figure,))))
+    whole = Whole(report_fragment(Report(evil, evil, (KeyFigure(evil, evil, evil, evil),))))
     assert "script" not in whole.tags
     assert whole.text.count(evil) == 6

@@ -6,15 +6,14 @@ import psutil
 
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan
-from palpate.robots.in_scene import build
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 
 
 def main() -> None:
     path = sys.argv[1]
-    task = plan(ExploreConfig(robot=path, width=0.02, depth=0.004)).task
-    with build(load_robot(path), task).backend as backend:
+    planned = plan(ExploreConfig(robot=path, width=0.02, depth=0.004), load_robot(path), {})
+    with planned.backend() as backend:
         backend.start()
         backend.pacer.start()
         backend.step(Command())

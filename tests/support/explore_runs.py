@@ -1,9 +1,18 @@
 """Explorations for tests: planned, carried out and found as the command does, without its files."""
 
+import functools
+from dataclasses import replace
+
+import numpy as np
+
+from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration, found_by
 from palpate.experiments.explore.plan import ExplorationPlan, plan
+from palpate.experiments.explore.reachable_surface import ReachableSurface
+from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.robots.values import load_named_robot
+from palpate.runtime.truth import TruthTable
 
 
 def plan_of(config, robot=None) -> ExplorationPlan:
@@ -29,3 +38,30 @@ def pictures(report, heading):
     parts = section(report, heading).parts
     drawn = [each for part in parts if hasattr(part, "draw") for each in part.draw() if each is not None]
     return {each.title: each for each in drawn}
+
+
+@functools.cache
+def small() -> Exploration:
+    """Three seconds on a ball, with everything that a report can show."""
+    config = ExploreConfig(
+        object="sphere", size=(0.012,), speed=0.04, width=0.008, depth=0.006, force_noise=0.01, moment_noise=1e-5
+    )
+    return carried_out(plan_of(config))
+
+
+def unfelt(found) -> Exploration:
+    """The same with nothing felt."""
+    nothing = found.cloud.select(np.zeros(len(found.cloud), bool))
+    return replace(found, cloud=nothing, point_error=np.zeros(0), map=None, growth=None, height_map=None)
+
+
+def untrue(found) -> Exploration:
+    """The same with nothing known of the truth, as on a robot."""
+    count, mapped = len(found.record), found.map
+    return replace(
+        found,
+        truth=ContactTruth.of(TruthTable((), np.zeros((count, 0))), count),
+        point_error=np.full(len(found.cloud), np.nan),
+        map=replace(mapped, truth_known=False, error=np.full(len(mapped.error), np.nan),
+                    reachable=ReachableSurface.unknown(), found=np.zeros(0, bool)),
+    )  # fmt: skip

@@ -1,26 +1,32 @@
 """Sweeps of the smallest runs there are, and a runner without processes."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from palpate.commands.sweep import SweepConfig
 from palpate.commands.sweep.attempt import attempt
-from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import sweep_plan
 from palpate.runtime.batch import BatchProgress, Success
+from support.tiny_experiment import TINY
 
-SHORT = ("duration=0.6", "force_noise=0.01")
-"""A regulation of a tenth of a second, whose seed matters."""
+SHORT = ("time=0.02", "noise=0.01")
+"""A run of a twentieth of a second, whose seed matters."""
 
-TYPED = ["sweep", "regulate", "--vary", "force=1,2", "--vary", "friction=0.2,0.4", "--seeds", "2", "--set", *SHORT]
+TYPED = ["sweep", TINY, "--vary", "force=1,2", "--vary", "speed=0.01,0.02", "--seeds", "2", "--set", *SHORT]
 """Eight of them, as typed."""
 
 NOT_FIGURES = {"duration_s", "host"}
 """Columns that depend on who does a run."""
 
 
-def planned(*vary, seeds=1, fixed=SHORT, experiment="regulate", **more):
+def planned(*vary, seeds=1, fixed=SHORT, experiment=TINY, **more):
     """The plan of a sweep."""
     config = SweepConfig(experiment, tuple((each,) for each in vary), (tuple(fixed),), seeds, **more)
     return sweep_plan(config)
+
+
+def config_of(run):
+    """What is done in a run."""
+    return replace(run.combination.config, seed=run.case.seed)
 
 
 @dataclass

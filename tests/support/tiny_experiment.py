@@ -7,9 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-from palpate.controllers import force_gain, series_stiffness, tracking_delay
+from palpate.controllers import Loss, force_gain, series_stiffness, tracking_delay
 from palpate.controllers.force_profile import ConstantForce
-from palpate.controllers.regulate import Loss, RegulateController
+from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.figure import Figure
@@ -56,8 +56,6 @@ class TapConfig:
 
 
 class TapPlan(SimpleNamespace, PlanDefaults):
-    longest_duration = 5.0
-
     def backend(self):
         return build(self.robot, self.task).backend
 
@@ -75,7 +73,7 @@ class Tap:
     name, summary, Config = "tap", "Tap a sphere.", TapConfig
     figures = (
         Figure("force_mean_n", "mean force held", "N", lambda tapped: tapped.force),
-        Figure("held", "share that was held", "", lambda tapped: tapped.contact is Loss.NEVER),
+        Figure("held", "share of runs that held", "", lambda tapped: tapped.contact is Loss.NEVER),
         Figure("true_mean_n", "true mean force", "N", lambda tapped: tapped.true_force),
         Figure("contact", "contact", "", lambda tapped: tapped.contact.value),
     )
@@ -95,7 +93,8 @@ class Tap:
         how = {"landing_speed": config.speed, "approach_distance": config.reach, "settle_time": 0.1}
         parameters = RegulateParameters(gain, delay, config.time, config.force, (0.5, 20.0), **how)
         plan = TapPlan(config=config, robot=robot, task=task, fingers=(ready.finger,), limits=limits)
-        plan.parameters, plan.expected_duration = parameters, 0.5 + config.time
+        plan.parameters = parameters
+        plan.expected_duration, plan.longest_duration = 0.5 + config.time, 5.0 + config.time
         return plan
 
     def found(self, plan, recorded):
@@ -103,7 +102,7 @@ class Tap:
         held = record.phase == Phase.HOLD.value
         truth = np.linalg.norm(recorded.contact_truth.force, axis=1)
         mean, true = (values[held].mean() if held.any() else np.nan for values in (record.normal_force, truth))
-        loss = recorded.controller.loss
+        loss = recorded.controller.contact.loss
         return SimpleNamespace(run=recorded.run, force=float(mean), true_force=float(true), contact=loss)
 
     def report(self, result):

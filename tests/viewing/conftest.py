@@ -1,17 +1,19 @@
 """One short recorded exploration for all."""
 
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
 
+from palpate.commands.view.plan import watched_backend
+from palpate.commands.view.plans import plans_of_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer
 from palpate.runtime import Ending
-from palpate.runtime.log import Log, read_log
+from palpate.runtime.log import Log, log_in, read_log
 from support.explore_runs import plan_of
 
 
@@ -19,8 +21,16 @@ from support.explore_runs import plan_of
 class Run:
     planned: Any
     periods: list[Any]
-    path: Path
     log: Log
+
+    @property
+    def scene(self):
+        """Without the surface that grows, which a process makes."""
+        return replace(self.planned.view(), surface=None)
+
+    @property
+    def plans(self):
+        return plans_of_log(LoggedRun.of(self.log))
 
 
 @pytest.fixture(scope="session")
@@ -32,5 +42,11 @@ def short_run(tmp_path_factory):
     log = log_writer(Explore(), planned, folder)
     result = RecordedRun(planned).run((lambda *period: periods.append(period),), (log,))
     assert result.ending is Ending.DONE
-    path = (folder / "latest.mcap").resolve()
-    return Run(planned, periods, path, read_log(path))
+    return Run(planned, periods, read_log(log_in(folder)))
+
+
+@pytest.fixture
+def live_run(tmp_path):
+    """A plan and its run, which goes as fast as in reality, to be watched."""
+    planned = plan_of(ExploreConfig(width=0.01, depth=0.004, speed=0.01, out=tmp_path))
+    return planned, RecordedRun(planned, watched_backend(planned, 1.0))

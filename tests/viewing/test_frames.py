@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.commands.view.plan import view_scene
 from palpate.errors import InvalidValueError
 from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
@@ -31,7 +30,7 @@ def observer_without_process(scene, live=None, free_poses=None, capacity=100_000
 
 
 def test_a_live_view_sees_what_the_log_says(short_run):
-    observe, reader, _ = observer_without_process(view_scene(short_run.planned))
+    observe, reader, _ = observer_without_process(short_run.scene)
     for period in short_run.periods:
         observe(*period)
     live, logged = reader.read(), frames_of_log(short_run.log)

@@ -4,15 +4,12 @@ import io
 import re
 import threading
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.commands.view.growth import plans_of_log, surface_view
 from PIL import Image
 
-from palpate.commands.view.plan import view_scene, watched_plan
-from palpate.experiments.explore import Attempt
+from palpate.runtime.live import live_parameters_of
 from palpate.viewing import ANY_PORT, LiveView, Player, frames_of_log
 from viewing.browser import needs_browser, page
 
@@ -21,7 +18,7 @@ from viewing.browser import needs_browser, page
 @pytest.mark.slow
 def test_a_browser_shows_the_run(short_run, tmp_path):
     going = threading.Event()
-    with Player(view_scene(short_run.planned), frames_of_log(short_run.log), 4.0, port=ANY_PORT) as player:
+    with Player(short_run.scene, frames_of_log(short_run.log), 4.0, port=ANY_PORT) as player:
         playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
         playing.start()
         try:
@@ -47,8 +44,8 @@ def test_a_browser_shows_the_run(short_run, tmp_path):
 @pytest.mark.slow
 def test_a_browser_shows_the_surface_as_it_grows(short_run, tmp_path):
     """Its colours have a legend with a unit; another colouring has another one."""
-    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
-    plans, going = plans_of_log(short_run.log), threading.Event()
+    scene = short_run.planned.view()
+    plans, going = short_run.plans, threading.Event()
     with Player(scene, frames_of_log(short_run.log), 10.0, port=ANY_PORT, plans=plans) as player:
         playing = threading.Thread(target=player.play, args=(lambda: not going.is_set(),))
         playing.start()
@@ -67,15 +64,11 @@ def test_a_browser_shows_the_surface_as_it_grows(short_run, tmp_path):
 
 @needs_browser
 @pytest.mark.slow
-def test_a_slider_in_the_browser_changes_the_run(tmp_path):
+def test_a_slider_in_the_browser_changes_the_run(live_run, tmp_path):
     """Keys move the slider; the run takes it up, records it, and tells the page, which says when it is over."""
-    words = ("width=0.01", "depth=0.004", "speed=0.01", f"out={tmp_path / 'out'}")
-    planned = watched_plan(words, None, 1.0)
-    attempt, said = Attempt(planned), []
-    with (
-        LiveView(view_scene(planned), port=ANY_PORT, live=attempt.controller.live) as view,
-        page(tmp_path, view.url) as browser,
-    ):
+    (planned, run), said = live_run, []
+    live = live_parameters_of(run.controller)
+    with LiveView(planned.view(), port=ANY_PORT, live=live) as view, page(tmp_path, view.url) as browser:
         browser.wait_for("document.querySelectorAll('[role=slider]').length == 3")
 
         def meddle():
@@ -88,12 +81,12 @@ def test_a_slider_in_the_browser_changes_the_run(tmp_path):
 
         meddling = threading.Thread(target=meddle)
         meddling.start()
-        attempt.run((view.observe,))  # in this thread: it listens to signals
+        result = run.run((view.observe,))  # in this thread: it listens to signals
         meddling.join()
         view.run_over()
         browser.wait_for("document.body.innerText.includes('the run is over')")
         assert browser.errors == []
     assert said
     assert "asked for: force 2.1 N" in said[0]
-    (change,) = attempt.changes
+    (change,) = run.recorded(result).changes
     assert (change.name, change.value) == ("force", pytest.approx(2.1))

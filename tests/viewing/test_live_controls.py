@@ -1,6 +1,7 @@
 """Changing a controller from the browser: what is asked for arrives once, checked, ramped and recorded."""
 
 import multiprocessing
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -9,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from websockets.sync.client import connect
 
-from palpate.commands.view.plan import view_scene, watched_plan
-from palpate.experiments.explore import Attempt
+from palpate.experiments.explore.experiment import Explore
 from palpate.runtime import Ending
-from palpate.runtime.live import LiveParameter, LiveParameters
+from palpate.runtime.live import LiveParameter, LiveParameters, live_parameters_of
 from palpate.viewing import ANY_PORT, FrameLayout, Frames, LiveView, ViewScene
 from palpate.viewing.live_controls import STEPS, LiveControls, slider_step
 from palpate.viewing.request_board import BoardReader, BoardWriter, RequestBoard
@@ -185,13 +185,10 @@ def changed(client, label, value):
 
 
 @pytest.mark.slow
-def test_somebody_changes_the_force_of_a_run_that_goes_on(tmp_path):
+def test_somebody_changes_the_force_of_a_run_that_goes_on(live_run):
     """From a client's socket to the recorded change: the whole way, at the speed of reality."""
-    words = ("width=0.01", "depth=0.004", "speed=0.02", f"out={tmp_path}")
-    planned = watched_plan(words, None, 1.0)
-    attempt, asked = Attempt(planned), []
-    live = attempt.controller.live
-    with LiveView(view_scene(planned), port=ANY_PORT, live=live) as view:
+    (planned, run), asked = live_run, []
+    with LiveView(planned.view(), port=ANY_PORT, live=live_parameters_of(run.controller)) as view:
         address = view.url.replace("http", "ws", 1)
         with connect(address, subprotocols=[PROTOCOL], compression=None, max_size=None) as client:
 
@@ -200,10 +197,11 @@ def test_somebody_changes_the_force_of_a_run_that_goes_on(tmp_path):
                     asked.append(now.time)
                     changed(client, "force [N]", 2.5)
 
-            result = attempt.run((view.observe, meddle))
+            result = run.run((view.observe, meddle))
         view.run_over()
     assert result.ending is Ending.DONE, result.trip
-    (change,) = attempt.changes
+    recorded = run.recorded(result)
+    (change,) = recorded.changes
     assert (change.name, change.value) == ("force", 2.5)
     assert asked[0] < change.time
-    assert attempt.found(result).set_force[-1] == 2.5
+    assert Explore().found(planned, recorded).set_force[-1] == 2.5

@@ -14,7 +14,6 @@ from rich.console import Console
 
 from palpate.commands.view.command import _say_where
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.plan import view_scene
 from palpate.runtime import palette
 from palpate.viewing import ANY_PORT, LOOPBACK, Player, frames_of_log
 from palpate.viewing.look import LOST, legend, linear_rgb, style_sheet
@@ -28,7 +27,7 @@ class Playing:
     """A player that plays while its test lasts."""
 
     def __init__(self, short_run, title=None):
-        scene = view_scene(short_run.planned)
+        scene = short_run.scene
         scene = scene if title is None else replace(scene, title=title)
         self.player = Player(scene, frames_of_log(short_run.log), 4.0, port=ANY_PORT)
         self._going = threading.Event()
@@ -115,7 +114,7 @@ def reaches(address, port):
 
 @pytest.mark.parametrize(("host", "reached"), [(LOOPBACK, False), ("0.0.0.0", True)])
 def test_others_reach_it_only_if_that_was_asked_for(host, reached):
-    assert ViewConfig().host == LOOPBACK, "--host changes it"
+    assert ViewConfig("runs/explore").host == LOOPBACK, "--host changes it"
     server = ViewServer("t", host, ANY_PORT)
     try:
         assert reaches(LOOPBACK, server.get_port())

@@ -5,7 +5,6 @@ import multiprocessing
 
 import numpy as np
 import pytest
-from palpate.commands.view.growth import surface_view
 
 from palpate.mapping.mesh_figures import MeshFigures
 from palpate.viewing import frames_of_log
@@ -34,7 +33,7 @@ def nothing_grown(contacts):
 def test_a_surface_is_behind_by_what_was_felt_since_what_it_was_made_from(pipe, short_run):
     """Until the worker answers it grows, then it falls to what came meanwhile."""
     ours, theirs = pipe
-    view, frames = surface_view(short_run.planned), frames_of_log(short_run.log)
+    view, frames = short_run.planned.view().surface, frames_of_log(short_run.log)
     times = contacts_of(frames, view)[:, TIME]
     feed = SurfaceFeed(ours, view)
     assert feed.behind == 0.0

@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate.commands.view.growth import plans_of_log
 
-from palpate.commands.view.plan import view_scene
-from palpate.experiments.explore.plan_watch import PlanDiary, PlanWatch
+from palpate.experiments.explore.plan_watch import PlanWatch
 from palpate.runtime.plan_track import MOST_STEPS, STEP, PlanTrack
-from palpate.runtime.shown_plan import MOST_CORNERS, MOST_MARKS, ShownMark, ShownPlan
+from palpate.runtime.shown_plan import MOST_CORNERS, MOST_MARKS, PlanDiary, ShownMark, ShownPlan
 from palpate.viewing import ANY_PORT, Player, frames_of_log
 from palpate.viewing.plan_board import CAPACITY, PlanBoard, PlanReader, PlanWriter
 from palpate.viewing.plan_drawing import LABEL_DISTANCE, places
@@ -171,7 +169,7 @@ def test_a_watch_tells_of_every_leg_once_and_of_marks_soon(short_run):
 
 def test_the_plans_of_a_log_are_those_of_the_run(short_run):
     """The controller makes the same legs again: to the corners that it was given."""
-    plans = plans_of_log(short_run.log)
+    plans = short_run.plans
     assert [change.plan.leg for change in plans] == ["hop", "stroke", ""]
     raster = np.array(plans[1].plan.path)
     tip = frames_of_log(short_run.log).position
@@ -183,10 +181,10 @@ def test_the_plans_of_a_log_are_those_of_the_run(short_run):
 
 def test_a_diary_keeps_what_a_watch_tells(short_run):
     controller = short_run.planned.controller()
-    diary = PlanDiary(controller)
+    diary = PlanDiary(PlanWatch(controller))
     controller.start(short_run.periods[0][1])
     for period in short_run.periods[:5]:
-        diary.observe(*period)
+        diary(*period)
     assert [change.time for change in diary.changes] == [short_run.periods[0][1].time]
 
 
@@ -210,8 +208,8 @@ def test_words_on_the_screen_are_apart_and_none_is_lost():
 
 
 def test_lines_and_marks_are_in_the_scene_and_go_when_it_is_wound_back(short_run):
-    plans = plans_of_log(short_run.log)
-    with Player(view_scene(short_run.planned), frames_of_log(short_run.log), port=ANY_PORT, plans=plans) as player:
+    plans = short_run.plans
+    with Player(short_run.scene, frames_of_log(short_run.log), port=ANY_PORT, plans=plans) as player:
         scene: Any = player.server.scene
         player._playing.value = False
         player._slider.value = float(plans[1].time) + 0.3

@@ -16,7 +16,6 @@ import viser
 import zstandard
 from websockets.sync.client import connect
 
-from palpate.commands.view.plan import view_scene
 from palpate.errors import InvalidValueError
 from palpate.viewing import ANY_PORT, LiveView, Player, ViewScene, ViewUnavailableError, frames_of_log
 from palpate.viewing.server import ViewServer
@@ -27,7 +26,7 @@ PROTOCOL = f"viser-v{viser.__version__}"
 
 @pytest.fixture
 def player(short_run):
-    with Player(view_scene(short_run.planned), frames_of_log(short_run.log), port=ANY_PORT) as made:
+    with Player(short_run.scene, frames_of_log(short_run.log), port=ANY_PORT) as made:
         yield made
 
 
@@ -97,7 +96,7 @@ def test_stopped_is_stopped(player):
 
 
 def test_speed_is_speed(short_run):
-    scene, frames = view_scene(short_run.planned), frames_of_log(short_run.log)
+    scene, frames = short_run.scene, frames_of_log(short_run.log)
     with Player(scene, frames, speed=2.5, port=ANY_PORT) as player:
         player.step(0.2)
         assert player.time == pytest.approx(0.5)
@@ -106,12 +105,12 @@ def test_speed_is_speed(short_run):
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
 def test_impossible_speeds(short_run, speed):
     with pytest.raises(InvalidValueError, match="speed"):
-        Player(view_scene(short_run.planned), frames_of_log(short_run.log), speed, port=ANY_PORT)
+        Player(short_run.scene, frames_of_log(short_run.log), speed, port=ANY_PORT)
 
 
 def test_an_empty_log_has_nothing_to_show(short_run):
     with pytest.raises(InvalidValueError, match="no periods"):
-        Player(view_scene(short_run.planned), frames_of_log(short_run.log)[:0], port=ANY_PORT)
+        Player(short_run.scene, frames_of_log(short_run.log)[:0], port=ANY_PORT)
 
 
 def test_what_people_typed_is_text(short_run):
@@ -188,7 +187,7 @@ def test_closing_frees_the_port_without_a_word(capfd):
 
 @pytest.mark.slow
 def test_a_live_view_shows_a_run_and_closes_cleanly(short_run):
-    with LiveView(view_scene(short_run.planned), port=ANY_PORT) as view:
+    with LiveView(short_run.scene, port=ANY_PORT) as view:
         for period in short_run.periods:
             view.observe(*period)
         said = heard(view.url, b"/map/chunk_0")
@@ -203,7 +202,7 @@ def test_a_live_view_shows_a_run_and_closes_cleanly(short_run):
 
 @pytest.mark.slow
 def test_a_view_that_dies_does_not_disturb_the_loop(short_run):
-    with LiveView(view_scene(short_run.planned), port=ANY_PORT) as view:
+    with LiveView(short_run.scene, port=ANY_PORT) as view:
         os.kill(view._process.pid, signal.SIGKILL)
         view.wait()
         for period in short_run.periods[:100]:

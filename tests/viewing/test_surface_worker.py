@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.commands.view.growth import surface_view
 from scipy.spatial import KDTree
 
-from palpate.commands.view.plan import view_scene
 from palpate.errors import InvalidValueError
 from palpate.mapping import Knowledge
 from palpate.viewing import ANY_PORT, LiveView, Player, SurfaceView, ViewScene, frames_of_log
@@ -22,13 +20,13 @@ from support.waiting import until
 
 @pytest.fixture(scope="module")
 def felt(short_run):
-    view = surface_view(short_run.planned)
+    view = short_run.planned.view().surface
     return view, contacts_of(frames_of_log(short_run.log), view)
 
 
 @pytest.fixture
 def fed(short_run):
-    view = surface_view(short_run.planned)
+    view = short_run.planned.view().surface
     worker = SurfaceWorker(multiprocessing.get_context("spawn"), view)
     yield worker, SurfaceFeed(worker.connection, view), frames_of_log(short_run.log)
     worker.close()
@@ -136,7 +134,7 @@ def test_winding_back_begins_anew_and_an_old_answer_is_thrown_away(fed):
 
 def test_what_waits_is_bounded(short_run, monkeypatch):
     monkeypatch.setattr(module, "MOST_WAITING", 300)
-    view = surface_view(short_run.planned)
+    view = short_run.planned.view().surface
     ours, theirs = multiprocessing.get_context("spawn").Pipe()
     feed = SurfaceFeed(ours, view)
     feed._busy = True  # a process that never answers
@@ -167,7 +165,7 @@ def test_a_killed_process_is_told_of_once_and_for_all(fed):
 
 @pytest.mark.slow
 def test_a_surface_that_cannot_be_made_is_told_of(short_run):
-    view = replace(surface_view(short_run.planned), voxel=1e-9)  # coarser ones come from the size of the object
+    view = replace(short_run.planned.view().surface, voxel=1e-9)  # coarser ones come from the size of the object
     worker = SurfaceWorker(multiprocessing.get_context("spawn"), view)
     feed = SurfaceFeed(worker.connection, view)
     frames = frames_of_log(short_run.log)
@@ -183,7 +181,7 @@ def test_a_surface_that_cannot_be_made_is_told_of(short_run):
 
 @pytest.mark.slow
 def test_the_player_goes_on_without_it(short_run):
-    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
+    scene = short_run.planned.view()
     with Player(scene, frames_of_log(short_run.log), port=ANY_PORT) as player:
         scene_tree = player.server.scene
         assert not scene_tree.get_handle_by_name("/map").visible
@@ -203,7 +201,7 @@ def test_the_player_goes_on_without_it(short_run):
 
 @pytest.mark.slow
 def test_a_live_view_ends_with_all_its_processes(short_run):
-    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
+    scene = short_run.planned.view()
     with LiveView(scene, port=ANY_PORT) as view:
         assert view.makes_surface
         pid = view._worker.pid
@@ -217,7 +215,7 @@ def test_a_live_view_ends_with_all_its_processes(short_run):
 
 @pytest.mark.slow
 def test_the_worker_ends_with_the_view_s_process(short_run):
-    scene = replace(view_scene(short_run.planned), surface=surface_view(short_run.planned))
+    scene = short_run.planned.view()
     with LiveView(scene, port=ANY_PORT) as view:
         view._process.kill()
         until(lambda: not view.makes_surface)

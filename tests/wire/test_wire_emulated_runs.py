@@ -19,20 +19,17 @@ import pytest
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.explore.exploration import found_by
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.experiments.kit.recording import log_writer
 from palpate.hw.devices import DeviceError
 from palpate.robots.emulated.backend import EmulatedBackend
-from palpate.robots.emulated.hand import HandWires, emulated_hand
+from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
 from palpate.robots.emulated.scene import simulated_twin
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 from support.emulated_file import unhurried_file
-from support.explore_runs import plan_of
-from support.grasp_runs import found_after
-from support.grasp_runs import plan_of as plan_grasp
+from support.grasp_runs import found_after, plan_of
 from support.ur_library import needs_ur
 from support.waiting import WITHIN, told, until
 
@@ -41,7 +38,9 @@ pytestmark = needs_ur
 SCALE = 0.25
 """Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""
 
-SUPPORT = Path(__file__).parents[1] / "support"
+EXPLORE = Explore()
+
+SUPPORT = Path(__file__).parent.parent / "support"
 
 
 def robot(address, scale=SCALE):
@@ -78,15 +77,15 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
     wired = robot("127.0.9.42")
     found = {}
     for name, its in (("wire", wired), ("direct", simulated_twin(wired))):
-        planned = plan_of(config, its)
-        sinks = (log_writer(Explore(), planned, tmp_path),) if name == "wire" else ()
-        found[name] = found_by(planned, carry_out(planned, sinks=sinks))
+        planned = EXPLORE.plan(config, its, {})
+        sinks = (log_writer(EXPLORE, planned, tmp_path),) if name == "wire" else ()
+        found[name] = EXPLORE.found(planned, carry_out(planned, sinks=sinks))
         assert found[name].run.ending is Ending.DONE
         assert found[name].run.stopped
     one, other = found["wire"], found["direct"]
     assert one.force_rms <= 2.0 * other.force_rms
     assert one.point_rms <= 2.0 * other.point_rms
-    names = [[figure.name for figure in Explore().report(its).figures] for its in (one, other)]
+    names = [[figure.name for figure in EXPLORE.report(its).figures] for its in (one, other)]
     assert names[0] == names[1]
     assert len(one.cloud) == pytest.approx(len(other.cloud), rel=0.1)
     assert replay_log(tmp_path).identical
@@ -100,16 +99,17 @@ def test_an_exploration_over_the_wire_is_the_one_of_the_simulation(tmp_path):
 @pytest.mark.slow
 def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
     config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
-    run = RecordedRun(plan_of(config, robot("127.0.9.43")))
-    assert isinstance(run.backend, EmulatedBackend)
+    planned = EXPLORE.plan(config, robot("127.0.9.43"), {})
+    backend = planned.backend()
+    assert isinstance(backend, EmulatedBackend)
     calls = []
 
     def spoil(sample, now, command):
         calls.append(now.time)
         if len(calls) == 200:
-            run.backend.emulator.control.fault("ur", "drop_rst")
+            backend.emulator.control.fault("ur", "drop_rst")
 
-    result = run.run((spoil,))
+    result = RecordedRun(planned, backend).run((spoil,))
     assert result.ending is Ending.TRIPPED
     assert isinstance(result.error, DeviceError)
     assert "UR arm at 127.0.9.43" in str(result.error)
@@ -121,8 +121,7 @@ def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
 @pytest.mark.slow
 def test_a_killed_emulator_is_told_and_a_new_start_works():
     config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
-    its = robot("127.0.9.44")
-    with plan_of(config, its).backend() as backend:
+    with EXPLORE.plan(config, robot("127.0.9.44"), {}).backend() as backend:
         assert isinstance(backend, EmulatedBackend)
         backend.start()
         backend.pacer.start()
@@ -161,9 +160,10 @@ def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(tmp_path):
-    planned = plan_grasp()
-    planned = replace(planned, limits=replace(planned.limits, sample_age=0.2))  # of a busy computer
+@pytest.mark.parametrize("plant", [False, True], ids=["MuJoCo", "friction plant"])
+def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(plant, tmp_path):
+    planned = plan_of(plant=plant)
+    planned = replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.45", ("127.0.9.46", "127.0.9.47"), tmp_path / "bus", SCALE)
     grasp = found_after(planned, RecordedRun(planned, emulated_hand(planned.task(), wires)))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)

@@ -14,21 +14,22 @@ import pytest
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
+from palpate.commands.view.free_bodies import free_poses_in
 from palpate.commands.view.plan import recorded_plan
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.friction.friction_file import How
 from palpate.robots.devices import with_devices
-from palpate.robots.hands import hand_backend
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.robot import load_robot
+from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import frames_of_log
 from support.emulated_file import changed_file
 from support.friction_runs import FRICTION
-from support.grasp_runs import plan_of
+from support.grasp_runs import plan_of, run_grasp
 from support.robot_file_text import robot_file_text
 from support.ur_library import needs_ur
 
@@ -36,6 +37,8 @@ pytestmark = needs_ur
 
 SCALE = 0.25
 """Of time: a busy machine's stalls of 100 ms are then 25 ms of the robot's."""
+
+GRASP = GraspObject()
 
 BELIEVED = {"believed_friction": 0.45, "believed_spin_length": 0.0035}
 
@@ -50,22 +53,11 @@ def hand_file(folder, first):
     )
 
 
-GRASP = GraspObject()
-
-
-class Untold:
-    """A back end whose truth nobody hears of."""
-
-    def __init__(self, backend):
-        self.start, self.step, self.close = backend.start, backend.step, backend.close
-        self.period, self.pacer = backend.period, backend.pacer
-
-
-def finished(experiment, plan, backend=None, sinks=tuple):
-    """What came of a plan. This machine stands still for longer than it bears, now and then: then once more."""
+def finished(experiment, plan, backend=None, sink=None):
+    """What came of a run. This machine stands still for longer than it bears, now and then: then once more."""
     for _ in range(4):
-        run = RecordedRun(plan, backend and backend())
-        result = run.run((), sinks())
+        run = RecordedRun(plan, None if backend is None else backend())
+        result = run.run((), () if sink is None else (sink(),))
         if result.ending is Ending.DONE:
             break
     return experiment.found(plan, run.recorded(result))
@@ -97,16 +89,16 @@ def test_what_rubbing_finds_over_the_wire_is_true():
 @pytest.mark.slow
 def test_a_grasp_on_an_emulated_hand_is_reported_replayed_and_viewed(tmp_path):
     planned = plan_of(robot=hand_file(tmp_path, 72))
-    grasp = finished(GRASP, planned, sinks=lambda: (log_writer(GRASP, planned, tmp_path),))
+    grasp = finished(GRASP, planned, sink=lambda: log_writer(GRASP, planned, tmp_path))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
     assert not grasp.dropped
     assert grasp.gave_way == ()
     assert 1.0 < grasp.tightest < grasp.grip_ratio < 1.4
-    assert "robot" in {name for name, *_ in GRASP.report(grasp).settings}
+    assert "robot" in dict(GRASP.report(grasp).settings)
     assert planned.true == plan_of().true
     assert replay_log(tmp_path).identical
     log = read_log(log_in(tmp_path))
-    scene, frames = recorded_plan(LoggedRun.of(log)).view(), frames_of_log(log)
+    scene, frames = recorded_plan(LoggedRun.of(log)).view(), frames_of_log(log, free_poses_in(log))
     held = frames.posture(len(frames) // 2)
     # the arm's six joints are not the scene's slide: the hand is where it was all the same
     palm = scene.placement.poses(held)["palm"].position
@@ -122,7 +114,7 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
     real = replace(wired, hand=replace(wired.hand, robot=rig))
     assert real.hand.real
     assert real.true == real.believed
-    grasp = finished(GRASP, real, lambda: Untold(hand_backend(wired.hand, wired.task())))
+    grasp = finished(GRASP, real, lambda: WrappedBackend(wired.backend()))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)
     assert not grasp.dropped
     assert grasp.let_go
@@ -132,12 +124,12 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
     assert along == pytest.approx([0.5 * wired.config.mass * 9.81] * 2, abs=0.05)
     assert np.isnan(grasp.least).all()
     report = GRASP.report(grasp)
-    figures = {figure.name: figure.value for figure in report.figures}
+    figures = {figure.name: figure.value for figure in report.all_figures}
     assert figures["dropped"] == "no"
     assert math.isfinite(figures["largest grip"])
     assert not {"slip", "spin", "grip over the least", "tightest"} & set(figures)
-    seen = report.sections[0].parts
-    said = " ".join((report.outcome, *(part.text for part in seen), *(" ".join(row) for row in report.settings)))
+    account = [part.text for part in report.sections[0].parts]
+    said = " ".join((report.outcome, *account, *(" ".join(row) for row in report.settings)))
     assert "simulat" not in said
     assert "The object was held, as fingers feel it." in said
     files = write_result(GRASP, grasp, report, tmp_path / "out")
@@ -182,7 +174,7 @@ def test_a_rig_of_arm_hand_and_sensors_lifts_what_it_is_told_to(tmp_path):
             path = tmp_path / "cell.yaml"
             path.write_text(robot_file_text(msgspec.structs.replace(rig.file, period=0.002, limits=limits)))
             planned = plan_of(robot=str(path), **BELIEVED)
-            grasp = GRASP.found(planned, carry_out(planned))
+            grasp = run_grasp(planned)
         if grasp.run.ending is Ending.DONE:
             break
     assert grasp.run.ending is Ending.DONE, str(grasp.run)

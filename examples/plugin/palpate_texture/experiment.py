@@ -165,8 +165,9 @@ class Texture:
 
 def _profile(record, force: float, begin: float, end: float) -> Profile | None:
     """The heights that were felt between two times [s]."""
-    felt = (record.time >= begin) & (record.time <= end) & np.isfinite(record.centroid).all(axis=1)
+    felt = (record.time >= begin) & (record.time <= end) & record.touching & np.isfinite(record.centroid[:, 0])
     place = record.centroid[felt]
+    place[:, 2] += (record.normal_force[felt] - force) / STIFFNESS  # what gave way more than at the set force
     if len(place) < 2 or np.ptp(place[:, 0]) < 20 * ALONG:
         return None
     order = np.argsort(place[:, 0])

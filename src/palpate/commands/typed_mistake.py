@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from inspect import getdoc
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -14,12 +15,14 @@ OTHER_NAMES: Mapping[str, str] = {"--mu": "--friction"}
 
 
 def advice_on_mistake(kind: type, arguments: Sequence[str]) -> str:
-    """Return a line on the first mistake that looks like a slip; empty if none does.
+    """Return a line on the first mistake that looks like a slip, or, if nothing is typed, what can be; or nothing.
 
     Args:
         kind: Of the command's options.
         arguments: That the parser has refused.
     """
+    if not arguments:
+        return "\n".join(line.strip() for line in (getdoc(kind) or "").splitlines() if line.startswith("Example"))
     plain, marked = get_type_hints(kind), get_type_hints(kind, include_extras=True)
     places = [each.name for each in fields(kind) if tyro.conf.Positional in get_args(marked[each.name])]
     hints = {"--" + each.name.replace("_", "-"): plain[each.name] for each in fields(kind)}

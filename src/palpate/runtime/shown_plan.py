@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+from palpate.runtime.data import Command, Observation, Sample
 from palpate.spatial import Vector
 
 MOST_CORNERS = 1000
@@ -69,3 +70,23 @@ class PlanSource(Protocol):
     def news(self) -> ShownPlan | None:
         """Return the plan if it is another one than at the last call, else None; called once per period."""
         ...
+
+
+class PlanDiary:
+    """An `Observer` that keeps every plan of a run."""
+
+    def __init__(self, source: PlanSource) -> None:
+        """Take what is asked in every period."""
+        self._source = source
+        self._changes: list[PlanChange] = []
+
+    def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
+        """Keep the plan if it is another one."""
+        plan = self._source.news()
+        if plan is not None:
+            self._changes.append(PlanChange(now.time, plan))
+
+    @property
+    def changes(self) -> tuple[PlanChange, ...]:
+        """Each plan, and from when on it was the one."""
+        return tuple(self._changes)

@@ -12,7 +12,7 @@ from typing import Any
 
 import joblib
 
-from palpate.commands.sweep.attempt import RunCase, attempt
+from palpate.commands.sweep.record import RunCase
 from palpate.errors import InvalidValueError
 from palpate.extras import require
 from palpate.one_thread import ONE_THREAD
@@ -148,6 +148,8 @@ class _Round:
 
     def run(self, progress: ShowProgress) -> None:
         """Do them."""
+        from palpate.commands.sweep.attempt import attempt  # with the simulator
+
         # what dies is handed out again here, not by ray, which would not tell
         work = self.ray.remote(num_cpus=1, max_retries=0)(attempt)
         try:

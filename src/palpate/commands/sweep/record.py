@@ -1,6 +1,8 @@
-"""What is kept of one run, in one small file."""
+"""What is asked of one run, and what is kept of it, in one small file."""
 
+from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 
 import msgspec
 
@@ -18,6 +20,27 @@ class RunStatus(StrEnum):
     """It raised an exception."""
     DIED = "died"
     """Its process ended, more than once: a crash in C, out of memory, SIGKILL."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunCase:
+    """What a worker is given: texts, so that it needs nothing that only the process has where it was typed.
+
+    Attributes:
+        run: Number of the run.
+        digest: Of what is asked.
+        experiment: What finds it, wherever the worker stands.
+        config: Its configuration, as `palpate.experiments.kit.config_file` writes it,
+        seed: but for the seed.
+        folder: For report, log and files of the run; None if they are not kept.
+    """
+
+    run: int
+    digest: str
+    experiment: str
+    config: str
+    seed: int
+    folder: Path | None = None
 
 
 class RunRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -64,3 +87,20 @@ def read_record(text: bytes) -> RunRecord | None:
         return msgspec.json.decode(text, type=RunRecord)
     except msgspec.DecodeError:
         return None
+
+
+def without_result(case: RunCase, status: RunStatus, error: str, trace: str = "") -> RunRecord:
+    """Return the record of a run that could not write its own."""
+    return RunRecord(
+        run=case.run,
+        digest=case.digest,
+        seed=case.seed,
+        status=status,
+        message=one_line(error),
+        traceback=trace,
+    )
+
+
+def one_line(text: str) -> str:
+    """Return a text without line breaks."""
+    return " ".join(text.split())

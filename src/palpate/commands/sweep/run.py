@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.commands.sweep.attempt import RunCase
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import SweepPlan, expected_durations
 from palpate.commands.sweep.ray_runner import RayRunner, check_ray
-from palpate.commands.sweep.record import RunRecord
+from palpate.commands.sweep.record import RunCase, RunRecord
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures
 from palpate.commands.sweep.runner import LocalRunner, Runner, record_of
 from palpate.commands.sweep.store import SweepFolder

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.commands.sweep.attempt import RunCase, attempt, without_result
-from palpate.commands.sweep.record import RunRecord, RunStatus
+from palpate.commands.sweep.record import RunCase, RunRecord, RunStatus, without_result
 from palpate.runtime.batch import Failure, FailureKind, Outcome, ShowProgress, run_batch
 
 
@@ -48,6 +47,8 @@ class LocalRunner:
 
     def run(self, cases: Sequence[RunCase], progress: ShowProgress) -> None:
         """See `Runner.run`."""
+        from palpate.commands.sweep.attempt import attempt  # with the simulator
+
         if cases:
             run_batch(attempt, cases, self.jobs, progress)
 

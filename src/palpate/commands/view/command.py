@@ -4,22 +4,25 @@ from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
 from palpate.commands.answer import Answer, ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
+from palpate.commands.run import plan_for
 from palpate.commands.run_shown import kept_if_interrupted
 from palpate.commands.said import say
 from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
-from palpate.commands.view.plan import recorded_plan, watched_plan
+from palpate.commands.view.plan import shown_scene, watched_backend
 from palpate.commands.view.plans import plans_of_log
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
+from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
@@ -76,10 +79,8 @@ def run_view(config: ViewConfig) -> Answer:
 def _watch(config: ViewConfig, console: Console) -> Answer:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
     experiment = experiment_named(config.what)
-    kind = experiment.Config
-    overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
-    asked = kind(**overlay | set_options(config.set, kind, OWN))
-    plan = watched_plan(experiment, asked, config.time_scale)
+    asked = _asked(experiment, config)
+    plan = plan_for(experiment, asked)
     if plan.robot is not None:
         check_drivers(plan.robot)
     earlier_run(asked.out, experiment.name, ())  # a log among another command's files would be taken for theirs
@@ -87,14 +88,14 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
     if plan.preparation:
         with doing(console, plan.preparation):
             plan = plan.prepared()
-    run = RecordedRun(plan)
+    scene, run = shown_scene(experiment, plan), RecordedRun(plan, watched_backend(plan, config.time_scale))
     with ExitStack() as shown:
         with doing(console, STARTING):
             controller = run.controller
             live = live_parameters_of(controller)
             plans, poses = plan.shown_plan(controller), free_poses_of(run.backend)
             view = shown.enter_context(
-                LiveView(plan.view(), config.host, config.port, live=live, free_poses=poses, plan=plans)
+                LiveView(scene, config.host, config.port, live=live, free_poses=poses, plan=plans)
             )
         _say_where(console, view.url, config.host)
         log, interrupted = log_writer(experiment, plan, asked.out), False
@@ -107,7 +108,7 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
             result, interrupted = found_until, True
             say(console, ENDED)
         view.run_over()
-        if not view.makes_surface:
+        if scene.surface is not None and not view.makes_surface:
             say(console, "The process that makes the map's surface has ended: the view goes on without it")
         with kept_if_interrupted(result), doing(console, "working out what was found"):
             found = experiment.found(plan, run.recorded(result, tell=lambda step: say(console, step)))
@@ -128,6 +129,13 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
     return answer
 
 
+def _asked(experiment: Experiment, config: ViewConfig) -> Any:
+    """What the experiment is to be like: --set goes before --config."""
+    kind = experiment.Config
+    overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
+    return kind(**overlay | set_options(config.set, kind, OWN))
+
+
 def _check_folder(path: Path) -> None:
     """Refuse a file for which there is no folder, before time goes into drawing it."""
     if not path.parent.is_dir():
@@ -142,7 +150,7 @@ def _show(config: ViewConfig, console: Console) -> Answer:
             _check_folder(path)
     log = read_log(log_in(config.log))
     logged = LoggedRun.of(log)
-    scene = recorded_plan(logged).view()
+    scene = shown_scene(logged.experiment, logged.plan())
     if log.damage is not None:
         say(console, f"{log.path}: {log.damage}; what can be read is shown")
     frames = _frames(log, scene, console)

@@ -33,7 +33,7 @@ class ViewConfig:
     module:Class."""
     time_scale: Annotated[float, tyro.conf.arg(aliases=("--speed",))] = 1.0
     """Seconds of the run per second of wall time: 2 is twice as fast as in reality; inf: as fast as it can be
-    computed."""
+    computed. Devices keep real time."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
     """Of an experiment, where it is not to be the default: named as its options, as in object=box force=3; mu
     stands for friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
@@ -71,4 +71,5 @@ class ViewConfig:
     def log(self) -> Path | None:
         """Of what is to be shown, if it is a log or a folder; else it is an experiment."""
         place = Path(self.what)
-        return place if place.suffix == ".mcap" or place.is_dir() or "/" in self.what.partition(":")[0] else None
+        path = "/" in self.what and ":" not in self.what
+        return place if path or place.suffix == ".mcap" or place.is_dir() else None

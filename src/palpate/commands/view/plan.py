@@ -1,67 +1,61 @@
-"""What `palpate view` shows: the plan of a run that is watched, or of a log."""
-
-from dataclasses import dataclass, replace
-from typing import Any
-
-import msgspec
+"""What `palpate view` shows of a plan, and how fast it goes while it is watched."""
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
-from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.options import lasting
 from palpate.robots.twin import stage_twin
-from palpate.robots.values import load_named_robot
-from palpate.runtime import Pacer
+from palpate.runtime import Backend, Pacer
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
+from palpate.runtime.robot_backend import EmulatedHandEntry, EmulatedUr5eEntry
 from palpate.runtime.robot_rig import RigEntry
+from palpate.runtime.wrapped_backend import WrappedBackend
+from palpate.viewing import ViewScene
+
+DEVICES = RigEntry, EmulatedUr5eEntry, EmulatedHandEntry
+"""Have clocks of their own, be they emulated."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """A robot file's `pace`, in simulation: so many times as fast as in reality.
+class PacedBackend(WrappedBackend[Backend]):
+    """A simulation that goes so many times as fast as in reality; infinite: as fast as it can be computed."""
 
-    Attributes:
-        scale: Times; infinite for as fast as it can be computed.
-    """
+    def __init__(self, backend: Backend, time_scale: float) -> None:
+        """Take it, and how fast."""
+        super().__init__(backend)
+        self._pacer = SimulatedTime() if time_scale == float("inf") else RealTime(backend.period / time_scale)
 
-    scale: float
+    @property
+    def pacer(self) -> Pacer:
+        """See `Backend`."""
+        return self._pacer
 
-    def pacer(self, period: float) -> Pacer:
-        """Return a pacer for a control period of simulated time [s]."""
-        return SimulatedTime() if self.scale == float("inf") else RealTime(period / self.scale)
 
-
-def watched_plan(experiment: Experiment, config: Any, time_scale: float) -> Plan:
-    """Return the plan of a run that is to be watched.
+def watched_backend(plan: Plan, time_scale: float) -> Backend:
+    """Return the back end of a run that is to be watched.
 
     Args:
-        experiment: What is done.
-        config: How; an instance of its `Config`.
+        plan: Of the run.
         time_scale: Seconds of the run per second of wall time.
 
     Raises:
-        InvalidValueError: It cannot be carried out, or not at such a pace.
+        InvalidValueError: It cannot be, or devices were to go faster or slower.
     """
-    if config.robot is None:
-        if time_scale != 1.0:
-            raise InvalidValueError(
-                f"time_scale = {time_scale:g}: this simulation goes as fast as it can be computed; leave it out"
-            )
-        return experiment.plan(config, None, {})
-    robot = load_named_robot(config.robot)
-    paced = replace(robot, file=msgspec.structs.replace(robot.file, pace=Pace(time_scale)))
-    return experiment.plan(config, paced, {})
+    if plan.robot is None or not isinstance(plan.robot.file.backend, DEVICES):
+        return PacedBackend(plan.backend(), time_scale)
+    if time_scale != 1.0:
+        raise InvalidValueError(f"time_scale = {time_scale:g}: devices keep real time; leave it out")
+    return plan.backend()
 
 
-def recorded_plan(logged: LoggedRun) -> Plan:
-    """Return the plan whose scene is shown of a log: of a rig's run the same with a stage that carries the tip.
+def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
+    """Return what there is to see of a run: on a rig without a hand, a stage that carries the tip.
 
     The object is the one that the run was told of, where it was told that it is; what it really was nobody knows.
 
     Raises:
-        InvalidValueError: It cannot be planned again, or not be simulated.
+        InvalidValueError: It cannot be simulated.
     """
-    plan = logged.plan()
-    if plan.robot is None or not isinstance(plan.robot.file.backend, RigEntry):
-        return plan
-    return logged.plan(robot=stage_twin(plan.robot))
+    robot = plan.robot
+    if robot is None or not isinstance(robot.file.backend, RigEntry) or robot.file.backend.hand is not None:
+        return plan.view()
+    return experiment.plan(lasting(plan.config), stage_twin(robot), plan.texts()).view()

@@ -2,10 +2,9 @@
 
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.live import live_parameters_of
 from palpate.runtime.replay import RecordedChanges
-from palpate.runtime.shown_plan import PlanChange
+from palpate.runtime.shown_plan import PlanChange, PlanDiary
 
 
 def plans_of_log(logged: LoggedRun) -> tuple[PlanChange, ...]:
@@ -14,14 +13,11 @@ def plans_of_log(logged: LoggedRun) -> tuple[PlanChange, ...]:
     Raises:
         InvalidValueError: The log cannot be replayed.
     """
-    plan, changes = logged.plan(), []
+    plan = logged.plan()
     run = RecordedRun(plan, logged.backend())
     source = plan.shown_plan(run.controller)
-
-    def observe(sample: Sample, now: Observation, command: Command) -> None:
-        news = None if source is None else source.news()
-        if news is not None:
-            changes.append(PlanChange(now.time, news))
-
-    run.run((observe,), live=RecordedChanges(live_parameters_of(run.controller), logged.log.changes))
-    return tuple(changes)
+    if source is None:
+        return ()
+    diary = PlanDiary(source)
+    run.run((diary,), live=RecordedChanges(live_parameters_of(run.controller), logged.log.changes))
+    return diary.changes

@@ -32,7 +32,7 @@ from palpate.experiments.explore.identified import (
     read_identified,
 )
 from palpate.experiments.explore.objects import FROM_FILE
-from palpate.experiments.explore.plan_watch import PlanDiary, PlanWatch
+from palpate.experiments.explore.plan_watch import PlanWatch
 from palpate.experiments.explore.pressing import pressed
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.explore.wall_bound import WallBound
@@ -47,12 +47,14 @@ from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import Task, only_finger
+from palpate.robots.twin import stage_twin
 from palpate.robots.values import on_robot
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.runtime.robot_rig import RigEntry
+from palpate.runtime.shown_plan import PlanDiary
 from palpate.runtime.truth import TruthSource
 from palpate.sim import Scene, SceneObject
 from palpate.sim.presets import EXPLORE
@@ -158,7 +160,7 @@ class ExplorationPlan(PlanDefaults):
 
     def observer(self, controller: ExploreController, truth: TruthSource | None) -> PlanDiary:
         """See `Plan`: keeps where the tip was going."""
-        return PlanDiary(controller)
+        return PlanDiary(PlanWatch(controller))
 
     def shown_plan(self, controller: ExploreController) -> PlanWatch:
         """See `Plan`."""
@@ -222,10 +224,12 @@ class ExplorationPlan(PlanDefaults):
         )
 
     def view(self) -> ViewScene:
-        """See `Plan`: scene, map and the surface that it becomes."""
+        """See `Plan`: scene, map and surface; of a rig's run, what it was told that there is."""
         from palpate.experiments.kit.scene_view import scene_view  # with what draws
 
-        config, scan, scene = self.config, self.scan, known_scene(self.backend())
+        config, scan, scene = self.config, self.scan, self.scene
+        if scene is None:
+            scene = known_scene(build(stage_twin(self.robot), self.task).backend)
         title = f"Exploration of {config.article} {config.object}, {config.robot}"
         growing = SurfaceView(
             rows=scan.prior if isinstance(scan, ActiveScan) else config.gap,
@@ -250,7 +254,17 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
         InvalidValueError: It cannot be realised; the message says what to change.
     """
     config = on_robot(config, robot)
-    target = object_of(config, texts)
+    planned = plan_on(object_of(config, texts), config, robot)
+    found = texts.get(IDENTIFIED_TEXT)
+    return planned if found is None else planned.with_identified(read_identified(found))
+
+
+def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> ExplorationPlan:
+    """Return the plan of an exploration of an object, whatever a complete configuration says of it.
+
+    Raises:
+        InvalidValueError: It cannot be realised.
+    """
     scan = scan_on(target, config)
     half_compliance = 0.5 / config.stiffness
     check_compression(config.tip, config.force, config.stiffness)
@@ -310,7 +324,7 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
     below = float(target.height(np.array(first_x), np.array(first_y)))
     below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
     gap = max(top - below - config.tip[-1], CLEARANCE)
-    planned = ExplorationPlan(
+    return ExplorationPlan(
         config,
         robot,
         target,
@@ -326,8 +340,6 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
         ready.touch_force,
         WallBound.of(landing, config.force, config.speed, config.friction, limits.force),
     )
-    found = texts.get(IDENTIFIED_TEXT)
-    return planned if found is None else planned.with_identified(read_identified(found))
 
 
 def _acceleration(config: ExploreConfig, scan: Scan) -> float:

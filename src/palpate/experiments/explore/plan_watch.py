@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 from palpate.controllers import ExploreController
 from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, Stroke, Touch
-from palpate.runtime import Command, Observation, Sample
-from palpate.runtime.shown_plan import PlanChange, ShownMark, ShownPlan
+from palpate.runtime.shown_plan import ShownMark, ShownPlan
 
 LOOK_EVERY = 10
 """Periods between two looks at the marks: ten milliseconds, three times as often as pictures are drawn."""
@@ -32,26 +31,6 @@ class PlanWatch:
             return None
         self._leg, self._marks = leg, len(marks)
         return shown_plan(leg, controller.strategy.plane, marks)
-
-
-class PlanDiary:
-    """An `Observer` that keeps every plan of a run."""
-
-    def __init__(self, controller: ExploreController) -> None:
-        """Take what is to be watched."""
-        self._watch = PlanWatch(controller)
-        self._changes: list[PlanChange] = []
-
-    def __call__(self, sample: Sample, now: Observation, command: Command) -> None:
-        """Keep the plan if it is another one."""
-        plan = self._watch.news()
-        if plan is not None:
-            self._changes.append(PlanChange(now.time, plan))
-
-    @property
-    def changes(self) -> tuple[PlanChange, ...]:
-        """Each plan, and from when on it was the one."""
-        return tuple(self._changes)
 
 
 def shown_plan(leg: Leg | None, plane: PathPlane, marks: Sequence[Mark]) -> ShownPlan:

@@ -23,7 +23,6 @@ from palpate.friction.materials.library import MaterialLibrary, read_materials
 from palpate.reporting.data import KeyFigure
 from palpate.robots.known_truth import known_scene, scene_of
 from palpate.robots.simulated_stage import RobotInScene
-from palpate.robots.twin import stage_twin
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import StageEntry
@@ -145,10 +144,9 @@ class FrictionPlan(PlanDefaults):
         )
 
     def view(self) -> ViewScene:
-        """Return what there is to see of it; of a rig's run, what it was told that there is."""
-        ready = self.ready if self.truth_known else built(self.config, stage_twin(self.robot))
+        """See `Plan`."""
         title = f"Friction of a {self.config.object}, {self.config.robot}"
-        return scene_view(title, known_scene(ready.backend).model)
+        return scene_view(title, known_scene(self.ready.backend).model)
 
     @property
     def truth_known(self) -> bool:

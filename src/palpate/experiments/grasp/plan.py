@@ -204,7 +204,7 @@ class GraspPlan(PlanDefaults):
         self, controller: GraspController, truth: TruthSource | None
     ) -> GraspTruthRecorder | GraspFeltRecorder:
         """Return what keeps what really happened; on a robot, what was felt."""
-        if truth is None:
+        if truth is None or self.hand.real:
             return GraspFeltRecorder(controller, self.config.fingers)
         rubbed = rubbed_by_plant(self.config)
         return GraspTruthRecorder(truth, controller, self.config, self.hand, self.times.begin, rubbed=rubbed)

@@ -9,7 +9,7 @@ from typing import Any
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in, read_config
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
-from palpate.experiments.kit.options import spec_of
+from palpate.experiments.kit.options import lasting, spec_of
 from palpate.experiments.kit.recorded_run import RecordedRun, Tell, untold
 from palpate.experiments.kit.registry import experiment_named
 from palpate.robots.values import load_named_robot
@@ -57,8 +57,7 @@ class LoggedRun:
             raise InvalidValueError(
                 f"{log.path}: what it says of the run cannot be understood; another version wrote it? {error}"
             ) from None
-        once = {each.name: each.default for each in fields(config) if spec_of(each).once}
-        return cls(log, experiment, replace(config, **once))
+        return cls(log, experiment, lasting(config))
 
     def plan(
         self, config: Any = None, settings: Mapping[str, object] = NOTHING_SET, robot: Robot | None = None

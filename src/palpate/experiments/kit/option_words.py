@@ -1,41 +1,6 @@
-"""Options of experiments as people read them in reports: yes or no, several numbers, and in which unit."""
+"""Options of experiments as people read them in reports: yes or no, one or several numbers."""
 
-from collections.abc import Mapping, Sequence
-
-UNITS: Mapping[str, str] = {
-    **dict.fromkeys(
-        (
-            "size", "tip", "width", "depth", "center", "spacing", "radius", "below", "accuracy", "spin_length",
-            "surface_amplitude", "motion_size", "travel", "most_travel", "believed_spin_length", "offset",
-            "lift_height",
-        ),
-        "m",
-    ),
-    **dict.fromkeys(("force", "force_swing", "force_noise", "swing", "loads", "pull", "pull_before"), "N"),
-    **dict.fromkeys(
-        ("force_period", "time", "period", "leave_time", "hold", "duration", "assumed_damping_time", "rise"), "s"
-    ),
-    **dict.fromkeys(
-        ("speed", "speeds", "surface_speed", "motion_speed", "landing_speed", "stribeck_speed", "lift_speed"),
-        "m/s",
-    ),
-    **dict.fromkeys(("stiffness", "mount_stiffness", "assumed_stiffness", "skin_stiffness"), "N/m"),
-    **dict.fromkeys(("frequencies", "shake_frequency"), "Hz"),
-    **dict.fromkeys(("mount_mass", "mass"), "kg"),
-    "moment_noise": "N m",
-    "rate": "N/s",
-    "drift": "N/min",
-    "viscous_friction": "s/m",
-}  # fmt: skip
-"""Of options, as their help says."""
-
-OTHER_UNITS: Mapping[tuple[str, str], str] = {("grasp", "drift"): "N/s"}
-"""By experiment and option, where it differs from those."""
-
-
-def option_unit(experiment: str, name: str) -> str:
-    """Return the unit of an option of `palpate EXPERIMENT`; empty if it has none."""
-    return OTHER_UNITS.get((experiment, name), UNITS.get(name, ""))
+from collections.abc import Sequence
 
 
 def option_words(value: object) -> str:

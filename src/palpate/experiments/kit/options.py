@@ -5,7 +5,7 @@ comparisons read it from here.
 """
 
 from collections.abc import Mapping
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
@@ -99,6 +99,11 @@ def spec_of(option: "Field[Any]") -> OptionSpec:
 def specs_of(kind: type) -> dict[str, OptionSpec]:
     """Return what each option of a `Config` says, by name."""
     return {each.name: spec_of(each) for each in fields(kind)}
+
+
+def lasting(config: Any) -> Any:
+    """Return a configuration without what is of a single run: live changes, a companion."""
+    return replace(config, **{each.name: each.default for each in fields(config) if spec_of(each).once})
 
 
 def check_options(config: "DataclassInstance") -> None:

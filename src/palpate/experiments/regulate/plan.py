@@ -32,9 +32,8 @@ from palpate.experiments.regulate.parts import (
     travel_of,
 )
 from palpate.reporting.data import KeyFigure
-from palpate.robots.known_truth import known_scene, scene_of
+from palpate.robots.known_truth import known_scene
 from palpate.robots.simulated_stage import RobotInScene
-from palpate.robots.twin import stage_twin
 from palpate.runtime import Backend, FingerDescription, Limits, Supervisor, Touch, run
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot
@@ -192,16 +191,14 @@ class RegulationPlan(PlanDefaults):
         )
 
     def view(self) -> "ViewScene":
-        """Return what there is to see of it; of a rig's run, what it was told that there is."""
+        """See `Plan`: the object moves as it did."""
         from palpate.experiments.kit.scene_view import scene_view  # with MuJoCo's meshes
 
-        ready, motions = self.ready, {}
-        if scene_of(ready.backend) is None:
-            ready = built(self.config, stage_twin(self.robot), self.target)
+        motions = {}
         if isinstance(self.target, MovingTarget):
             motions = {f"{OBJECT_GEOM}_{i}": joint.motion for i, joint in enumerate(self.target.joints)}
         title = f"Force on a {self.config.object}, {self.config.surface}, {self.config.robot}"
-        return scene_view(title, known_scene(ready.backend).model, motions=motions)
+        return scene_view(title, known_scene(self.ready.backend).model, motions=motions)
 
     def pressing(self) -> IdentifyParameters:
         """Return how it presses first."""

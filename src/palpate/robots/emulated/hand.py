@@ -47,6 +47,9 @@ FLANGE_HAND = Pose((0.0, 0.0, 0.05), LOOKING_DOWN)
 PATIENCE = 0.5
 """[s] Without a word after which a device counts as lost: see `palpate.robots.emulated.ur5e.PATIENCE`."""
 
+OLDEST = 0.2
+"""[s] Of a sample, in the hand's time, where one computer plays all of the devices."""
+
 SENSOR_RATE = 1000.0
 """[1/s] Records of an F/T box per second of the hand's time."""
 

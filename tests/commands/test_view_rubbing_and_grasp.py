@@ -1,35 +1,31 @@
-"""`palpate view` of rubbing and of grasps: the object is where it truly was, though no log says so."""
+"""`palpate view` of rubbing and of grasps: the object is where it truly was."""
 
-import contextlib
 import io
 import math
-import os
-import signal
 import threading
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from palpate.commands.view.held import held_poses
-from palpate.experiments.grasp.run import GraspAttempt
 from PIL import Image
 
 from palpate.commands.view import command as view_command
 from palpate.commands.view.command import run_view
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.plan import recorded_plan, view_scene
+from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan as plan_grasp
-from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.experiments.kit.recording import log_writer
-from palpate.experiments.kit.scene_view import free_poses_of
+from palpate.experiments.kit.registry import experiment_named
 from palpate.runtime.log import log_in, read_log
 from palpate.sim.hand.scene import OBJECT
 from palpate.viewing import ANY_PORT, Player, frames_of_log
 from support.friction_runs import FRICTION
 from support.friction_runs import planned as planned_friction
+from support.grasp_runs import plan_of
 from support.shown_player import Shown
 from viewing.browser import needs_browser, page
 
@@ -49,16 +45,16 @@ def rubbed(tmp_path_factory):
 def spun(tmp_path_factory):
     """The folder of a grasp in which the box spins, for twice its e is believed, and its true poses."""
     folder = tmp_path_factory.mktemp("spun")
-    planned = plan_grasp(GraspConfig(rise=0.2, lift_height=0.03, believed_spin_length=0.008, out=folder))
-    attempt, true = GraspAttempt(planned), []
-    poses = free_poses_of(attempt._backend)
-    attempt.run((lambda *_: true.append(poses()),), (log_writer(planned),))
+    plan = plan_of(rise=0.2, lift_height=0.03, believed_spin_length=0.008)
+    run, true = RecordedRun(plan), []
+    poses = free_poses_of(run.backend)
+    run.run((lambda *_: true.append(poses()),), (log_writer(experiment_named("grasp"), plan, folder),))
     return folder, np.array(true)
 
 
 def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, monkeypatch, capsys):
     monkeypatch.setattr(view_command, "Player", Shown)
-    assert run_view(ViewConfig(rubbed)).exit_code == 0
+    assert run_view(ViewConfig(str(rubbed))).exit_code == 0
     assert "View: " in capsys.readouterr().out
     assert Shown.given is not None
     scene, frames, plans = Shown.given
@@ -74,15 +70,13 @@ def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, mo
     assert np.median(contact.normal_force[rubbing]) == pytest.approx(2.0, rel=0.05)
 
 
-def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun):
+def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun, monkeypatch):
     folder, true = spun
-    log = read_log(log_in(folder))
-    planned = recorded_plan(log)
-    held = held_poses(log, planned)
-    assert held.complete
-    np.testing.assert_array_equal(held.rows, true)
+    monkeypatch.setattr(view_command, "Player", Shown)
+    assert run_view(ViewConfig(str(folder))).exit_code == 0
+    scene, frames, _ = Shown.given
+    np.testing.assert_array_equal(frames.rows[:, frames.layout.free_columns], true)
     assert true[:, 2].max() > 0.025
-    scene, frames = view_scene(planned), frames_of_log(log, held.rows)
     at = int(np.argmax(2.0 * np.arccos(np.minimum(np.abs(true[:, 3]), 1.0))))
     seen = scene.placement.poses(frames.posture(at))[OBJECT]
     assert seen.position == pytest.approx(true[at, :3])
@@ -90,53 +84,18 @@ def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun):
     assert turned > math.radians(10.0)
 
 
-def test_what_the_simulation_no_longer_tells_is_said_and_stands_still(spun, monkeypatch, capsys):
-    """Another friction than was recorded with: the first lift goes another way, and so do the sensors."""
-    folder, true = spun
-    log = read_log(log_in(folder))
-    planned = recorded_plan(log)
-    other = replace(planned, config=replace(planned.config, friction=0.2))
-    held = held_poses(log, other)
-    assert 0 < held.known < len(log)
-    np.testing.assert_array_equal(held.rows[: held.known], true[: held.known])
-    assert (held.rows[held.known :] == held.rows[held.known - 1]).all()
-    monkeypatch.setattr(view_command, "Player", Shown)
-    monkeypatch.setattr(view_command, "recorded_plan", lambda log: other)
-    assert run_view(ViewConfig(folder)).exit_code == 0
-    assert "where the object was is known until" in " ".join(capsys.readouterr().out.split())
-    nowhere = replace(planned, config=replace(planned.config, seed=planned.config.seed + 1))
-    assert held_poses(log, nowhere).known == 0
-    monkeypatch.setattr(view_command, "recorded_plan", lambda log: nowhere)
-    assert run_view(ViewConfig(folder)).exit_code == 0
-    assert "where the object was is not shown" in " ".join(capsys.readouterr().out.split())
-
-
-@pytest.mark.parametrize("tripped", [False, True], ids=["Ctrl-C", "the supervisor stops it"])
-def test_of_a_hand_that_is_stopped_while_it_moves_the_object_is_known_to_the_end(tripped, tmp_path):
-    """At a Ctrl-C the last command of the log was not sent any more, at a trip it was: both are found out."""
-    planned = plan_grasp(GraspConfig(known="nudged", load="none", rise=0.1, out=tmp_path))
-    attempt, asked = GraspAttempt(planned), []
-
-    def stop(sample, now, command):
-        if math.hypot(*now.arm.velocity_base_tip) > 0.02 and not asked:
-            asked.append(now.time)
-            if tripped:
-                raise RuntimeError("a made-up fault")
-            os.kill(os.getpid(), signal.SIGINT)
-
-    with contextlib.suppress(KeyboardInterrupt):
-        attempt.run((stop,), (log_writer(planned),))
-    assert asked
-    log = read_log(log_in(tmp_path))
-    assert log.rows[-1, log.codec.columns["time"]].item() < asked[0] + 0.5
-    assert held_poses(log, recorded_plan(log)).complete
-
-
-def test_beyond_a_gap_of_the_log_nothing_is_known(spun):
+def test_what_the_log_does_not_know_is_said_and_stands_still(spun, monkeypatch, capsys):
+    """As of a robot; where it is not known yet, the object is where it was known next."""
     log = read_log(log_in(spun[0]))
-    kept = np.r_[0:1000, 1001 : len(log)]
-    gappy = replace(log, rows=log.rows[kept], sequence=log.sequence[kept])
-    assert held_poses(gappy, recorded_plan(log)).known == 1000
+    late = log.truth.rows.copy()
+    late[:100] = np.nan
+    poses = free_poses_in(SimpleNamespace(truth=replace(log.truth, rows=late)))
+    np.testing.assert_array_equal(poses[:101], np.broadcast_to(spun[1][100], (101, 7)))
+    monkeypatch.setattr(view_command, "free_poses_in", lambda log: None)
+    monkeypatch.setattr(view_command, "Player", Shown)
+    assert run_view(ViewConfig(str(spun[0]))).exit_code == 0
+    assert "no log says where the object was" in " ".join(capsys.readouterr().out.split())
+    assert Shown.given[1].layout.free == 0
 
 
 def test_poses_of_another_run_are_refused(spun):
@@ -149,7 +108,7 @@ def test_poses_of_another_run_are_refused(spun):
 def test_a_picture_of_it(name, request, tmp_path):
     folder, still = request.getfixturevalue(name), tmp_path / "a.png"
     folder = folder if name == "rubbed" else folder[0]
-    answer = run_view(ViewConfig(folder, picture=still))
+    answer = run_view(ViewConfig(str(folder), picture=still))
     if answer.error:
         pytest.skip(answer.error)
     red, _, blue = np.moveaxis(np.asarray(Image.open(still).convert("RGB")).astype(int), 2, 0)
@@ -161,10 +120,8 @@ def test_a_picture_of_it(name, request, tmp_path):
 @pytest.mark.parametrize("name", ["rubbed", "spun"])
 def test_a_browser_shows_it_and_its_slider_winds_it_on(name, request, tmp_path):
     folder = request.getfixturevalue(name)
-    log = read_log(log_in(folder if name == "rubbed" else folder[0]))
-    planned, going = recorded_plan(log), threading.Event()
-    scene = view_scene(planned)
-    frames = frames_of_log(log) if name == "rubbed" else frames_of_log(log, held_poses(log, planned).rows)
+    log, going = read_log(log_in(folder if name == "rubbed" else folder[0])), threading.Event()
+    scene, frames = LoggedRun.of(log).plan().view(), frames_of_log(log, free_poses_in(log))
     middle = 0.6 * float(frames.time[-1])
     with Player(scene, frames, 1.0, port=ANY_PORT) as player:
         player._playing.value = False

@@ -46,7 +46,7 @@ def test_a_moving_surface_is_where_the_contact_was(moving):
 @pytest.mark.parametrize("log", ["still", "moving"])
 def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
     monkeypatch.setattr(view_command, "Player", Shown)
-    assert run_view(ViewConfig(request.getfixturevalue(log))).exit_code == 0
+    assert run_view(ViewConfig(str(request.getfixturevalue(log)))).exit_code == 0
     assert Shown.given is not None
     scene, frames, plans = Shown.given
     assert scene.title.startswith("Force on a")
@@ -60,7 +60,7 @@ def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
 @pytest.mark.parametrize("log", ["still", "moving"])
 def test_a_picture_of_it(log, request, tmp_path):
     still_picture = tmp_path / "a.png"
-    answer = run_view(ViewConfig(request.getfixturevalue(log), picture=still_picture))
+    answer = run_view(ViewConfig(str(request.getfixturevalue(log)), picture=still_picture))
     if answer.error:
         pytest.skip(answer.error)
     with Image.open(still_picture) as picture:

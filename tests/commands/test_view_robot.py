@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from palpate.commands.view.plan import shown_scene
 from palpate.experiments.kit.registry import experiment_named
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.kinematics.posture import Posture
@@ -30,7 +31,7 @@ def test_a_rigs_run_is_shown_on_a_stage_that_goes_where_its_tip_was(kind):
     planned = plan_of(kind)
     assert scene_of(planned.backend()) is None  # nobody knows the truth
     model = known_scene(plan_of(kind, twin=True).backend()).model
-    scene = planned.view()
+    scene = shown_scene(experiment_named(kind), planned)
     tip = model.body(carried_body(model)).name
     assert isinstance(scene.placement, ScenePlacement)
     x, y, z = scene.placement.start.pose_base_tip.position
@@ -48,13 +49,15 @@ def test_a_rigs_run_is_shown_on_a_stage_that_goes_where_its_tip_was(kind):
 def test_the_twin_touches_what_the_run_was_told_of(kind):
     planned, twin = plan_of(kind), plan_of(kind, twin=True)
     assert twin.limits == planned.limits
-    assert [part.body for part in twin.view().parts] == [part.body for part in planned.view().parts]
+    assert [part.body for part in twin.view().parts] == [
+        part.body for part in shown_scene(experiment_named(kind), planned).parts
+    ]
 
 
 def test_a_rigs_grasp_is_shown_with_its_own_hand():
     believed = {"believed_friction": 0.4, "believed_spin_length": 0.003}
     planned = plan_of("grasp", "ur5e-hand", **believed)
-    scene = planned.view()
+    scene = shown_scene(experiment_named("grasp"), planned)
     start = scene.placement.start
     x, y, z = start.pose_base_tip.position
     assert z == pytest.approx(planned.hand.geometry.depth + planned.hand.geometry.tip_along)
@@ -65,7 +68,7 @@ def test_a_rigs_grasp_is_shown_with_its_own_hand():
 def test_a_run_with_joints_may_be_played_on_a_stage_but_not_on_another_arm():
     layout = FrameLayout(joints=6)
     frames = Frames(np.zeros((1, layout.width)), layout)
-    Player(plan_of("friction").view(), frames, port=0)
+    Player(plan_of("friction", twin=True).view(), frames, port=0)
     simulated = plan_of("friction", "ur5e-sim")
     layout = FrameLayout(joints=7)
     with pytest.raises(ValueError, match="7 joints, the scene 6"):

@@ -1,0 +1,95 @@
+"""An experiment of one's own in one file, not installed: the roughness of ripples, by a stroke.
+
+    palpate examples/my_texture.py:Texture --force 2
+    palpate sweep examples/my_texture.py:Texture --vary force=1,2 --seeds 2
+
+What palpate can do with its own experiments it can do with this one. `examples/plugin` is a larger one, as a package.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+import palpate as pp
+from palpate.experiments.kit import TOUCHED, Figure, option
+from palpate.experiments.kit.one_finger import OneFingerPlan
+from palpate.reporting.data import KeyFigure
+from palpate.reporting.report import Pictures, Report, Section
+from palpate.sim import HeightField
+
+STIFFNESS, WAVELENGTH = 20e3, 0.004  # [N/m], [m]
+
+
+@dataclass(frozen=True)
+class TextureConfig:
+    """Stroke ripples of 4 mm with a steady force, and tell how rough they are."""
+
+    force: float = option(1.0, "N")
+    ripple: float = option(10e-6, "m", fixed=TOUCHED)
+    robot: str = "stage"
+    seed: int = 0
+    out: Path = Path("runs/my-texture")
+
+
+class Stroke:
+    """Lands, presses with a force [N], and goes 20 mm along x with 20 mm/s."""
+
+    def __init__(self, force, gain):
+        self.force, self.gain, self.touched = force, gain, np.inf
+
+    def start(self, first): ...
+
+    def step(self, now):
+        since, finger = now.time - self.touched, now.fingers[0]
+        if since > 1.5:
+            return pp.Command(phase=pp.Phase.DONE)
+        if not finger.touching:
+            return pp.Command((0.0, 0.0, -0.004), pp.Phase.APPROACH)
+        self.touched = min(self.touched, now.time)
+        push = self.gain * (self.force - finger.contact.normal_force) * finger.contact.normal
+        return pp.Command(
+            push + [0.02 * (since > 0.5), 0.0, 0.0], pp.Phase.SCAN if since > 0.5 else pp.Phase.SETTLE
+        )
+
+
+class Texture:
+    name, summary, Config = "texture", "Stroke ripples: how rough they are.", TextureConfig
+    figures = (Figure("roughness_rms_m", "roughness, RMS", "m", lambda found: float(np.std(found.z))),)
+
+    def plan(self, config, robot, texts):
+        heights = config.ripple * np.sin(np.linspace(-0.02, 0.02, 161) / WAVELENGTH * 2.0 * np.pi)
+        how = {"force": config.force, "stiffness": STIFFNESS, "duration": 2.5, "beside": (-0.01, 0.0)}
+        ripples = HeightField(np.tile(heights, (41, 1)), 0.04, 0.04)
+        return OneFingerPlan.over(ripples, config, robot, new_stroke, title="Roughness of ripples", **how)
+
+    def found(self, plan, recorded):
+        record = recorded.record()
+        felt = record.touching & (record.phase == pp.Phase.SCAN.value)
+        given_way = (record.normal_force[felt] - plan.config.force) / STIFFNESS  # more than at the set force [m]
+        return SimpleNamespace(
+            run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2] + given_way
+        )
+
+    def report(self, result):
+        rough = KeyFigure("roughness, RMS", 1e6 * float(np.std(result.z)), "µm")
+        return Report(
+            "Roughness", str(result.run), (rough,), (Section("Height", (Pictures(lambda: draw(result)),)),)
+        )
+
+    def files(self, result):
+        return {}
+
+
+def new_stroke(plan):
+    return Stroke(plan.config.force, plan.gain.gain)
+
+
+def draw(result):
+    from palpate.reporting.style import Picture, Width, dress, new_figure  # matplotlib takes a while to import
+
+    axes = (figure := new_figure(Width.HALF, 3.0)).subplots()
+    axes.plot(1e3 * result.x, 1e6 * result.z)
+    dress(axes, x="place [mm]", y="height [µm]")
+    yield Picture("Height", "Height along the stroke.", figure)
