@@ -18,7 +18,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from palpate.commands.run_told import log_writer
 from rich.console import Console
 from rich.table import Table
 
@@ -31,7 +30,9 @@ from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.result import Grasp, grasp_of
-from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
+from palpate.experiments.kit.recording import log_writer
 from palpate.robots.emulated.hand import OLDEST, HandWires, emulated_hand
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log

@@ -3,7 +3,7 @@
     palpate examples/my_texture.py:Texture --force 2
     palpate sweep examples/my_texture.py:Texture --vary force=1,2 --seeds 2
 
-What palpate can do with its own experiments it can do with this one. `examples/plugin` is a larger one, as a package.
+What palpate can do with its own experiments it can do with this one. A larger one, as a package: `examples/plugin`.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,6 @@
 """Changing a controller from the browser: what is asked for arrives once, checked, ramped and recorded."""
 
 import multiprocessing
-from dataclasses import replace
 
 import msgspec
 import numpy as np
