@@ -3,7 +3,7 @@
     palpate examples/my_texture.py:Texture --force 2
     palpate sweep examples/my_texture.py:Texture --vary force=1,2 --seeds 2
 
-What palpate can do with its own experiments it can do with this one. A larger one, as a package: `examples/plugin`.
+What palpate can do with its own experiments it can do with this one. A larger one: `examples/plugin`.
 """
 
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class Stroke:
         self.touched = min(self.touched, now.time)
         push = self.gain * (self.force - finger.contact.normal_force) * finger.contact.normal
         return pp.Command(
-            push + [0.02 * (since > 0.5), 0.0, 0.0], pp.Phase.SCAN if since > 0.5 else pp.Phase.SETTLE
+            push + np.array([0.02 * (since > 0.5), 0.0, 0.0]), pp.Phase.SCAN if since > 0.5 else pp.Phase.SETTLE
         )
 
 
