@@ -3,7 +3,8 @@
     palpate examples/my_texture.py:Texture --force 2
     palpate sweep examples/my_texture.py:Texture --vary force=1,2 --seeds 2
 
-What palpate can do with its own experiments it can do with this one. A larger one: `examples/plugin`.
+The tip's contact patch, about 1 mm wide, evens the ripples out: of 7.1 µm RMS it feels less if it presses harder.
+What palpate can do with its own experiments it can do with this one; `examples/plugin` has a larger one.
 """
 
 from dataclasses import dataclass
@@ -13,10 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 
 import palpate as pp
-from palpate.experiments.kit import TOUCHED, Figure, option
+from palpate.experiments.kit import TOUCHED, ExperimentDefaults, Figure, option
 from palpate.experiments.kit.one_finger import OneFingerPlan
-from palpate.reporting.data import KeyFigure
-from palpate.reporting.report import Pictures, Report, Section
 from palpate.sim import HeightField
 
 STIFFNESS, WAVELENGTH = 20e3, 0.004  # [N/m], [m]
@@ -49,14 +48,13 @@ class Stroke:
             return pp.Command((0.0, 0.0, -0.004), pp.Phase.APPROACH)
         self.touched = min(self.touched, now.time)
         push = self.gain * (self.force - finger.contact.normal_force) * finger.contact.normal
-        return pp.Command(
-            push + np.array([0.02 * (since > 0.5), 0.0, 0.0]), pp.Phase.SCAN if since > 0.5 else pp.Phase.SETTLE
-        )
+        along = np.array([0.02 * (since > 0.5), 0.0, 0.0])
+        return pp.Command(push + along, pp.Phase.SCAN if since > 0.5 else pp.Phase.SETTLE)
 
 
-class Texture:
+class Texture(ExperimentDefaults):
     name, summary, Config = "texture", "Stroke ripples: how rough they are.", TextureConfig
-    figures = (Figure("roughness_rms_m", "roughness, RMS", "m", lambda found: float(np.std(found.z))),)
+    figures = (Figure("roughness_rms_um", "roughness, RMS", "µm", lambda result: 1e6 * float(np.std(result.z))),)
 
     def plan(self, config, robot, texts):
         heights = config.ripple * np.sin(np.linspace(-0.02, 0.02, 161) / WAVELENGTH * 2.0 * np.pi)
@@ -67,29 +65,16 @@ class Texture:
     def found(self, plan, recorded):
         record = recorded.record()
         felt = record.touching & (record.phase == pp.Phase.SCAN.value)
-        given_way = (record.normal_force[felt] - plan.config.force) / STIFFNESS  # more than at the set force [m]
-        return SimpleNamespace(
-            run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2] + given_way
-        )
+        return SimpleNamespace(run=recorded.run, x=record.centroid[felt, 0], z=record.centroid[felt, 2])
 
-    def report(self, result):
-        rough = KeyFigure("roughness, RMS", 1e6 * float(np.std(result.z)), "µm")
-        return Report(
-            "Roughness", str(result.run), (rough,), (Section("Height", (Pictures(lambda: draw(result)),)),)
-        )
+    def pictures(self, result):
+        from palpate.reporting.style import Picture, Width, dress, new_figure  # with matplotlib, when it is needed
 
-    def files(self, result):
-        return {}
+        figure = new_figure(Width.HALF, 3.0)
+        figure.subplots().plot(1e3 * result.x, 1e6 * result.z)
+        dress(figure.axes[0], x="place [mm]", y="height [µm]")
+        yield Picture("Height", "Where the contact was, along the stroke.", figure)
 
 
 def new_stroke(plan):
     return Stroke(plan.config.force, plan.gain.gain)
-
-
-def draw(result):
-    from palpate.reporting.style import Picture, Width, dress, new_figure  # matplotlib takes a while to import
-
-    axes = (figure := new_figure(Width.HALF, 3.0)).subplots()
-    axes.plot(1e3 * result.x, 1e6 * result.z)
-    dress(axes, x="place [mm]", y="height [µm]")
-    yield Picture("Height", "Height along the stroke.", figure)

@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
+from palpate.commands.scale import scale_of
 from palpate.commands.sweep.picture import _panels, pictures, summary_picture, write_summary
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import (
@@ -27,7 +28,6 @@ from palpate.commands.sweep.report import (
     sweep_report,
 )
 from palpate.commands.sweep.result import SweepResult, checked_columns, shown_figures, spread_of
-from palpate.commands.sweep.scale import scale_of
 from palpate.commands.sweep.tables import columns_of, rows_of, write_csv, write_parquet
 from palpate.commands.sweep.words import time_text
 from palpate.errors import InvalidValueError

@@ -12,10 +12,10 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.plan import plan as grasp_plan
 from palpate.experiments.kit.contact_checks import check_compression
 from palpate.experiments.regulate.config import RegulateConfig
 from support.explore_runs import plan_of
+from support.grasp_runs import plan_of as grasp_plan_of
 
 ALL = (ExploreConfig, RegulateConfig, FrictionConfig, GraspConfig)
 
@@ -73,7 +73,7 @@ def test_a_stiffness_is_doubted_where_the_tip_is_not_to_blame(stiffness):
 
 def test_a_slippery_object_is_refused_in_whole_sentences():
     with pytest.raises(InvalidValueError, match=r"\(--friction\); with mu = .* \(planned with\) and a"):
-        grasp_plan(GraspConfig(friction=0.01))
+        grasp_plan_of(friction=0.01)
 
 
 def test_a_swing_that_nobody_typed_is_told_as_such():

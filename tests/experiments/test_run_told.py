@@ -14,7 +14,6 @@ from palpate.controllers.paths import Enough
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.map_picture import map_picture
 from palpate.experiments.explore.report import exploration_report, outcome
 from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
 from palpate.experiments.kit.change_account import account_of_changes, change_rows, change_sentences
@@ -22,7 +21,7 @@ from palpate.experiments.kit.change_names import EXPLORED
 from palpate.mapping.layers import VertexLayer
 from palpate.runtime import Ending
 from palpate.runtime.live import Change, LiveParameter, LiveParameters, ScheduledChanges
-from support.explore_runs import carried_out, pictures, plan_of, section
+from support.explore_runs import pictures, plan_of, section
 
 BALL = {"object": "sphere", "size": (0.012,), "speed": 0.04}
 PERIOD = 1e-3
@@ -120,13 +119,12 @@ def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
 @pytest.mark.slow
 def test_pictures_of_a_line_claim_nothing():
     report, growth = exploration_report(edge()), edge().growth
-    assert map_picture(edge().map) is None
-    drawn = [*pictures(report, "The map").values(), *pictures(report, "How the map grew").values()]
-    told = " ".join(f"{each.title} {each.caption}" for each in drawn)
+    (mapped,) = pictures(report, "The map").values()
+    (grown,) = pictures(report, "How the map grew").values()
     assert not growth.curve.area.any()
     for claim in ("95 % band", "true errors", "are observed", "area observed"):
-        assert claim not in told
-    assert "nothing of the surface counts as observed" in told
+        assert claim not in mapped.caption + grown.caption
+    assert "nothing of the surface counts as observed" in grown.caption
     assert all(len(each.mesh.triangles) for each in growth.snapshots[1:]), "the ribbon is drawn"
 
 
@@ -140,7 +138,8 @@ def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
     assert not raster.map.is_line
     figures = {figure.name for figure in exploration_report(raster).figures}
     assert {"observed of the reachable", "true errors inside that band", "mean curvature of the map"} <= figures
-    assert "% of the true errors are inside it" in map_picture(raster.map).caption
+    shown = pictures(exploration_report(raster), "The map")["The map and its uncertainty"]
+    assert "% of the true errors are inside it" in shown.caption
     names = [row[0] for row in (*map_rows(raster.map), *layer_rows(raster.map))]
     assert len(set(names)) == len(names), "two rows of one name tell two things"
 
@@ -174,8 +173,8 @@ def test_where_little_was_felt_no_shape_is_ruled_out(raster):
         cut = dataclasses.replace(raster, map=dataclasses.replace(raster.map, shape=shape, found=felt))
         report = exploration_report(cut)
         assert {figure.name: figure.value for figure in report.figures}["shape"] == name
-        said = section(report, "Which shape it is").parts[0].text
-        assert said.startswith("Too little") is (name == "unclear")
+        sentence = section(report, "Which shape it is").parts[0].text
+        assert sentence.startswith("Too little") is (name == "unclear")
 
 
 def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(raster):
@@ -183,8 +182,8 @@ def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(ra
         off = np.zeros(len(raster.cloud))
         off[3] = error
         report = exploration_report(dataclasses.replace(raster, point_error=off))
-        drawn = pictures(report, "Errors of single points")["Where the errors are"]
-        assert ("artefact of the simulated contact" in drawn.caption) is told
+        shown = pictures(report, "Errors of single points")["Where the errors are"]
+        assert ("artefact" in shown.caption) is told
 
 
 # --- how it ended ---
@@ -201,7 +200,7 @@ def test_an_interruption_without_marks_speaks_of_none(raster):
     [({"time": 0.5}, Enough.SPENT), ({"accuracy": 1e-3}, Enough.REACHED), ({"accuracy": 1e-7}, Enough.EXHAUSTED)],
 )
 def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, enough):
-    found = carried_out(plan_of(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given)))
+    found = explore(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given))
     assert found.enough is enough
     assert outcome(found).startswith("Finished: ")
     assert f"; {enough.value}; the robot is at rest." in outcome(found)

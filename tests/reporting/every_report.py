@@ -1,165 +1,83 @@
-"""A report of every kind, small, with the same text wherever people type one."""
+"""A report of every kind, of runs as small as they come, with the same text wherever people type one."""
 
 from dataclasses import replace
-from types import SimpleNamespace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
-import numpy as np
 import trimesh
-from palpate.commands.compare.report_data import ComparedFigure, ComparisonReport, Curve, Overlay, Spreads
-from palpate.commands.compare.report_page import comparison_html
-from palpate.commands.replay.report_data import ReplayReport
-from palpate.commands.replay.report_page import replay_html
-from palpate.commands.sweep.typed_values import Varied
 
-from palpate import LimitSurface
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.compare.report import comparison_html as mesh_comparison_html
+from palpate.commands.compare.report import map_comparison_report
+from palpate.commands.compare.runs_compared import read_runs
+from palpate.commands.compare.runs_compared_report import comparison_report
+from palpate.commands.replay.report import replay_report
+from palpate.commands.replay.run import replay_log
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.report import sweep_report
 from palpate.commands.sweep.result import SweepResult
-from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.friction.confusion_picture import confusion_picture
-from palpate.experiments.friction.measured import Measured, table_rows
-from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
-from palpate.experiments.friction.stroke_curves import StrokeCurve
-from palpate.experiments.grasp.pictures import grip_picture, load_pictures, slip_picture
-from palpate.experiments.regulate.pictures import bode_picture, error_picture, step_picture
-from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
-from palpate.friction.materials.trials import UNKNOWN, Confusion
+from palpate.commands.typed_values import Varied
+from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.script import perform
 from palpate.mapping.compare import compare
 from palpate.mapping.compare_files import read_map, read_reference
-from palpate.reporting.computing import computing
 from palpate.reporting.data import KeyFigure
-from palpate.reporting.force_picture import force_overview
-from palpate.reporting.grasp_force_picture import grasp_force_picture
 from palpate.reporting.page import report_page
-from palpate.reporting.report import FigureTable, Paragraph, Pictures, Report, Section, TextTable
-from reporting.test_friction_pictures import ASSUMED, LEVEL
-from reporting.test_grasp_force_picture import FORCES, LOAD, PAIR
-from reporting.test_replay_report import side
-from reporting.test_report import series_of, timing_of
-from support.explore_runs import small
+from palpate.reporting.report import FigureTable, Paragraph, Section, TextTable
 from support.sweep_runs import planned
+from support.tiny_experiment import TINY
 
-KINDS = ("explore", "regulate", "friction", "grasp", "replay", "runs", "mesh", "sweep")
-TIMING = timing_of(np.full(600, 1e-4), 2e-3)
+SMALL = {
+    "explore": {"width": 0.006, "depth": 0.004, "speed": 0.04, "force_swing": 0.5},
+    "regulate": {"profile": "step", "duration": 2.0},
+    "friction": {"robot": "turning-stage", "quick": True},
+    "grasp": {"load": "none", "rise": 0.1, "lift_height": 0.01, "against_ignoring_spin": True},
+}
+"""Options of a run of each experiment."""
+
+KINDS = (*SMALL, "replay", "runs", "mesh", "sweep")
 
 
 def html_of(kind, typed, folder):
     """Return a report of a kind, `typed` wherever a text can come from people; `folder` is for files."""
-    return {
-        "explore": _explore,
-        "regulate": _regulate,
-        "friction": _friction,
-        "grasp": _grasp,
-        "replay": _replay,
-        "runs": _runs,
-        "sweep": _sweep,
-        "mesh": lambda told: _mesh(told, folder),
-    }[kind](typed)
+    of = {"replay": _replay, "runs": _runs, "mesh": _mesh, "sweep": _sweep}
+    report = experiment_report(kind) if kind in SMALL else of[kind](typed, folder)
+    figures = (KeyFigure(typed, typed, typed, typed), KeyFigure("force", 2.0, "N", typed), KeyFigure("n", 3))
+    heads = (typed, "", "value", "")
+    rows = TextTable(((typed, typed, "0.6", typed),), ("name", "note", "value", "unit"), heads)
+    said = Section(typed, (Paragraph(typed), FigureTable(figures), rows))
+    told = dict.fromkeys(("title", "outcome", "asked", "footer"), typed)
+    more = {"advice": (typed,), "repeat": ((typed, typed),), "settings": (*report.settings, (typed, typed))}
+    sections = (said, *report.sections)
+    return report_page(replace(report, **told, **more, figures=(*report.figures, *figures), sections=sections))
 
 
-def said(typed):
-    """What all of them say, in the fields of every report."""
-    return {
-        "title": typed,
-        "outcome": typed,
-        "summary": (KeyFigure(typed, typed, typed, typed), KeyFigure("force", 2.0, "N", typed), KeyFigure("n", 3)),
-        "settings": ((typed, typed),),
-        "asked": typed,
-        "advice": (typed,),
-        "repeat": ((typed, typed),),
-    }
+@cache
+def experiment_report(name):
+    """The report of a run of an experiment."""
+    experiment = experiment_named(name)
+    return experiment.report(perform(experiment, experiment.Config(**SMALL[name])))
 
 
-def _explore(typed):
-    told = said(typed)
-    return report_page(replace(exploration_report(small()), figures=told.pop("summary"), **told))
+@cache
+def _tapped():
+    """Two recorded runs of the smallest experiment, their logs read."""
+    experiment = experiment_named(TINY)
+    with TemporaryDirectory() as folder:
+        places = [Path(folder, name) for name in ("soft", "firm")]
+        for place, force in zip(places, (1.0, 2.0), strict=True):
+            place.mkdir()
+            perform(experiment, experiment.Config(force=force), place)
+        return read_runs(places)
 
 
-def _regulate(typed):
-    told = said(typed)
-    time = np.linspace(0.0, 0.2, 50)
-    steps = StepResponse(time, 1 - np.exp(-60 * time), np.ones((2, 50)))
-    tones = FrequencyResponse(np.array([1.0, 4.0]), np.array([1.0 - 0.05j, 0.4 - 0.45j]))
-    series = series_of(("approach", "hold", "lift"))
-    pictures = (
-        force_overview(series),
-        error_picture(series),
-        step_picture(steps, steps),
-        bode_picture({"true": tones}),
-    )
-    sections = (
-        Section(
-            typed, (Pictures(lambda: pictures), TextTable(((typed, "0.6", "times", typed),)), Paragraph(typed))
-        ),
-        Section("Margins", (FigureTable((KeyFigure("gain margin", 3.1, "", typed),)),)),
-        computing(TIMING),
-    )
-    return report_page(Report(figures=told.pop("summary"), sections=sections, footer=typed, **told))
+def _runs(typed, folder):
+    first, second = _tapped()
+    return comparison_report((replace(first, name=typed), second), folder)
 
 
-def _friction(typed):
-    stroke = StrokeCurve(2.0, False, np.linspace(0.0, 4e-3, 50), np.full(50, 0.5))
-    confusion = Confusion((typed, "b"), (typed, UNKNOWN), np.array([[3, 1], [0, 4]]))
-    speeds = (Measured(0.01, 0.5, 0.4, 0.6, 0.5), Measured(0.02, 0.5, 0.45, 0.6, 0.5, why=typed))
-
-    def draw():
-        yield stroke_picture((stroke,), LEVEL)
-        yield surface_picture(ASSUMED)
-        yield length_picture(LEVEL, (0.003, 0.2))
-        yield speed_picture(speeds, None)
-        yield confusion_picture(confusion)
-
-    told = said(typed)
-    parts = (Paragraph(typed), TextTable(table_rows(speeds, typed, "mm/s", 1e3)), Pictures(draw))
-    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
-
-
-def _grasp(typed):
-    count, time = 400, np.arange(400) * 1e-2
-    loads = np.stack([np.full((count, 2), 4.0), np.full((count, 2), 1.0), np.full((count, 2), 2e-3)], axis=2)
-    still, held = np.zeros((count, 2)), np.ones(count, dtype=bool)
-    truth = SimpleNamespace(
-        time=time, stage=np.full(count, 3), target=np.full(count, 4.0), slid=still, turned=still, loads=loads,
-        fingers=2,
-    )  # fmt: skip
-    grasp = SimpleNamespace(
-        truth=truth, felt=np.full(count, 4.1), least=np.full(count, 3.5), counted=held, aloft=held,
-        slipping=np.zeros((count, 2), dtype=bool), alarms_aloft=(SimpleNamespace(time=1.0),),
-        planned=SimpleNamespace(true=LimitSurface(0.5, 0.004)),
-    )  # fmt: skip
-
-    def draw():
-        yield grip_picture(grasp, typed)
-        yield slip_picture(grasp, typed)
-        yield from load_pictures(grasp, typed)
-        yield grasp_force_picture(PAIR, FORCES, LOAD)
-
-    told = said(typed)
-    compared = KeyFigure(f"slip, {typed}", 9.0, "mm", typed)
-    parts = (Paragraph(typed), FigureTable((compared,)), Pictures(draw))
-    return report_page(Report(figures=told.pop("summary"), sections=(Section(typed, parts),), **told))
-
-
-def _replay(typed):
-    return replay_html(ReplayReport(recorded=side(), replayed=side(1.1, 2.01), **said(typed)))
-
-
-def _runs(typed):
-    time = np.linspace(0.0, 3.0, 200)
-    lines = (Curve(0, time, np.sin(time)), Curve(1, time, np.cos(time)), Curve(1, time, np.ones(200), asked=True))
-    told = said(typed)
-    del told["summary"]
-    report = ComparisonReport(
-        names=(typed, "other"),
-        differences=((typed, "N", typed, typed),),
-        figures=(ComparedFigure("force", "N", (1.0, 2.0), typed), ComparedFigure(typed, "", (typed, typed))),
-        overlays=(Overlay("Force over time", "Force of each run; even is good.", "time [s]", "force [N]", lines),),
-        spreads=(Spreads("Errors", "Errors of each run; narrow is good.", "error [µm]", (time, -time)),),
-        **told,
-    )
-    return comparison_html(report)
+def _replay(typed, folder):
+    return replay_report(replay_log(_tapped()[0].log, {"force": 3.0}), typed)
 
 
 def _mesh(typed, folder):
@@ -169,10 +87,10 @@ def _mesh(typed, folder):
     config = CompareConfig(folder / name, folder / "ball.stl")
     reference = read_reference(folder / "ball.stl", 1.0)
     found = compare(read_map(folder / "ball.stl", 1.0, 500), reference, within=1e-3, samples=500)
-    return mesh_comparison_html(found, reference, config)
+    return map_comparison_report(found, reference, config)
 
 
-def _sweep(typed):
+def _sweep(typed, folder):
     plan = planned("force=1,2", seeds=2)
     pairs = zip(plan.combinations, ("usual", typed), strict=True)
     combinations = tuple(replace(each, values=(value,)) for each, value in pairs)
@@ -183,12 +101,13 @@ def _sweep(typed):
         combinations=combinations,
         runs=tuple(replace(run, combination=combinations[run.number // 2]) for run in plan.runs),
     )
+    figures = plan.experiment.figures[:2]
     records = tuple(
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            figures={"force_mean_n": 1e-3 * (1 + run.number), "held": run.number > 1},
+            figures={each.column: 1e-3 * (1 + run.number) for each in figures},
         )
         for run in plan.runs
     )  # fmt: skip
-    return report_page(sweep_report(SweepResult(plan, records, plan.experiment.figures[:2])))
+    return sweep_report(SweepResult(plan, records, figures))

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import palpate.reporting.page as page_module
 from palpate.reporting.data import KeyFigure
-from palpate.reporting.page import NO_UNIT, PHONE_WIDTH, POLICY, STYLE, report_page, section, table, text
-from palpate.reporting.story import Story
+from palpate.reporting.page import NO_UNIT, PHONE_WIDTH, POLICY, STYLE, report_page, table, text
+from palpate.reporting.report import Report, Section, TextTable
 from palpate.reporting.style import SMALL_SIZE
 from reporting.every_report import KINDS, html_of
 from reporting.test_report import parsed
@@ -127,11 +127,12 @@ def test_parts_come_in_the_same_order_and_nothing_from_outside(kind, tmp_path):
 @settings(max_examples=60, deadline=None)
 def test_whatever_was_typed_is_text(typed):
     """It opens no tag and closes none, and it reads as it was typed, but for what nobody sees."""
+    parts = (TextTable(((typed,) * 5,), ("name", "value", "unit", "value", "note"), (typed,) * 5),)
+    pairs = ((typed, typed),)
+    figures = (KeyFigure(typed, typed, typed, typed),)
     html = report_page(
-        Story(typed, typed, typed, (KeyFigure(typed, typed, typed, typed),), (typed,), ((typed, typed),),
-              ((typed, typed),), typed),
-        [section(typed, [table([(typed,) * 5], ("name", "value", "unit", "value", "note"), (typed,) * 5)])],
-    )  # fmt: skip
+        Report(typed, typed, figures, (Section(typed, parts),), typed, (typed,), pairs, pairs, typed)
+    )
     html.encode("utf-8")
     checker = parsed(html)
     assert set(checker.tags) <= {

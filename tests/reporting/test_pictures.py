@@ -1,6 +1,7 @@
 """What pictures show: no noise blown up, no line hidden, no phase without a colour."""
 
 import dataclasses
+import functools
 import re
 
 import numpy as np
@@ -10,17 +11,18 @@ from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 
-from mapping.raster import cloud_of, raster
+from mapping.raster import cloud_of, raster, sphere_cap
 from palpate.experiments.explore.layer_picture import layer_picture
 from palpate.experiments.explore.spin_picture import LEAST_SPIN, spin_picture
 from palpate.experiments.explore.surface_picture import LEAST_RELIEF, View, touched_surface
+from palpate.mapping import MapSettings, SurfaceMap, surface_mesh
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.force_picture import force_overview, force_zoom
 from palpate.reporting.style import MEASURED, PHASE_COLOURS, TRUE
 from palpate.runtime.data import Phase
-from reporting.test_report import CAP, cap_mesh
 
+CAP = sphere_cap(half=0.006, step=4e-4)
 TIME = np.arange(400) * 1e-3
 PHASES = ["approach"] * 100 + ["scan"] * 200 + ["lift"] * 99 + ["done"]
 SERIES = TimeSeries(
@@ -114,6 +116,12 @@ def test_every_phase_has_a_colour_of_its_own():
 
 
 # --- layers ---
+
+
+@functools.cache
+def cap_mesh():
+    """What was felt of the cap as a surface: it takes a second, and so not before a test asks."""
+    return surface_mesh(SurfaceMap.learned(CAP, MapSettings.for_rows(2e-3, bias=1e-6)), 1e-3)
 
 
 def drawn(name, mean, sd=0.1):

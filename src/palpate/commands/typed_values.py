@@ -80,7 +80,9 @@ def set_options(words: Sequence[str], kind: type, own: Mapping[str, str]) -> dic
         if name in fixed:
             raise InvalidValueError(f"--set {word}: {name} is set twice")
         several = item_type(known_keys(kind)[name]) is not None and not text.startswith("[")
-        fixed[name] = _decoded(f"--set {word}", name, _read(word, f"[{text}]" if several else text), kind)
+        fixed[name] = _decoded(
+            f"--set {word}", name, _read(f"--set {word}", f"[{text}]" if several else text), kind
+        )
     return fixed
 
 
@@ -122,7 +124,7 @@ def _parted(option: str, word: str, form: str, kind: type, own: Mapping[str, str
 def _advice(name: str, names: Sequence[str]) -> str:
     """Return what may have been meant by a name that is not known: speed_mm where there is a landing_speed."""
     stem = without_unit(name)
-    akin = [each for each in names if stem in each.split("_")]
+    akin = [stem] if stem in names else [each for each in names if stem in each.split("_")]
     near = nearest(name, names) or nearest(stem, names)
     if akin or near:
         return f"did you mean {' or '.join(akin or [str(near)])}?"
@@ -138,7 +140,7 @@ def _several(word: str, text: str) -> list[object]:
         raise InvalidValueError(
             f"--vary {word}: write a range as FIRST:LAST:COUNT, three numbers, as in 0.1:0.5:5"
         )
-    values = _read(word, f"[{text}]")
+    values = _read(f"--vary {word}", f"[{text}]")
     assert isinstance(values, list)
     return values
 
@@ -154,11 +156,11 @@ def _evenly(word: str, first: str, last: str, count: str) -> list[object]:
     return [float(low + (high - low) * i / steps) for i in range(steps + 1)]
 
 
-def _read(word: str, text: str) -> object:
+def _read(typed: str, text: str) -> object:
     try:
         return read_yaml(text)
     except InvalidValueError as error:
-        raise InvalidValueError(f"{word}: {error}") from None
+        raise InvalidValueError(f"{typed}: {error}") from None
 
 
 def _decoded(typed: str, name: str, value: object, kind: type) -> object:

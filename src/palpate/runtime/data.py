@@ -180,5 +180,5 @@ class Command:
 
 
 def _plain(given: Any) -> Any:
-    """Return an array or a list as a tuple; the supervisor refuses what else is no vector."""
+    """Return an array or a list as a tuple, all else as it is: the supervisor refuses what is no vector."""
     return tuple(np.ravel(given).tolist()) if isinstance(given, np.ndarray | list) else given

@@ -63,8 +63,11 @@ class ComparedRun:
     @property
     def set_force(self) -> FloatArray:
         """Normal force asked for, shape (n,) [N]; NaN where none was, or nobody says."""
-        known = isinstance(self.result, WithSetForce)
-        return self.result.set_force if known else np.full(len(self.records[0]), np.nan)  # type: ignore[attr-defined]
+        wanted = np.full(len(self.records[0]), np.nan)
+        if isinstance(self.result, WithSetForce):
+            asked = self.result.set_force  # the result knows nothing of periods in which it was stopping
+            wanted[: len(asked)] = asked
+        return wanted
 
     @property
     def errors(self) -> tuple[ErrorSample, ...]:

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.answer import UNITS, Answer, figure_name
+from palpate.commands.answer import Answer, figure_name
 from palpate.commands.compare.runs_compared import read_runs
 from palpate.commands.compare.runs_compared_report import (
     ComparedFigure,
@@ -55,20 +55,13 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> Answer:
     say(console, f"Written: {path}")
     return Answer(
         outcome=report.outcome,
-        figures=dict(_in_si(figure) for figure in figures),
+        figures={figure_name(figure.name, figure.unit): list(figure.values) for figure in figures},
         facts={
             "runs": [str(run.log.path) for run in runs],
             "asked_differently": {row[0]: list(row[2:]) for row in differences},
         },
         files=(path,),
     )
-
-
-def _in_si(figure: ComparedFigure) -> tuple[str, list[float | str]]:
-    """A figure's name in JSON, and its values in SI units."""
-    scale = UNITS[figure.unit][1]
-    values = [value if isinstance(value, str) else scale * value for value in figure.values]
-    return figure_name(figure.name, figure.unit), values
 
 
 def _table(
@@ -85,5 +78,7 @@ def _table(
     for name, unit, *values in differences:
         table.add_row(*(Text(each) for each in (f"asked: {name}", unit, *values, *blank)))
     for figure in figures:
-        table.add_row(*(Text(each) for each in (figure.name, figure.unit, *figure.shown, *figure.differences)))
+        table.add_row(
+            *(Text(each) for each in (figure.name, figure.scale.unit, *figure.shown, *figure.differences))
+        )
     return table

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.commands.compare.runs_compared import ComparedRun, changed_fields, common_fields
+from palpate.commands.scale import Scale, scale_of
 from palpate.errors import FloatArray
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.option_words import has_unit, option_words
@@ -20,8 +21,6 @@ from palpate.runtime import Phase
 
 if TYPE_CHECKING:
     from palpate.reporting.style import Picture
-
-MILLI = 1e3
 
 WORKING = (Phase.SCAN, Phase.HOLD)
 """Phases that a run is all about, the first one that it has; approach, settling and lifting are not."""
@@ -44,7 +43,7 @@ class ComparedFigure:
 
     Attributes:
         name: What it is.
-        unit: Its unit, "" for a ratio, a count or words.
+        unit: Its SI unit, "" for a ratio, a count or words.
         values: A number or words of each run; NaN where a run has none.
         note: What it tells, and what is good.
     """
@@ -55,14 +54,26 @@ class ComparedFigure:
     note: str = ""
 
     @property
+    def scale(self) -> Scale:
+        """In which unit it is shown."""
+        known = [abs(value) for value in self.values if not isinstance(value, str) and math.isfinite(value)]
+        return scale_of(self.unit, max(known, default=0.0))
+
+    @property
     def shown(self) -> tuple[str, ...]:
         """The values as shown."""
-        return tuple(KeyFigure(self.name, value, self.unit).text for value in self.values)
+        return tuple(KeyFigure(self.name, value).text for value in self._scaled)
 
     @property
     def differences(self) -> tuple[str, ...]:
         """Every later run's value less the first one's, as shown; "" of words, and where one is not known."""
-        return tuple(_less(value, self.values[0]) for value in self.values[1:])
+        first, *others = self._scaled
+        return tuple(_less(value, first) for value in others)
+
+    @property
+    def _scaled(self) -> list[float | str]:
+        factor = self.scale.factor
+        return [value if isinstance(value, str) else factor * value for value in self.values]
 
 
 def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
@@ -76,7 +87,7 @@ def comparison_report(runs: Sequence[ComparedRun], out: Path) -> Report:
     figures, differences, count = compared_figures(runs), asked_differently(runs), len(runs)
     asked = TextTable(differences, ("name", "unit", *("value",) * count), ("asked differently", "unit", *names))
     side_by_side = TextTable(
-        [(f.name, f.unit, *f.shown, *f.differences, f.note) for f in figures],
+        [(f.name, f.scale.unit, *f.shown, *f.differences, f.note) for f in figures],
         ("name", "unit", *("value",) * (2 * count - 1), "note"),
         compared_heads(names),
     )
@@ -127,7 +138,7 @@ def outcome(runs: Sequence[ComparedRun], figures: Sequence[ComparedFigure]) -> s
     first = next((f for f in figures if all(isinstance(v, float) and math.isfinite(v) for v in f.values)), None)
     if first is not None:
         each = ", ".join(f"{shown} in {run.name}" for shown, run in zip(first.shown, runs, strict=True))
-        unit = f" [{first.unit}]" if first.unit else ""
+        unit = f" [{first.scale.unit}]" if first.unit else ""
         said.append(f"{first.name[:1].upper()}{first.name[1:]}{unit}: {each}.")
     return " ".join(said)
 
@@ -167,15 +178,17 @@ def compared_figures(runs: Sequence[ComparedRun]) -> tuple[ComparedFigure, ...]:
         _figure(
             runs,
             "path length of the tip",
-            "mm",
-            lambda run: MILLI * float(np.linalg.norm(np.diff(run.records[0].position, axis=0), axis=1).sum()),
+            "m",
+            lambda run: float(np.linalg.norm(np.diff(run.records[0].position, axis=0), axis=1).sum()),
             "shorter is quicker",
         ),
         _figure(
             runs, "time of the run", "s", lambda run: float(run.time[-1]), "from its first period to its last"
         ),
     ]
-    known = [f for f in (*own, *felt) if any(isinstance(v, str) or math.isfinite(v) for v in f.values)]
+    named = {f.name for f in own}
+    told = (*own, *(f for f in felt if f.name not in named))
+    known = [f for f in told if any(isinstance(v, str) or math.isfinite(v) for v in f.values)]
     return (*known, ComparedFigure("how it ended", "", tuple(run.ending for run in runs)))
 
 

@@ -23,6 +23,7 @@ from palpate.commands.replay.report import (
     version_differences,
 )
 from palpate.commands.replay.run import ReplayedLog, replay_log
+from palpate.commands.replay.settings import unchangeable
 from palpate.commands.said import say
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
@@ -55,7 +56,8 @@ def run_replay(config: ReplayConfig) -> Answer:
         make_folder(folder)  # before the work, so that nothing is lost after it
     with _progress(console) as show:
         log = read_log(path, lambda share: show("reading", share))
-        settings = set_options(config.set, LoggedRun.of(log).experiment.Config, {}) if config.set else {}
+        kind = LoggedRun.of(log).experiment.Config
+        settings = set_options(config.set, kind, unchangeable(kind))
         done, count = 0, max(len(log), 1)
 
         def observe(sample: Sample, now: Observation, command: Command) -> None:

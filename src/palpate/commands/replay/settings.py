@@ -15,6 +15,13 @@ def changeable(kind: type) -> tuple[str, ...]:
     return tuple(name for name, said in specs_of(kind).items() if not said.fixed)
 
 
+def unchangeable(kind: type) -> dict[str, str]:
+    """Return why a replay cannot change the others, by name."""
+    return {
+        name: f"a replay cannot change it: {said.fixed}" for name, said in specs_of(kind).items() if said.fixed
+    }
+
+
 def changed_config(config: Any, settings: Mapping[str, object]) -> Any:
     """Return a configuration with other values for what a replay can change.
 
@@ -24,14 +31,14 @@ def changed_config(config: Any, settings: Mapping[str, object]) -> Any:
         InvalidValueError: A name is not known or cannot be changed, or a value is impossible.
     """
     kind = type(config)
-    said = specs_of(kind)
+    said, refused = specs_of(kind), unchangeable(kind)
     for name in settings:
         if name not in said:
             near = nearest(name, tuple(said)) or nearest(without_unit(name), tuple(said))
             advice = f"did you mean {near}?" if near else f"a replay can change {', '.join(changeable(kind))}"
             raise InvalidValueError(f"{name}: there is no such option; {advice}")
-        if said[name].fixed:
-            raise InvalidValueError(f"{name}: a replay cannot change it: {said[name].fixed}")
+        if name in refused:
+            raise InvalidValueError(f"{name}: {refused[name]}")
     changed = decode_some(settings, kind)
     recorded = {each.name: getattr(config, each.name) for each in fields(kind)}
     foreign = foreign_options(kind, recorded | changed) - changed.keys()

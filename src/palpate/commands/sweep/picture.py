@@ -11,8 +11,8 @@ from matplotlib.figure import FigureBase
 from matplotlib.ticker import MaxNLocator
 
 from palpate.atomic_file import replacing
+from palpate.commands.scale import Scale, scale_of
 from palpate.commands.sweep.result import HIGH, LOW, Spread, SweepResult, numbers_of, spread_of
-from palpate.commands.sweep.scale import Scale, scale_of
 from palpate.commands.typed_values import Varied, shown_value
 from palpate.experiments.kit.figure import Figure, is_share
 from palpate.reporting.style import (

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from palpate.commands.scale import scale_of
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import DIGITS, NO_PART, Combination, SweepPlan
 from palpate.commands.sweep.record import RunRecord, RunStatus
 from palpate.commands.sweep.result import HIGH, LOW, SweepResult, numbers_of, spread_of
-from palpate.commands.sweep.scale import scale_of
 from palpate.commands.sweep.words import time_text
 from palpate.commands.typed_values import shown_value
 from palpate.experiments.kit.figure import is_share

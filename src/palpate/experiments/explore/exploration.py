@@ -16,6 +16,7 @@ from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.explore.run_account import RunAccount, run_account
 from palpate.experiments.explore.scans import Scan
 from palpate.experiments.kit.change_account import ChangeAccount
+from palpate.experiments.kit.comparable import ErrorSample
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.recorded_run import Recorded, Tell
 from palpate.experiments.kit.registry import experiment_named
@@ -25,6 +26,14 @@ from palpate.sim import SceneObject
 
 NAME = "explore"
 """Of the experiment that this is a result of."""
+
+ERRORS = (
+    "Errors of the surface",
+    "Signed distances of the touched points from the true surface, positive outside, as shares of each run's "
+    "points. Narrow and about zero is good; what is further off is counted at the rim.",
+    "error of the points [µm]",
+)
+"""Title, caption and axis of their picture."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,6 +118,10 @@ class Exploration:
     def point_p99(self) -> float:
         """Distance to the true surface that 99 % of the points stay below [m]."""
         return float(np.percentile(np.abs(self.point_error), 99)) if self.point_error.size else float("nan")
+
+    def error_samples(self) -> tuple[ErrorSample, ...]:
+        """Return how far the points are off, for comparisons; none on a robot."""
+        return (ErrorSample(*ERRORS, 1e6 * self.point_error),) if self.truth.known else ()
 
     def _repr_html_(self) -> str:
         """What a notebook shows: how it went, the key figures, and what was felt."""

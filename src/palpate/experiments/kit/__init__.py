@@ -4,6 +4,7 @@ The light half is here, for modules that `--help` imports; what runs, records an
 """
 
 from palpate.experiments.kit.experiment import DryRun, Experiment, Plan, PlanDefaults, Result, Writer
+from palpate.experiments.kit.experiment_defaults import ExperimentDefaults
 from palpate.experiments.kit.figure import Figure, FigureValue, figures_of
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 
@@ -15,6 +16,7 @@ __all__ = [
     "WRITTEN",
     "DryRun",
     "Experiment",
+    "ExperimentDefaults",
     "Figure",
     "FigureValue",
     "Plan",

@@ -44,7 +44,7 @@ class OneFingerPlan(PlanDefaults):
     robot: Robot
     ready: RobotInScene
     gain: ForceGain
-    control: Callable[[Self], Controller]
+    control: Callable[[Any], Controller]
     title: str
     expected_duration: float
     told: tuple[KeyFigure, ...] = ()
@@ -56,7 +56,7 @@ class OneFingerPlan(PlanDefaults):
         target: SceneObject,
         config: Any,
         robot: Robot,
-        control: Callable[[Self], Controller],
+        control: Callable[[Any], Controller],
         *,
         force: float,
         stiffness: float,

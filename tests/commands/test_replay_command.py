@@ -1,47 +1,46 @@
 """Replays of explorations: bit for bit as recorded, however they ended; and what is said when they are not."""
 
-import ast
-import inspect
 import os
 import re
 import signal
 import subprocess
 import sys
-from dataclasses import replace
-from itertools import pairwise
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from palpate.commands.run_told import log_writer
-from palpate.experiments.explore.replay import EXPLORATION
-from palpate.experiments.regulate.replay import REGULATION
 
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
 from palpate.commands.replay.report import version_differences
 from palpate.commands.replay.run import replay_log
+from palpate.commands.replay.settings import changeable
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import Attempt
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
-from palpate.experiments.kit.option_words import option_unit
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.plan import ExplorationPlan
+from palpate.experiments.kit.options import spec_of
+from palpate.experiments.kit.recorded_run import carry_out
+from palpate.experiments.kit.recording import log_writer
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
 from palpate.runtime.log.chunk import PackedRows
 from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.robot import robot_path
+from support.explore_runs import plan_of
 from support.waiting import until
 
 SMALL = {"width": 0.01, "depth": 0.004, "speed": 0.05}
 NOISY = {"force_noise": 0.01, "moment_noise": 1e-4, "seed": 3}
 CHANGES = ((1.0, "force", 3.0), (1.2, "speed", 0.02), (1.5, "force_gain", 1.2e-3), (1.6, "force", 1.5))
+FIXED = [each.name for each in fields(ExploreConfig) if spec_of(each).fixed]
 
 
-def record(config, observers=(), **changes):
+def record(config, observers=()):
     """Explore, recorded in `config.out`; returns how it ended."""
-    planned = replace(plan(config), **changes)
+    planned = plan_of(config)
     try:
-        return Attempt(planned).run(observers, (log_writer(planned),)).ending
+        return carry_out(planned, observers, (log_writer(Explore(), planned, config.out),)).run.ending
     except KeyboardInterrupt as interruption:
         return result_until(interruption).ending
 
@@ -75,10 +74,9 @@ def undrawn(monkeypatch):
     """Reports are begun but not drawn, which takes a second each."""
 
     def write(report, path):
-        assert len(report.recorded.time) > 1000
         path.write_text(report.outcome)
 
-    monkeypatch.setattr("palpate.commands.replay.command.write_replay_report", write)
+    monkeypatch.setattr("palpate.commands.replay.command.write_report", write)
 
 
 def check_identical(found, least=1000):
@@ -149,9 +147,9 @@ def test_a_run_that_was_interrupted_comes_out_up_to_there(tmp_path):
     assert found.replay.reached_end
 
 
-def test_a_run_whose_time_was_up_comes_out_up_to_there(tmp_path):
-    config = ExploreConfig(**SMALL, **NOISY, out=tmp_path)
-    assert record(config, longest_duration=1.6) is Ending.TIME_UP
+def test_a_run_whose_time_was_up_comes_out_up_to_there(tmp_path, monkeypatch):
+    monkeypatch.setattr(ExplorationPlan, "longest_duration", 1.6)
+    assert record(ExploreConfig(**SMALL, **NOISY, out=tmp_path)) is Ending.TIME_UP
     found = replay_log(tmp_path)
     check_identical(found)
     assert found.extent.count == 1600
@@ -434,18 +432,18 @@ MISTAKES = {
     "no log": (["TEXT"], ["cannot be read as a log of palpate's"]),
     "no setting": (["LOG", "--set", "force"], ["--set force", "NAME=VALUE", "force=3"]),
     "spaces": (["LOG", "--set", "force", "=", "3"], ["--set force", "without spaces"]),
-    "twice": (["LOG", "--set", "force=3", "force=4"], ["force is given twice"]),
-    "misspelt": (["LOG", "--set", "frce=3"], ["frce", "no such setting", "did you mean force?"]),
+    "twice": (["LOG", "--set", "force=3", "force=4"], ["force is set twice"]),
+    "misspelt": (["LOG", "--set", "frce=3"], ["there is no option frce", "did you mean force?"]),
     "with a unit": (["LOG", "--set", "force_N=3"], ["force_N", "did you mean force?"]),
-    "unknown": (["LOG", "--set", "xyzzy=3"], ["a replay can change", *EXPLORATION.names]),
+    "unknown": (["LOG", "--set", "xyzzy=3"], ["there are", *changeable(ExploreConfig)]),
     "no number": (["LOG", "--set", "force=two"], ["force", "two"]),
     "no YAML": (["LOG", "--set", "force=[3"], ["--set force=[3", "YAML"]),
     "impossible": (["LOG", "--set", "force=100"], ["force = 100 N", "15 N"]),
     "in millimetres": (["LOG", "--set", "speed=20"], ["speed = 20 m/s", "for 20 mm/s give 0.02"]),
     "changes out of bounds": (["LOG", "--set", "stiffness=1900"], ["recorded at t = 1.5", "force_gain"]),
     "no robot": (["LOG", "--set", "robot=stag"], ["stag"]),
-    "no colon": (["LOG", "--controller", "mine"], ["MODULE:FUNCTION", "mine:make"]),
-    "a path": (["LOG", "--controller", "./mine.py:make"], ["MODULE:FUNCTION"]),
+    "no colon": (["LOG", "--controller", "mine"], ["MODULE:NAME", "mine:make"]),
+    "a path": (["LOG", "--controller", "./mine.py:make"], ["there is no file ./mine.py"]),
     "no module": (["LOG", "--controller", "nosuch:make"], ["there is no module nosuch", "installed"]),
     "no package": (["LOG", "--controller", "nosuch.sub:make"], ["there is no module nosuch"]),
     "no function": (["LOG", "--controller", "MINE:stil"], ["is called stil", "did you mean still?"]),
@@ -457,7 +455,7 @@ MISTAKES = {
     "syntax": (["LOG", "--controller", "broken:make"], ["importing broken raised SyntaxError", "line 1"]),
     "missing import": (["LOG", "--controller", "lacking:make"], ["lacking", "no_such_library"]),
     "no folder": (["LOG", "--set", "force=3", "--out", "TEXT"], ["out =", "choose another folder (--out)"]),
-    **{name: (["LOG", "--set", f"{name}=1"], [name, "a replay cannot change it"]) for name in EXPLORATION.fixed},
+    **{name: (["LOG", "--set", f"{name}=1"], [name, "a replay cannot change it"]) for name in FIXED},
 }
 
 
@@ -485,10 +483,10 @@ def test_mistakes_are_named_with_what_would_be_right(name, small, controllers, c
 def test_a_log_of_something_else_is_refused(nano, tmp_path):
     log = read_log(nano / "latest.mcap")
     without = {name: text for name, text in log.attachments.items() if name != "experiment.yaml"}
-    with pytest.raises(InvalidValueError, match="no log of `palpate explore`"):
+    with pytest.raises(InvalidValueError, match="is no log of an experiment"):
         replay_log(replace(log, attachments=without))
     newer = log.attachments | {"experiment.yaml": log.attachments["experiment.yaml"] + "colour: blue\n"}
-    with pytest.raises(InvalidValueError, match=r"another palpate wrote it\? .*colour"):
+    with pytest.raises(InvalidValueError, match=r"another version wrote it\? .*colour"):
         replay_log(replace(log, attachments=newer))
 
 
@@ -500,22 +498,3 @@ def test_a_replay_that_is_interrupted_speaks_of_no_robot(nano, capsys, monkeypat
     monkeypatch.setattr("palpate.controllers.ExploreController.step", interrupt)
     assert main(["replay", str(nano)]) == ExitCode.INTERRUPTED
     assert capsys.readouterr().err == "palpate: interrupted\n"
-
-
-def test_every_setting_of_an_exploration_is_either_changeable_or_has_a_reason():
-    assert {*EXPLORATION.names, *EXPLORATION.fixed} == set(ExploreConfig.__dataclass_fields__)
-
-
-def units_said(kind):
-    """The units in the text under each field of a class: [m/s], but no [0, 1]."""
-    (body,) = (node.body for node in ast.parse(inspect.getsource(kind)).body if isinstance(node, ast.ClassDef))
-    fields = ((a.target, b) for a, b in pairwise(body) if isinstance(a, ast.AnnAssign))
-    return {ast.unparse(a): set(re.findall(r"\[([NHms][A-Za-z/]*)\]", ast.unparse(b))) for a, b in fields}
-
-
-@pytest.mark.parametrize(("experiment", "may"), [("explore", EXPLORATION), ("regulate", REGULATION)])
-def test_a_setting_is_reported_in_the_unit_in_which_it_is_explained(experiment, may):
-    said = units_said(may.kind)
-    assert said["force"] == {"N"}
-    for name in may.names:
-        assert said[name] == {option_unit(experiment, name)} - {""}, name

@@ -1,0 +1,51 @@
+"""A report and no files, for an experiment that has nothing special to tell."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from palpate.experiments.kit.experiment import Writer
+from palpate.experiments.kit.figure import Figure, figures_of
+
+if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
+    from palpate.reporting.report import Report
+    from palpate.reporting.style import Picture
+
+
+class ExperimentDefaults:
+    """What an `Experiment` answers besides its plan and its result; a base class."""
+
+    name: str
+    summary: str
+    Config: type[Any]
+    figures: tuple[Figure, ...]
+
+    def pictures(self, result: Any) -> "Iterator[Picture]":
+        """Return what is drawn into the report; nothing, unless a subclass does."""
+        yield from ()
+
+    def report(self, result: Any) -> "Report":
+        """Return the figures, the pictures, and how the computer kept up."""
+        from palpate.experiments.kit.advice import advice_on_ending
+        from palpate.reporting.computing import computing
+        from palpate.reporting.data import KeyFigure
+        from palpate.reporting.report import Pictures, Report, Section
+
+        values = figures_of(self, result)
+        rows = (
+            KeyFigure(figure.meaning, "none" if (value := values[figure.column]) is None else value, figure.unit)
+            for figure in self.figures
+        )
+        return Report(
+            title=self.summary.rstrip("."),
+            outcome=f"{result.run}.",
+            figures=tuple(rows),
+            sections=(
+                Section("Pictures", (Pictures(lambda: self.pictures(result)),)),
+                computing(result.run.timing),
+            ),
+            advice=advice_on_ending(result.run),
+        )
+
+    def files(self, result: Any) -> Mapping[str, Writer]:
+        """Return none."""
+        return {}
