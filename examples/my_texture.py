@@ -3,7 +3,7 @@
     palpate examples/my_texture.py:Texture --force 2
     palpate sweep examples/my_texture.py:Texture --vary force=1,2 --seeds 2
 
-The tip's contact patch, about 1 mm wide, evens the ripples out: of 7.1 µm RMS it feels less if it presses harder.
+The tip's contact patch, about 1 mm wide, evens the ripples out: of their 7.1 µm RMS it feels two thirds.
 What palpate can do with its own experiments it can do with this one; `examples/plugin` has a larger one.
 """
 
