@@ -3,7 +3,7 @@
     palpate examples/my_texture.py:Texture --force 2
     palpate sweep examples/my_texture.py:Texture --vary force=1,2 --seeds 2
 
-The tip's contact patch, about 1 mm wide, evens the ripples out: of their 7.1 µm RMS it feels two thirds.
+It feels 6.6 of 7.1 µm: ripples that pass 1.3 times a second the tip follows nearly all the way.
 What palpate can do with its own experiments it can do with this one; `examples/plugin` has a larger one.
 """
 
@@ -33,7 +33,7 @@ class TextureConfig:
 
 
 class Stroke:
-    """Lands, presses with a force [N], and goes 20 mm along x with 20 mm/s."""
+    """Lands, presses with a force [N], and goes 20 mm along x at 5 mm/s."""
 
     def __init__(self, force, gain):
         self.force, self.gain, self.touched = force, gain, np.inf
@@ -42,13 +42,13 @@ class Stroke:
 
     def step(self, now):
         since, finger = now.time - self.touched, now.fingers[0]
-        if since > 1.5:
+        if since > 4.5:
             return pp.Command(phase=pp.Phase.DONE)
         if not finger.touching:
             return pp.Command((0.0, 0.0, -0.004), pp.Phase.APPROACH)
         self.touched = min(self.touched, now.time)
         push = self.gain * (self.force - finger.contact.normal_force) * finger.contact.normal
-        along = np.array([0.02 * (since > 0.5), 0.0, 0.0])
+        along = np.array([0.005 * (since > 0.5), 0.0, 0.0])
         return pp.Command(push + along, pp.Phase.SCAN if since > 0.5 else pp.Phase.SETTLE)
 
 
@@ -58,7 +58,7 @@ class Texture(ExperimentDefaults):
 
     def plan(self, config, robot, texts):
         heights = config.ripple * np.sin(np.linspace(-0.02, 0.02, 161) / WAVELENGTH * 2.0 * np.pi)
-        how = {"force": config.force, "stiffness": STIFFNESS, "duration": 2.5, "beside": (-0.01, 0.0)}
+        how = {"force": config.force, "stiffness": STIFFNESS, "duration": 6.0, "beside": (-0.01, 0.0)}
         ripples = HeightField(np.tile(heights, (41, 1)), 0.04, 0.04)
         return OneFingerPlan.over(ripples, config, robot, new_stroke, title="Roughness of ripples", **how)
 
