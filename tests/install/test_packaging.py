@@ -1,5 +1,6 @@
 """What `make` installs is pinned, and the folders of the top level are the package's."""
 
+import pkgutil
 import re
 import tomllib
 from pathlib import Path
@@ -51,3 +52,11 @@ def test_a_folder_of_the_top_level_is_the_packages_and_is_checked_as_such(folder
     # an sdist with both would hold two copies, of which one grows stale
     assert f"src/palpate/{folder}" in tools["hatch"]["build"]["targets"]["sdist"]["exclude"]
     assert tools["hatch"]["build"]["targets"]["wheel"]["sources"][folder] == f"palpate/{folder}"
+
+
+def test_every_experiment_of_the_package_is_declared_by_its_name():
+    """As a stranger's: what is not declared, no command finds."""
+    declared = PROJECT["entry-points"]["palpate.experiments"]
+    folders = {path.parent.name for path in (ROOT / "src/palpate/experiments").glob("*/experiment.py")} - {"kit"}
+    assert set(declared) == folders
+    assert all(pkgutil.resolve_name(one).name == name for name, one in declared.items())

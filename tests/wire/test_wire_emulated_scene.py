@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import replace
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -11,27 +12,26 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.plan import plan
 from palpate.hw.emulators.plant import Plant
 from palpate.kinematics.pose import Pose
 from palpate.robots.emulated.backend import EmulatedBackend
 from palpate.robots.emulated.scene import simulated_twin
 from palpate.robots.emulated.scene_plant import ScenePlant
 from palpate.robots.emulated.truth import ROWS, WIDEST, TruthTrace, new_memory
-from palpate.robots.idle import idle_hand_task
 from palpate.robots.in_scene import build
 from palpate.runtime.data import ArmSample, Command
 from palpate.runtime.robot import load_robot
 from palpate.runtime.robot_backend import EmulatedUr5eEntry
 from palpate.runtime.robot_pace import SimulatedPaceEntry
-from palpate.runtime.wrapped_backend import WrappedBackend
-from palpate.sim.contact_truth import CONTACT_COLUMNS, Truth, numbers_of_truth, truth_of_numbers
+from palpate.sim.contact_truth import Truth, numbers_of_truth, truth_of_numbers
+from palpate.sim.friction.plant import FrictionContact
 from palpate.sim.hand.backend import HandBackend
-from palpate.sim.hand.hand import two_finger_hand
 from palpate.sim.hand.servo_grip import ServoGrip, ShaftGoal
 from palpate.sim.hand.truth import FingerTruth, HandTruth
-from palpate.sim.hand.truth_numbers import hand_columns, moment_of_numbers, numbers_of_hand
+from palpate.sim.hand.truth_numbers import GraspMoment, hand_columns, moment_of_numbers, numbers_of_hand
 from palpate.spatial import ZERO
+from support.explore_runs import plan_of
+from support.grasp_runs import plan_of as plan_grasp
 
 numbers = st.floats(-1e3, 1e3)
 vectors = st.tuples(numbers, numbers, numbers)
@@ -61,7 +61,7 @@ def robot_with(**changed):
 
 
 def task():
-    return plan(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004), robot_with(), {}).task
+    return plan_of(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004)).task
 
 
 def scene():
@@ -118,9 +118,7 @@ def test_memory_that_is_gone_is_told():
 
 @given(st.builds(Truth, st.booleans(), vectors, vectors, vectors, poses))
 def test_the_truth_of_a_contact_survives_the_way(truth):
-    told = numbers_of_truth(truth)
-    assert len(told) == len(CONTACT_COLUMNS)
-    assert truth_of_numbers(told) == truth
+    assert truth_of_numbers(numbers_of_truth(truth)) == truth
 
 
 @given(
@@ -129,14 +127,18 @@ def test_the_truth_of_a_contact_survives_the_way(truth):
     st.tuples(vectors, st.tuples(numbers, numbers, numbers, numbers), vectors, vectors),
     st.tuples(numbers, numbers, numbers, numbers, numbers, numbers),
     poses,
+    st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 10.0)), min_size=3, max_size=3),
 )
-def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand):
+def test_the_truth_of_a_grasp_survives_the_way(time, touched, rest, pull, hand, slips):
     truth = HandTruth(time, tuple(touched), *rest, hand)
-    told = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), (), None)
+    rubbing = [
+        FrictionContact(object(), ZERO, ZERO, 1.0, ZERO, 0.0, (speed, 0.0, 0.0), spin, False)
+        for speed, spin in slips[: len(touched)]
+    ]
+    rubbed = SimpleNamespace(rubbing=[contact.pair for contact in rubbing])
+    told = numbers_of_hand(truth, pull, ArmSample(time, hand.position, hand.rotation, ZERO), rubbing, rubbed)
     assert len(told) == len(hand_columns(len(touched))) <= WIDEST
-    moment = moment_of_numbers(told)
-    assert (moment.hand, moment.pull) == (truth, pull)
-    assert moment.slip == ((0.0, 0.0),) * len(touched)  # nothing rubs
+    assert moment_of_numbers(told) == GraspMoment(truth, pull, tuple(slips[: len(touched)]))
 
 
 # The scene behind the devices
@@ -154,25 +156,8 @@ def test_a_scene_is_a_plant_that_moves_as_it_does_by_itself():
     assert state.time == pytest.approx(sample.time, abs=1e-3)
 
 
-class _Clock(WrappedBackend):
-    """Whose truth is the scene's own time."""
-
-    truth_columns = ("time_s",)
-
-    def step(self, command):
-        self._sample = super().step(command)
-        return self._sample
-
-    def start(self):
-        self._sample = super().start()
-        return self._sample
-
-    def truth_row(self):
-        return (self._sample.time,)
-
-
 def test_a_scene_stands_until_it_may_begin_and_its_clock_runs_on(trace):
-    plant = ScenePlant(_Clock(scene()), trace)
+    plant = ScenePlant(scene(), trace)
     start = plant.start()
     for _ in range(20):
         waiting = plant.step(DOWN, ZERO, ())
@@ -189,19 +174,22 @@ def test_a_scene_stands_until_it_may_begin_and_its_clock_runs_on(trace):
     steps = np.diff(times)
     assert steps == pytest.approx(np.full(20, plant.period), rel=0.3)
     # the scene itself knows nothing of the wait
-    assert trace.at(1e12)[0] == pytest.approx(20 * plant.period, abs=1e-3)
+    directly = scene()
+    directly.start()
+    for _ in range(20):
+        directly.step(Command(DOWN))
+    assert trace.at(1e12)[: len(directly.truth_columns)] == directly.truth_row()
 
 
-def held(grip):
-    scene = idle_hand_task(two_finger_hand()).scene()
-    return HandBackend(scene, 1e-3, grip=grip) if grip else HandBackend(scene, 1e-3)
+def held(**grip):
+    return HandBackend(plan_grasp().task().scene(), 1e-3, **grip)
 
 
 def test_servos_that_get_the_goals_of_a_grip_force_press_with_that_force():
-    forced, driven = held(None), held(ServoGrip)
+    forced, driven = held(), held(grip=ServoGrip)
     forced.start()
     driven.start()
-    hand, force = forced.scene.hand, 2.0
+    hand, force = plan_grasp().task().hand, 2.0
     finger = hand.finger
     goal = ShaftGoal(
         torque_on=True,
@@ -222,7 +210,7 @@ def test_servos_that_get_the_goals_of_a_grip_force_press_with_that_force():
 
 
 def test_a_servo_whose_torque_is_off_does_not_move_and_one_that_is_on_goes_to_its_goal():
-    hand = held(ServoGrip)
+    hand = held(grip=ServoGrip)
     hand.start()
     assert isinstance(hand.grip, ServoGrip)
     hand.grip.take((ShaftGoal(False, 0.05, 0.5, 1.0), ShaftGoal(True, 0.05, 0.5, 1.0)))

@@ -14,20 +14,19 @@ from palpate.cli import main
 from palpate.commands.doctor.command import run_doctor
 from palpate.commands.doctor.config import DoctorConfig
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.regulate.report import regulation_report
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.recording import write_result
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.rig import FreshlyTared, PolledHand
-from palpate.reporting.page import write_report
 from palpate.robots.known_truth import NOT_KNOWN
 from palpate.robots.rig_built import assembled
 from palpate.runtime import Ending
 from palpate.runtime.data import Command
 from palpate.runtime.robot import load_robot
 from support.explore_runs import carried_out, plan_of, planned_again
-from support.regulate_runs import regulated
+from support.regulate_runs import REGULATE, regulated
 from support.rig_cell import HAND, Cell, HandCell, robot_file
 from support.waiting import until
 
@@ -148,14 +147,11 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     heights = found.cloud.position[:, 2]
     assert float(heights.std()) < 1e-4
     assert not found.truth.known
-    report = exploration_report(found)
-    figures = {figure.name: figure.text for figure in report.figures}
+    report = Explore().report(found)
+    figures = {figure.name: figure.text for figure in report.all_figures}
     assert figures["true normal force"] == figures["points to true surface"] == NOT_KNOWN
-    write_report(report, tmp_path / "report.html")
-    assert (tmp_path / "report.html").stat().st_size > 10_000
-    assert "True surface" not in (tmp_path / "report.html").read_text()
-    again = planned_again(planned)
-    assert again.parameters == planned.parameters
+    assert write_result(Explore(), found, report, tmp_path / "out")[0].stat().st_size > 10_000
+    assert planned_again(planned).parameters == planned.parameters
 
 
 @pytest.mark.slow
@@ -168,7 +164,7 @@ def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
     assert held.run.ending is Ending.DONE, str(held.run)
     assert np.isnan(held.true_force).all()
     assert held.sensed_rms < 0.1
-    figures = {figure.name: figure.text for figure in regulation_report(held).figures}
+    figures = {figure.name: figure.text for figure in REGULATE.report(held).all_figures}
     assert figures["true force"] == NOT_KNOWN
     assert float(figures["largest force of the run"]) >= 1.9
 

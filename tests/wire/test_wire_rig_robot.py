@@ -12,7 +12,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.regulate.config import RegulateConfig
-from palpate.experiments.regulate.plan import plan as plan_regulation
+from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.rig import FreshlyTared, PolledHand, Rig
 from palpate.hw.rig.placed_arm import ArmAtPlace, ArmFromHere
@@ -21,16 +21,12 @@ from palpate.robots.in_scene import check
 from palpate.robots.known_truth import scene_of
 from palpate.robots.rig_built import assembled, parts_of
 from palpate.robots.values import values_of
-from palpate.runtime.data import ArmSample
-from palpate.runtime.log import MemoryLog
 from palpate.runtime.robot import load_robot
-from palpate.runtime.robot_file import read_robot_file, robot_file_text
-from palpate.runtime.truth import truth_source
-from palpate.spatial import IDENTITY, ZERO
+from palpate.runtime.robot_file import read_robot_file
+from palpate.runtime.truth import TruthTable, truth_source
 from support.explore_runs import plan_of
 from support.rig_cell import ROBOT, robot_file
-
-STANDING = ArmSample(0.0, ZERO, IDENTITY, ZERO)
+from support.robot_file_text import robot_file_text
 
 
 def rig(folder, *changes):
@@ -69,7 +65,8 @@ def test_a_rig_stands_ready_and_nobody_knows_the_truth(tmp_path):
     backend = planned.backend()
     assert isinstance(backend, FreshlyTared)
     assert isinstance(backend.backend.arm, ArmFromHere)
-    assert planned.scene is scene_of(backend) is truth_source(backend) is None
+    assert scene_of(backend) is None
+    assert truth_source(backend) is None
     assert planned.parameters.gain.delay > 0.02  # the arm's response, and a period
 
 
@@ -156,7 +153,7 @@ def test_what_an_experiment_cannot_do_with_it_is_refused(tmp_path):
         plan_of(ExploreConfig(robot=str(tmp_path / "rig.yaml")), type(robot)(file, robot.sensors, robot.texts))
     moving = RegulateConfig(robot=str(tmp_path / "rig.yaml"), surface="sine")
     with pytest.raises(InvalidValueError, match="surface = sine"):
-        plan_regulation(moving, robot)
+        plan_regulation(moving, robot, {})
 
 
 def test_noise_of_an_exploration_is_that_of_the_sensor_file(tmp_path):
@@ -168,7 +165,7 @@ def test_noise_of_an_exploration_is_that_of_the_sensor_file(tmp_path):
 
 
 def test_of_a_robot_nobody_knows_the_truth_of_any_period():
-    truth = ContactTruth.of(MemoryLog().truth(), 5)
+    truth = ContactTruth.of(TruthTable((), np.empty((5, 0))), 5)
     assert not truth.known
     assert len(truth) == 5
     assert not truth.touching.any()
