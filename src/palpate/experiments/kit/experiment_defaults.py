@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from palpate.experiments.kit.experiment import Writer
-from palpate.experiments.kit.figure import Figure, figures_of
+from palpate.experiments.kit.figure import Figure
 
 if TYPE_CHECKING:  # with matplotlib, for which only those who write a report wait
     from palpate.reporting.report import Report
@@ -30,11 +30,8 @@ class ExperimentDefaults:
         from palpate.reporting.data import KeyFigure
         from palpate.reporting.report import Pictures, Report, Section
 
-        values = figures_of(self, result)
-        rows = (
-            KeyFigure(figure.meaning, "none" if (value := values[figure.column]) is None else value, figure.unit)
-            for figure in self.figures
-        )
+        values = ((each, each.value(result)) for each in self.figures)
+        rows = (KeyFigure(each.meaning, "none" if value is None else value, each.unit) for each, value in values)
         return Report(
             title=self.summary.rstrip("."),
             outcome=f"{result.run}.",
