@@ -11,6 +11,7 @@ from palpate.runtime.robot_rig import RigEntry
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import ViewScene
 
+
 class PacedBackend(WrappedBackend[Backend]):
     """A simulation that goes so many times as fast as in reality; infinite: as fast as it can be computed."""
 
