@@ -28,7 +28,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from palpate.controllers.paths import Measure
+from palpate.controllers.paths import GoalError
 
 TUNE_SEED, REPORT_SEED = 5000, 2000
 COVERAGES = (0.01, 0.05, 0.1, 0.3)
@@ -36,10 +36,10 @@ LONGEST = 1.6
 """The active exploration is given up at this many ways of the best raster."""
 
 ASKED = {
-    (False, Measure.RMS): 1.1,
-    (False, Measure.LARGEST): 1.1,
-    (True, Measure.RMS): 0.75,
-    (True, Measure.LARGEST): 0.65,
+    (False, GoalError.RMS): 1.1,
+    (False, GoalError.LARGEST): 1.1,
+    (True, GoalError.RMS): 0.75,
+    (True, GoalError.LARGEST): 0.65,
 }
 
 

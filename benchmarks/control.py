@@ -47,7 +47,7 @@ from palpate.runtime import Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.data import Command, Observation
 from palpate.runtime.loop import Observer
 from palpate.runtime.protocols import Controller
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import (
     ArmCarrier,
     Box,
@@ -277,7 +277,7 @@ def identified(case: Case) -> Identification:
 def carry_out(case: Case, backend: MujocoBackend, controller: Controller, observers: tuple[Observer, ...]) -> str:
     """Run a controller and return how it ended."""
     tip = backend.scene.tip
-    finger = Finger(Sphere(case.tip - FORCE / (2.0 * case.law.stiffness)), Payload(tip.mass))
+    finger = Finger(Sphere(case.tip - FORCE / (2.0 * case.law.stiffness)), SensorPayload(tip.mass))
     result = run(
         backend, Touch(finger), controller, Supervisor(Limits(force=60.0)), duration=30.0, observers=observers
     )

@@ -24,7 +24,7 @@ from palpate.experiments.explore.exploration import Exploration
 from palpate.experiments.explore.plan import plan
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Command, Finger, MemoryLog, Recorder, Supervisor, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene
 from palpate.surfaces import Sphere
 
@@ -95,7 +95,7 @@ def parts() -> Table:
     scene = build_scene(tip, SphereObject(0.04), ContactLaw(), (0.0, 0.0, 0.0479))
     backend = MujocoBackend(scene)
     sample = backend.start()
-    touch, supervisor = Touch(Finger(tip.surface, Payload(tip.mass))), Supervisor()
+    touch, supervisor = Touch(Finger(tip.surface, SensorPayload(tip.mass))), Supervisor()
     recorder = Recorder(MemoryLog())
     observation, command = touch.sense(sample), Command()
     parameters = plan(BASE, load_named_robot(BASE.robot), {}).parameters

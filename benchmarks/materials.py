@@ -31,8 +31,8 @@ from palpate.experiments.friction.confusion_picture import confusion_picture
 from palpate.friction.materials.library import MaterialLibrary, simulated_materials
 from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.next_touch import candidate_touches, next_touch
-from palpate.friction.materials.recognition import Answer, recognise
-from palpate.friction.materials.touch_evidence import NeverSlipped, Touch
+from palpate.friction.materials.recognition import RecognitionOutcome, recognise
+from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence
 from palpate.friction.materials.trials import confusion, drawn_specimen, drawn_touches
 from palpate.friction.rubbing.sliding import FrictionMeasured, measure_friction
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
@@ -94,11 +94,11 @@ def apart_figures(figures, trials, seed):
             for each in library.materials:
                 for _ in range(trials):
                     found = recognise(library, drawn_touches(each, [STROKE] * strokes, rng))
-                    unknown = found.answer is Answer.UNKNOWN
+                    unknown = found.answer is RecognitionOutcome.UNKNOWN
                     good = found.best == each.name and not unknown
                     right, refused = right + good, refused + unknown
-                    given += found.answer is Answer.RECOGNISED
-                    given_right += found.answer is Answer.RECOGNISED and good
+                    given += found.answer is RecognitionOutcome.RECOGNISED
+                    given_right += found.answer is RecognitionOutcome.RECOGNISED and good
             of = trials * COUNT
             wanted = scatter == 0.02
             name = f"{100 * scatter:g} % scatter, right after {strokes}"
@@ -123,7 +123,7 @@ def outsider_figures(figures, trials, seed):
                 other = material("outsider", mu, 3e-3, 0.02)
                 for _ in range(trials):
                     found = recognise(library, drawn_touches(other, [STROKE] * strokes, rng))
-                    unknown += found.answer is Answer.UNKNOWN
+                    unknown += found.answer is RecognitionOutcome.UNKNOWN
             of = trials * len(mus)
             asked = ">= 95 %" if strokes == wanted else ""
             kept = strokes != wanted or unknown >= 0.95 * of
@@ -150,9 +150,9 @@ def touched(specimen, scatter, source, slip, rng):
     if not isinstance(strokes, FrictionMeasured):
         return NeverSlipped.of_stroke(strokes)
     if slip.spin == 0.0:
-        return Touch.of_stroke(strokes)
+        return TouchEvidence.of_stroke(strokes)
     twists = measure_spin([finger.two_way(Motion(spin=sense * slip.spin)) for sense in (1.0, -1.0)], strokes)
-    return Touch.of_twist(twists) if isinstance(twists, SpinMeasured) else NeverSlipped.of_twist(twists)
+    return TouchEvidence.of_twist(twists) if isinstance(twists, SpinMeasured) else NeverSlipped.of_twist(twists)
 
 
 def mujoco_figures(figures, rounds, seed, picture):
@@ -176,8 +176,10 @@ def mujoco_figures(figures, rounds, seed, picture):
             cases.append((source.name, found))
             if source in library.materials:
                 counts.append(len(touches))
-                right += found.best == source.name and found.answer is not Answer.UNKNOWN
-    unknown = sum(found.answer is Answer.UNKNOWN for name, found in cases if name.startswith("stranger"))
+                right += found.best == source.name and found.answer is not RecognitionOutcome.UNKNOWN
+    unknown = sum(
+        found.answer is RecognitionOutcome.UNKNOWN for name, found in cases if name.startswith("stranger")
+    )
     figures.add("library in MuJoCo, right", share(right, len(counts)))
     figures.add("  touches until enough: mean, most", f"{np.mean(counts):.1f}, {max(counts)}")
     figures.add("  strangers said to be unknown", share(unknown, rounds * len(strangers)))
@@ -194,7 +196,7 @@ def choice_figures(figures, trials, seed):
             for _ in range(trials):
                 specimen = drawn_specimen(source, rng)
                 touches, found = [], recognise(library, [])
-                while found.answer is Answer.UNDECIDED and len(touches) < MOST_TOUCHES:
+                while found.answer is RecognitionOutcome.UNDECIDED and len(touches) < MOST_TOUCHES:
                     slip = (
                         next_touch(found, CANDIDATES).slip
                         if by_choice
@@ -205,7 +207,7 @@ def choice_figures(figures, trials, seed):
                     touches += drawn_touches(source, [slip], rng, specimen=specimen)
                     found = recognise(library, touches)
                 counts.append(len(touches))
-                right += found.best == source.name and found.answer is not Answer.UNKNOWN
+                right += found.best == source.name and found.answer is not RecognitionOutcome.UNKNOWN
         shown = f"{np.mean(counts):.2f}, right {share(right, len(counts))}"
         figures.add(f"touches until enough, {name}: mean", shown)
 

@@ -16,11 +16,11 @@ from palpate.friction.slip.grip_dither import GripDither
 from palpate.friction.slip.kinds import SlipKind
 from palpate.runtime.data import Command
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Lift
 from palpate.sim.fidelity import GRAVITY
 from palpate.sim.hand.backend import HandBackend
-from palpate.sim.hand.load import Load, RampLoad
+from palpate.sim.hand.load import ObjectLoad, RampLoad
 from palpate.spatial import ZERO, Matrix, Vector, Wrench, cross, norm, rotate
 
 GRIP = 4.0
@@ -79,7 +79,7 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """A pull downwards that goes any course. A `Load`.
+    """A pull downwards that goes any course. A `ObjectLoad`.
 
     Attributes:
         pull: Every TIME_STEP from the beginning on [N].
@@ -131,7 +131,7 @@ def command_at(time: float, dither: GripDither | None, lifts: bool = True) -> Co
 
 def held_up(
     true: LimitSurface,
-    load: Load,
+    load: ObjectLoad,
     until: float,
     seed: int,
     dither: GripDither | None,
@@ -150,7 +150,7 @@ def held_up(
     scene = scene_with(true, Rubs.BRISTLES, Lift())
     backend = HandBackend(scene, PERIOD, sensor=sensor_of(seed), load=load)
     tip = scene.hand.tip
-    finger = Finger(tip.surface, Payload(tip.mass, tip.center_of_mass))
+    finger = Finger(tip.surface, SensorPayload(tip.mass, tip.center_of_mass))
     touch = Touch(finger, finger)
     sample = backend.start()
     onset = told = math.inf

@@ -9,7 +9,7 @@ from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampF
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.gains import ForceGain, force_gain, series_stiffness, tracking_delay
 from palpate.controllers.guarded_approach import Loss
-from palpate.controllers.identification import Identification, Measured
+from palpate.controllers.identification import Identification, MeasuredValue
 from palpate.controllers.identify import IdentifyController, IdentifyParameters
 from palpate.controllers.landing import LandingModel
 from palpate.controllers.margins import LoopMargins
@@ -54,7 +54,7 @@ __all__ = [
     "LandingModel",
     "LoopMargins",
     "Loss",
-    "Measured",
+    "MeasuredValue",
     "NormalAxis",
     "NormalForce",
     "NormalTracker",

@@ -33,7 +33,7 @@ SMALLER = 0.95
 
 
 @dataclass(frozen=True, slots=True)
-class Mounting:
+class SpringMounting:
     """A mass on a spring and a damper, which carries the surface.
 
     Attributes:
@@ -66,7 +66,7 @@ class DampedContact:
     stiffness: float
     damping_time: float = 0.0
     servo_stiffness: float = math.inf
-    mounting: Mounting | None = None
+    mounting: SpringMounting | None = None
 
     def __post_init__(self) -> None:
         positive("stiffness", self.stiffness, "N/m")

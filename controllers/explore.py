@@ -20,8 +20,8 @@ from palpate.controllers.guarded_approach import ContactEvent, GuardedApproach, 
 from palpate.controllers.held_force import HeldForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import Orientation, carried_along
-from palpate.controllers.paths.felt import Felt
-from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke, Touch
+from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke, TouchOnce
 from palpate.controllers.paths.plane import Point
 from palpate.controllers.paths.slides import Slide, slide
 from palpate.controllers.paths.strategy import Strategy
@@ -194,7 +194,7 @@ class ExploreController:
         elif isinstance(leg, Hop):
             self._low = self._space.top
             self._fly(Flight(self._space, state, (leg.to, self._space.top)), state)
-        elif isinstance(leg, Touch):
+        elif isinstance(leg, TouchOnce):
             low = self._ended is LegEnd.REACHED
             self._fly(Flight(self._space, state, (leg.at, self._low if low else self._space.top)), state)
         elif self._pressing(state):
@@ -223,7 +223,7 @@ class ExploreController:
     def _next_leg(self, how: LegEnd, state: TipState) -> None:
         self._ending, self._ended = None, how
         leg = self.leg
-        if how is LegEnd.REACHED and isinstance(leg, Hop | Touch):
+        if how is LegEnd.REACHED and isinstance(leg, Hop | TouchOnce):
             self._begin = leg.to if isinstance(leg, Hop) else leg.at
         elif how is LegEnd.REACHED and isinstance(leg, Stroke):
             self._begin = leg.corners[-1]
@@ -247,7 +247,7 @@ class ExploreController:
             self.contact.enter(self._outcome)
         elif not flight.arrived:
             self._conclude(LegEnd.BLOCKED)
-        elif isinstance(self.leg, Touch) and self._slide is not None:  # it has touched and is back
+        elif isinstance(self.leg, TouchOnce) and self._slide is not None:  # it has touched and is back
             self._low = min(self._plane.flat(state.tip)[2], self._space.top)
             self._conclude(LegEnd.REACHED)
         else:
@@ -268,7 +268,7 @@ class ExploreController:
     # on the surface
 
     def _lose(self, state: TipState) -> None:
-        if isinstance(self.leg, Touch):  # it was felt, which is all that was wanted
+        if isinstance(self.leg, TouchOnce):  # it was felt, which is all that was wanted
             self._retreat(self.leg, state)
             return
         if self._slide is not None:
@@ -284,7 +284,7 @@ class ExploreController:
             acceleration = self._parameters.acceleration
             self._slide = slide(leg, self._begin, self._place(state), self._plane, acceleration, self._period)
         contact = add(state.position, state.lever)
-        ahead = Felt(state.tip, contact, scale(-1.0, self._tracker.predicted))
+        ahead = ContactPeriod(state.tip, contact, scale(-1.0, self._tracker.predicted))
         along = self._slide.step(ahead, self.live.value("speed"))
         if along is LegEnd.STEEP:
             self._conclude(along)
@@ -293,9 +293,9 @@ class ExploreController:
             self._force.sweep(state.time)
             self.contact.enter(Phase.SCAN)
         self._swept = True
-        found = self.strategy.feel(Felt(state.tip, contact, scale(-1.0, state.normal)))
+        found = self.strategy.feel(ContactPeriod(state.tip, contact, scale(-1.0, state.normal)))
         if isinstance(along, LegEnd):
-            if isinstance(leg, Touch):
+            if isinstance(leg, TouchOnce):
                 self._retreat(leg, state)
             else:
                 self._conclude(along)
@@ -306,7 +306,7 @@ class ExploreController:
         elif not self._in_room(state):
             self._conclude(LegEnd.BLOCKED)
 
-    def _retreat(self, leg: Touch, state: TipState) -> None:
+    def _retreat(self, leg: TouchOnce, state: TipState) -> None:
         self._along = ZERO
         self._fly(Flight(self._space, state, back=leg.retreat), state)
 

@@ -32,7 +32,7 @@ SIGMAS = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class MeasuredValue:
     """A number and its standard deviation."""
 
     value: float
@@ -59,15 +59,15 @@ class Identification:
         admittance: A law that bears a larger gain, where one is found; None where the direct law does as well.
     """
 
-    stiffness: Measured
+    stiffness: MeasuredValue
     linear: bool
     stiffness_low: float
     stiffness_high: float
     damping_time: float
-    servo_stiffness: Measured | None
-    series_stiffness: Measured
-    lag: Measured
-    delay: Measured
+    servo_stiffness: MeasuredValue | None
+    series_stiffness: MeasuredValue
+    lag: MeasuredValue
+    delay: MeasuredValue
     oscillation_frequency: float
     gain: ForceGain
     phase_margin_deg: float
@@ -144,7 +144,7 @@ def identify(
         servo_stiffness=servo,
         series_stiffness=series,
         lag=_lag(tones[0]),
-        delay=Measured(delay, delay * relative),
+        delay=MeasuredValue(delay, delay * relative),
         oscillation_frequency=frequency / (2.0 * math.pi),
         gain=ForceGain(gain, series.value, delay),
         phase_margin_deg=response.phase_margin_deg(gain),
@@ -158,15 +158,17 @@ def _too_short(samples: int) -> InvalidValueError:
     )
 
 
-def _contact(force: FloatArray, depth: FloatArray, velocity: FloatArray) -> tuple[Measured, Measured, float]:
+def _contact(
+    force: FloatArray, depth: FloatArray, velocity: FloatArray
+) -> tuple[MeasuredValue, MeasuredValue, float]:
     """K [N/m], its slope q [N/m^2] and c / K [s] of F = F0 + K x + q x^2 + c v, x from the middle."""
     x = depth - 0.5 * (depth.min() + depth.max())
     columns = np.stack([np.ones_like(x), x, x * x, velocity], axis=1)
     found, sd = _least_squares(columns, force)
-    return Measured(found[1], sd[1]), Measured(found[2], sd[2]), found[3] / found[1]
+    return MeasuredValue(found[1], sd[1]), MeasuredValue(found[2], sd[2]), found[3] / found[1]
 
 
-def _servo(force: FloatArray, behind: FloatArray, depth: FloatArray, velocity: FloatArray) -> Measured | None:
+def _servo(force: FloatArray, behind: FloatArray, depth: FloatArray, velocity: FloatArray) -> MeasuredValue | None:
     """The servo's stiffness from how far the tip is behind its commands: F / K_s + lag v, from where it began."""
     columns = np.stack([np.ones_like(force), force, velocity], axis=1)
     found, sd = _least_squares(columns, behind)
@@ -174,21 +176,21 @@ def _servo(force: FloatArray, behind: FloatArray, depth: FloatArray, velocity: F
     # a hundredth of the contact's own compliance is what the ramps' ends, not noise, make uncertain
     if compliance < max(SIGMAS * uncertainty, 0.01 * float(np.ptp(depth) / np.ptp(force))):
         return None
-    return Measured(1.0 / compliance, uncertainty / compliance**2)
+    return MeasuredValue(1.0 / compliance, uncertainty / compliance**2)
 
 
-def _series(contact: Measured, servo: Measured | None) -> Measured:
+def _series(contact: MeasuredValue, servo: MeasuredValue | None) -> MeasuredValue:
     """Both in series; compliances add up, and so do their variances."""
     if servo is None:
         return contact
     value = series_stiffness(contact.value, servo.value)
-    return Measured(value, value**2 * math.hypot(contact.sd / contact.value**2, servo.sd / servo.value**2))
+    return MeasuredValue(value, value**2 * math.hypot(contact.sd / contact.value**2, servo.sd / servo.value**2))
 
 
-def _lag(tone: Tone) -> Measured:
+def _lag(tone: Tone) -> MeasuredValue:
     """Lag of the tip behind its commands."""
     depth, wanted = tone.amplitude(0), tone.amplitude(1)
-    return Measured(lag_of(depth / wanted, tone.angular), tone.noise(0) / (abs(depth) * tone.angular))
+    return MeasuredValue(lag_of(depth / wanted, tone.angular), tone.noise(0) / (abs(depth) * tone.angular))
 
 
 def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[list[float], list[float]]:

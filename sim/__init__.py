@@ -4,7 +4,7 @@ from palpate.sim import headless as headless
 from palpate.sim import mujoco_version as mujoco_version
 from palpate.sim.backend import MujocoBackend
 from palpate.sim.carriers.arm_carrier import ArmCarrier
-from palpate.sim.carriers.carrier import Carrier, Drive, Load
+from palpate.sim.carriers.carrier import CarriedMass, Carrier, Drive
 from palpate.sim.carriers.fixed import Fixed
 from palpate.sim.carriers.lift import Lift
 from palpate.sim.carriers.stage import Stage
@@ -37,6 +37,7 @@ from palpate.sim.tip import Tip
 __all__ = [
     "ArmCarrier",
     "Box",
+    "CarriedMass",
     "Carrier",
     "Cone",
     "ContactLaw",
@@ -51,7 +52,6 @@ __all__ = [
     "Integrator",
     "JointKind",
     "Lift",
-    "Load",
     "Mount",
     "MovingTarget",
     "MujocoBackend",

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.runtime.touch import Finger
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim.one_contact import one_contact
 from palpate.sim.tip_mesh import tip_mesh
 from palpate.surfaces import (
@@ -76,7 +76,7 @@ class Tip:
 
     def finger(self) -> Finger:
         """Return what touch is told of this tip on a perfect sensor: its surface, and what it weighs."""
-        return Finger(self.surface, Payload(self.mass, self.center_of_mass))
+        return Finger(self.surface, SensorPayload(self.mass, self.center_of_mass))
 
     @property
     def center_of_mass(self) -> tuple[float, float, float]:

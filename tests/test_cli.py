@@ -11,7 +11,7 @@ from time import sleep
 import pytest
 
 from palpate import __version__
-from palpate.cli import Command, Group, main
+from palpate.cli import CommandGroup, TypedCommand, main
 from palpate.commands.answer import ExitCode
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.runtime.robot import shipped_robots
@@ -276,7 +276,7 @@ def ending(monkeypatch):
             return result
 
         monkeypatch.setitem(sys.modules, "made_up", types.SimpleNamespace(run=runner))
-        made = {"made": Group({"up": Command(Nothing, "made_up:run", "Nothing.")}, "Nothing.")}
+        made = {"made": CommandGroup({"up": TypedCommand(Nothing, "made_up:run", "Nothing.")}, "Nothing.")}
         monkeypatch.setattr("palpate.cli.typed_commands", lambda: made)
         return main(["made", "up"])
 

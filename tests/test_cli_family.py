@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.cli import Group, main, typed_commands
+from palpate.cli import CommandGroup, main, typed_commands
 from palpate.commands.answer import ExitCode
 from palpate.experiments.kit.registry import experiment_names
 from palpate.hw.rig import Rig
@@ -18,7 +18,7 @@ from palpate.sim.hand.backend import HandBackend
 from support.cli_samples import SAMPLES, leaves, prepared
 
 COMMAND_NAMES = [*leaves()]
-GROUPS = [name for name, what in typed_commands().items() if isinstance(what, Group)]
+GROUPS = [name for name, what in typed_commands().items() if isinstance(what, CommandGroup)]
 MOVING = experiment_names()
 QUICK = [name for name, sample in SAMPLES.items() if sample.success and name not in MOVING]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from palpate.cli import Group, main, typed_commands
+from palpate.cli import CommandGroup, main, typed_commands
 from palpate.runtime.robot import shipped_robots
 from support.document_blocks import DOCS, MARK, ROOT, Kind, blocks, documents, name_of, words_of
 
@@ -190,7 +190,7 @@ def test_every_command_that_it_names_exists(document):
         if f"palpate {name}" not in inside:
             continue  # a line of prose that happens to begin so
         command = typed_commands()[name]
-        if isinstance(command, Group):
+        if isinstance(command, CommandGroup):
             assert not second or second in command.commands, f"{name} {second}"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from active_exploration.shapes import HALF, Shape
 from active_exploration.spline_map import SplineMap
 from active_exploration.touch import feel, means
-from palpate.controllers.paths import Active, Ended, Felt, Goal, Hop, LegEnd, Measure, Stroke
+from palpate.controllers.paths import Active, ContactPeriod, Ended, Goal, GoalError, Hop, LegEnd, Stroke
 
 RASTERS = (*range(2, 26), 28, 31, 35, 41)
 MOST_LEGS = 400
@@ -20,17 +20,17 @@ class Rule:
     """When to stop, and how the exploration is told."""
 
     name: str
-    measure: Measure
+    measure: GoalError
     limit: float  # [mm], of the true error
     goal: float  # [m], what the planner aims at
 
     def met(self, off: np.ndarray) -> bool:
         """Whether true errors [mm] meet it."""
-        error = np.sqrt((off**2).mean()) if self.measure is Measure.RMS else np.abs(off).max()
+        error = np.sqrt((off**2).mean()) if self.measure is GoalError.RMS else np.abs(off).max()
         return bool(error <= self.limit)
 
 
-RULES = (Rule("RMS 0.02 mm", Measure.RMS, 0.02, 2e-5), Rule("max 0.1 mm", Measure.LARGEST, 0.1, 6e-5))
+RULES = (Rule("RMS 0.02 mm", GoalError.RMS, 0.02, 2e-5), Rule("max 0.1 mm", GoalError.LARGEST, 0.1, 6e-5))
 
 
 def best_rasters(shape: Shape, seed: int) -> dict[Rule, float]:
@@ -81,7 +81,7 @@ def explore(shape: Shape, rule: Rule, seed: int) -> Iterator[Step]:
             for x, y, z, zx, zy in contacts.tolist():
                 s = 1.0 / math.sqrt(1.0 + zx * zx + zy * zy)
                 point = (1e-3 * x, 1e-3 * y, 1e-3 * z)
-                planner.feel(Felt(point, point, (-zx * s, -zy * s, s)))
+                planner.feel(ContactPeriod(point, point, (-zx * s, -zy * s, s)))
             found.add(*means(contacts))
             off = found.off(shape)
         yield Step(corners, isinstance(leg, Stroke), way, off)

@@ -29,7 +29,7 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime.data import Observation
 from palpate.runtime.protocols import Controller
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, Lift, TurningStage
 from palpate.sim.carriers.carrier import Carrier
 from palpate.sim.fidelity import GRAVITY
@@ -37,7 +37,7 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand import two_finger_hand
-from palpate.sim.hand.load import Load, RampLoad, SumOfLoads
+from palpate.sim.hand.load import ObjectLoad, RampLoad, SumOfLoads
 from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
 from palpate.sim.hand.truth import HandTruth
 from palpate.sim.objects.table import Table
@@ -169,7 +169,7 @@ class Pull:
         return self.grows + self.duration + HELD_AFTER
 
     @property
-    def load(self) -> Load:
+    def load(self) -> ObjectLoad:
         """As the scene takes it."""
         at, before = (0.0, self.offset, 0.0), (0.0, 0.0, -self.before)
         growth = (0.0, 0.0, self.before - self.after)
@@ -260,7 +260,7 @@ def hold(
     scene = scene_with(true, rubs, TurningStage() if nudged else Lift())
     backend = HandBackend(scene, PERIOD, sensor=sensor_of(seed, cross_talk), load=pull.load)
     tip = scene.hand.tip
-    finger = Finger(tip.surface, Payload(tip.mass, tip.center_of_mass))
+    finger = Finger(tip.surface, SensorPayload(tip.mass, tip.center_of_mass))
     touch = Touch(finger, finger)
     grip = SlipSafeGrip(2, belief, PERIOD, parameters, plan=CommonGrip(2, belief, PERIOD, parameters, need))
     controller: Controller = LiftController(grip, PERIOD, LIFT)

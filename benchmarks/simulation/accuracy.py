@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contacts_from_wrenches
 from palpate.sim import SensorModel
 from palpate.sim.sensor.simulation import simulated_sensor
@@ -52,7 +52,7 @@ def accuracy(
         seeds: Of the sensor, one run for each.
     """
     carried = tip()
-    payload = Payload(carried.mass, carried.center_of_mass) if compensated else Payload()
+    payload = SensorPayload(carried.mass, carried.center_of_mass) if compensated else SensorPayload()
     wrenches = np.vstack([_sensed(ridden, sensor or SensorModel(), payload, seed) for seed in seeds])
     points, torque = (np.concatenate([each] * len(seeds)) for each in (ridden.points, ridden.spin_torque))
     surface = tip_surface(0.5 * FORCE / stiffness if shrunk else 0.0)
@@ -69,7 +69,7 @@ def accuracy(
     )
 
 
-def _sensed(ridden: Ride, model: SensorModel, payload: Payload, seed: int) -> FloatArray:
+def _sensed(ridden: Ride, model: SensorModel, payload: SensorPayload, seed: int) -> FloatArray:
     sensor = simulated_sensor(model, SAMPLE, seed)
     found = []
     for i, row in enumerate(np.hstack([ridden.loads, ridden.accelerations]).tolist()):

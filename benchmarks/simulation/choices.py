@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Cone, Fidelity, Integrator, SeededSensor, SensorModel, Stage
 from palpate.sim.contact_law import pair_parameters
 from palpate.sim.friction.law import FrictionLaw
@@ -107,7 +107,7 @@ def touch_choices(base: Touching) -> tuple[TouchChoice, ...]:
 def sensor_choices() -> tuple[TouchChoice, ...]:
     """Return the sensors that a stage may carry, and the lack of compensation."""
     base = Touching()
-    uncompensated = replace(base, payload=Payload())
+    uncompensated = replace(base, payload=SensorPayload())
     return (
         *(
             TouchChoice(name, Group.SENSOR, replace(base, sensor=SeededSensor(model)), False)

@@ -19,7 +19,7 @@ from palpate.controllers.paths import Follow
 from palpate.errors import InvalidValueError
 from palpate.runtime import Command, Finger, Touch
 from palpate.runtime.data import Observation, Phase, Sample
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import (
     ArmCarrier,
     Carrier,
@@ -71,7 +71,7 @@ class Touching:
     law: ContactLaw = EXPLORE.law
     carrier: Carrier = EXPLORE.carrier
     sensor: SeededSensor = field(default_factory=SeededSensor)
-    payload: Payload = field(default_factory=lambda: Payload(TIP.mass, TIP.center_of_mass))
+    payload: SensorPayload = field(default_factory=lambda: SensorPayload(TIP.mass, TIP.center_of_mass))
     plant: FrictionLaw | None = None
     every_collision: bool = False
     period: float = PERIOD

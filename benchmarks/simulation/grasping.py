@@ -10,7 +10,7 @@ import numpy as np
 from palpate.errors import InvalidValueError
 from palpate.runtime import Finger, Touch
 from palpate.runtime.data import Command
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, Fidelity, SeededSensor
 from palpate.sim.contact_law import solimp, solref
 from palpate.sim.hand.backend import HandBackend
@@ -84,7 +84,7 @@ class Hold:
 
     def __init__(self, choice: Holding) -> None:
         self.choice, self.backend = choice, HandBackend(choice.scene(), PERIOD, choice.sensor)
-        payload = Payload(HAND.tip.mass, HAND.tip.center_of_mass)
+        payload = SensorPayload(HAND.tip.mass, HAND.tip.center_of_mass)
         self.touch = Touch(*(Finger(HAND.tip.surface, payload),) * HAND.fingers)
         model = self.backend.scene.model
         weight = model.opt.gravity.copy()

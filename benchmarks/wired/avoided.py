@@ -12,7 +12,7 @@ from statistics import median
 from time import monotonic, sleep
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.ur import ForceTask, Payload
+from palpate.hw.ur import FlangePayload, ForceTask
 from palpate.kinematics.pose import Pose
 from palpate.runtime.real_time import RealTime
 from palpate.spatial import ZERO
@@ -45,7 +45,7 @@ def commands_sent(cell: Cell) -> set[int]:
     arm.stop()
     heard()
     arm.tare()
-    arm.set_payload(Payload(0.0))
+    arm.set_payload(FlangePayload(0.0))
     arm.set_tool(Pose())
     arm.set_speed_slider(1.0)
     with arm.freedrive():

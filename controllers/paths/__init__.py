@@ -3,16 +3,16 @@
 from palpate.controllers.paths.active import Active, ActiveSettings
 from palpate.controllers.paths.contour import Contour
 from palpate.controllers.paths.features import FeatureLimits, FeatureWatch
-from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.follow import Follow, Path
-from palpate.controllers.paths.goal import Enough, Goal, Measure
-from palpate.controllers.paths.legs import Circuit, Ended, Hop, Leg, LegEnd, Stroke, Touch
-from palpate.controllers.paths.marks import Event, Mark
+from palpate.controllers.paths.goal import Enough, Goal, GoalError
+from palpate.controllers.paths.legs import Circuit, Ended, Hop, Leg, LegEnd, Stroke, TouchOnce
+from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.controllers.paths.missed import TouchNoise
 from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.raster import Raster
-from palpate.controllers.paths.rows import Rows
+from palpate.controllers.paths.rows import RasterRows
 from palpate.controllers.paths.spiral import Spiral
 from palpate.controllers.paths.steering import EdgeSteering, LevelSteering, Steering, Turn
 from palpate.controllers.paths.strategy import Strategy
@@ -23,35 +23,35 @@ __all__ = [
     "Active",
     "ActiveSettings",
     "Circuit",
+    "ContactPeriod",
     "Contour",
     "EdgeSteering",
     "Ended",
     "Enough",
-    "Event",
     "FeatureLimits",
     "FeatureWatch",
-    "Felt",
     "Follow",
     "Goal",
+    "GoalError",
     "Hop",
     "Leg",
     "LegEnd",
     "LevelSteering",
     "Mark",
-    "Measure",
     "Path",
+    "PathEvent",
     "PathFollower",
     "PathPlane",
     "Point",
     "Raster",
-    "Rows",
+    "RasterRows",
     "Spiral",
     "Steering",
     "Strategy",
     "Stroke",
     "Taps",
-    "Touch",
     "TouchNoise",
+    "TouchOnce",
     "Turn",
     "Waypoints",
     "tap_grid",

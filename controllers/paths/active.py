@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 from palpate.controllers.paths.coarse import CoarseGap
 from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import Felt
-from palpate.controllers.paths.goal import Enough, Goal, Measure
+from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.goal import Enough, Goal, GoalError
 from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.missed import TouchNoise
@@ -24,7 +24,7 @@ from palpate.controllers.paths.row import Row, RowRecorder
 from palpate.controllers.paths.strips import Columns, Expectation, Place, Strip
 from palpate.errors import InvalidValueError, positive
 
-__all__ = ["Active", "ActiveSettings", "Goal", "Measure"]
+__all__ = ["Active", "ActiveSettings", "Goal", "GoalError"]
 
 COLUMN = 5e-4
 """Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path tells."""
@@ -79,9 +79,9 @@ class ActiveSettings:
             )
 
     @classmethod
-    def suited(cls, measure: Measure) -> "ActiveSettings":
+    def suited(cls, measure: GoalError) -> "ActiveSettings":
         """Return the defaults for a measure: the largest error asks for closer rows than the mean does."""
-        return cls() if measure is Measure.RMS else cls(caution=0.85)
+        return cls() if measure is GoalError.RMS else cls(caution=0.85)
 
 
 class Active:
@@ -147,7 +147,7 @@ class Active:
         self._obstacles: list[Point] = []  # where legs did not end well
         self.way = 0.0
 
-    def feel(self, felt: Felt) -> bool:
+    def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
         self._diary.feel(felt)
         u, v, height = self.plane.flat(felt.tip)
@@ -262,7 +262,7 @@ class Active:
         goal = self._goal
         error = level * goal.error
         tolerance = error
-        if goal.measure is Measure.RMS:
+        if goal.measure is GoalError.RMS:
             tolerance = level * DETAIL * goal.error**2 * (self._u[1] - self._u[0]) * (self._v[1] - self._v[0])
         found = self._columns.loud(goal.measure.value, error, tolerance, tails=tails)
         return [s for s in found if s.gap >= 2.0 * self._settings.finest and s.place not in self._tried]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from palpate.controllers.paths.goal import Measure
+from palpate.controllers.paths.goal import GoalError
 from palpate.controllers.paths.missed import TouchNoise, missed_around
 from palpate.controllers.paths.row import Row
 from palpate.errors import FloatArray
@@ -39,9 +39,9 @@ class CoarseGap:
         self._spacing = spacing
         self._missed: dict[tuple[int, float], FloatArray] = {}
 
-    def wanted(self, rows: list[Row], error: float, measure: Measure, widest: float) -> float:
+    def wanted(self, rows: list[Row], error: float, measure: GoalError, widest: float) -> float:
         """Return the distance of rows at which the error [m] is expected, at most `widest` [m]."""
-        if measure is Measure.LARGEST:
+        if measure is GoalError.LARGEST:
             widest = min(widest, math.sqrt(error / (RIM * max(self._curvature(rows), 1e-6))))
         for gap in LADDER:
             typical = self.typical(rows, gap, measure)
@@ -59,14 +59,14 @@ class CoarseGap:
         every = np.concatenate(bends)
         return float(np.median(every)) if len(every) else 0.0
 
-    def typical(self, rows: list[Row], gap: float, measure: Measure) -> float:
+    def typical(self, rows: list[Row], gap: float, measure: GoalError) -> float:
         """Return what rows this far apart miss between them where there is no detail [m]."""
         values = [self._along(k, row, gap) for k, row in enumerate(rows)]
         every = np.concatenate(values) if values else np.zeros(0)
         if not len(every):
             return 0.0
         usual = every[every <= DETAIL * np.median(every)]
-        if measure is Measure.RMS:
+        if measure is GoalError.RMS:
             return float(np.sqrt(np.mean(usual**2)))
         return float(np.quantile(usual, 0.95))
 

@@ -3,7 +3,7 @@
 import math
 
 from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.legs import Circuit, Ended, Hop, Leg, LegEnd
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.plane import PathPlane, Point
@@ -63,7 +63,7 @@ class Contour:
         self._last: Vector | None = None
         self._heading: Vector | None = None
 
-    def feel(self, felt: Felt) -> bool:
+    def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`: true where the curve closes."""
         self._diary.feel(felt)
         if self._next < 2 or self.closed:

@@ -1,20 +1,20 @@
 """Collects the marks of a strategy."""
 
 from palpate.controllers.paths.features import FeatureLimits, FeatureWatch
-from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.legs import Ended, LegEnd
-from palpate.controllers.paths.marks import Event, Mark
+from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.spatial import Vector
 
 EVENTS = {
-    LegEnd.MISSED: (Event.UNREACHABLE, "nothing was met within the approach distance"),
-    LegEnd.LOST: (Event.LOST, "the surface was lost, and one slow bounded search did not find it"),
-    LegEnd.STEEP: (Event.STEEP, "steeper than what can be followed: the rest of the leg was left out"),
+    LegEnd.MISSED: (PathEvent.UNREACHABLE, "nothing was met within the approach distance"),
+    LegEnd.LOST: (PathEvent.LOST, "the surface was lost, and one slow bounded search did not find it"),
+    LegEnd.STEEP: (PathEvent.STEEP, "steeper than what can be followed: the rest of the leg was left out"),
     LegEnd.BLOCKED: (
-        Event.BLOCKED,
+        PathEvent.BLOCKED,
         "the force rose against the motion, or the robot's room ended: the rest of the leg was left out",
     ),
-    LegEnd.OVERLONG: (Event.OPEN, "the contour did not close within the length that was allowed"),
+    LegEnd.OVERLONG: (PathEvent.OPEN, "the contour did not close within the length that was allowed"),
 }
 
 OUT_OF_REACH = "the tip could not be brought there: something stood in the way, or the robot's room ended"
@@ -33,7 +33,7 @@ class Diary:
         """All so far, in order."""
         return tuple(self._marks)
 
-    def feel(self, felt: Felt) -> None:
+    def feel(self, felt: ContactPeriod) -> None:
         """Take one period in contact."""
         self._contact = felt.contact
         mark = self._watch.feel(felt)
@@ -46,7 +46,7 @@ class Diary:
         if mark is not None:
             self._marks.append(mark)
         if ended.how is LegEnd.BLOCKED and aim is not None:
-            self._marks.append(Mark(Event.UNREACHABLE, aim, OUT_OF_REACH))
+            self._marks.append(Mark(PathEvent.UNREACHABLE, aim, OUT_OF_REACH))
         elif ended.how in EVENTS:
             event, reason = EVENTS[ended.how]
             self._marks.append(Mark(event, self._contact or ended.tip, reason))

@@ -9,8 +9,8 @@ its orientation; only how far the normal turns differs.
 import math
 from dataclasses import dataclass
 
-from palpate.controllers.paths.felt import Felt
-from palpate.controllers.paths.marks import Event, Mark
+from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.errors import positive
 from palpate.spatial import Vector, add, dot, norm, scale, subtract
 
@@ -46,16 +46,16 @@ class FeatureWatch:
     def __init__(self, limits: FeatureLimits | None = None) -> None:
         self._limits = limits or FeatureLimits()
         self._least_cos = math.cos(self._limits.turn)
-        self._before: Felt | None = None  # where the window began
-        self._anchor: Felt | None = None  # since when the contact stays
-        self._calm: Felt | None = None  # the anchor before that: not leaning over an edge yet
-        self._level: Felt | None = None  # the last before the present group of features
-        self._found: list[tuple[Event, Vector]] = []
+        self._before: ContactPeriod | None = None  # where the window began
+        self._anchor: ContactPeriod | None = None  # since when the contact stays
+        self._calm: ContactPeriod | None = None  # the anchor before that: not leaning over an edge yet
+        self._level: ContactPeriod | None = None  # the last before the present group of features
+        self._found: list[tuple[PathEvent, Vector]] = []
         self._since = 0.0  # way of the tip since the last of them
-        self._last: Felt | None = None
+        self._last: ContactPeriod | None = None
         self._edge_told = False
 
-    def feel(self, felt: Felt) -> Mark | None:
+    def feel(self, felt: ContactPeriod) -> Mark | None:
         """Take one period; return what was completed, usually nothing."""
         last, before, anchor = self._last, self._before, self._anchor
         self._last = felt
@@ -66,7 +66,7 @@ class FeatureWatch:
         self._since += norm(subtract(felt.tip, last.tip))
         moved, went = norm(subtract(felt.contact, before.contact)), norm(subtract(felt.tip, before.tip))
         if moved > limits.contrast * went and dot(felt.normal, before.normal) < self._least_cos:
-            self._note(Event.TIGHT, scale(0.5, add(felt.contact, before.contact)), before)
+            self._note(PathEvent.TIGHT, scale(0.5, add(felt.contact, before.contact)), before)
             self._before = self._anchor = felt
             self._edge_told = False
             return None
@@ -77,7 +77,7 @@ class FeatureWatch:
             self._calm, self._anchor, self._edge_told = anchor, felt, False
         elif not self._edge_told and dot(felt.normal, anchor.normal) < self._least_cos:
             self._edge_told = True
-            self._note(Event.EDGE, felt.contact, self._calm or anchor)
+            self._note(PathEvent.EDGE, felt.contact, self._calm or anchor)
         if self._found and self._since > limits.together:
             return self.close()
         return None
@@ -91,7 +91,7 @@ class FeatureWatch:
         kinds = {event for event, _ in found}
         position = found[0][1]
         rise = dot(subtract(now.contact, level.contact), level.normal)
-        both = Event.STEP if abs(rise) > self._limits.step else Event.HOLE
+        both = PathEvent.STEP if abs(rise) > self._limits.step else PathEvent.HOLE
         event = both if len(kinds) > 1 else found[0][0]
         return Mark(event, position, _reason(event, rise))
 
@@ -102,18 +102,18 @@ class FeatureWatch:
         self._edge_told = False
         return mark
 
-    def _note(self, event: Event, position: Vector, level: Felt) -> None:
+    def _note(self, event: PathEvent, position: Vector, level: ContactPeriod) -> None:
         if not self._found:
             self._level = level
         self._found.append((event, position))
         self._since = 0.0
 
 
-def _reason(event: Event, rise: float) -> str:
-    if event is Event.EDGE:
+def _reason(event: PathEvent, rise: float) -> str:
+    if event is PathEvent.EDGE:
         return "the tip rolled over a convex edge"
-    if event is Event.TIGHT:
+    if event is PathEvent.TIGHT:
         return "the contact jumped across the tip: what lies between is tighter than the tip and was not felt"
-    if event is Event.STEP:
+    if event is PathEvent.STEP:
         return f"beyond an edge the surface goes on {1e3 * abs(rise):.2f} mm {'higher' if rise > 0.0 else 'lower'}"
     return "an opening narrower than the tip: its bottom was not felt"

@@ -6,7 +6,7 @@ from palpate.spatial import Vector
 
 
 @dataclass(frozen=True, slots=True)
-class Felt:
+class ContactPeriod:
     """One period in contact.
 
     Attributes:

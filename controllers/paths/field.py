@@ -31,7 +31,7 @@ class Cell(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Attempt:
+class LandingSite:
     """One place to land.
 
     Attributes:
@@ -49,7 +49,7 @@ class Attempt:
     probe: bool = False
 
 
-class Field:
+class CellGrid:
     """Rows cut into cells of about a millimetre.
 
     Attributes:
@@ -107,7 +107,7 @@ class Field:
         if 0 <= cell < self.count:
             self._states[row, cell] = Cell.FAILED
 
-    def give_up(self, attempt: Attempt) -> None:
+    def give_up(self, attempt: LandingSite) -> None:
         """An attempt has met nothing: what lies before it is left out, and more of it the next time."""
         row, cell, states = attempt.row, attempt.cell, self._states[attempt.row]
         between = slice(min(attempt.edge, cell), max(attempt.edge, cell) + 1)
@@ -127,7 +127,7 @@ class Field:
                 break
         return end
 
-    def best(self, tip: Point, *, touching: bool) -> Attempt | None:
+    def best(self, tip: Point, *, touching: bool) -> LandingSite | None:
         """Return the nearest place beside which, in the next row, the surface was felt; None if there is none.
 
         Args:
@@ -139,7 +139,7 @@ class Field:
         beside[1:] |= felt[:-1]
         beside[:-1] |= felt[1:]
         wanted = beside & (self._states == Cell.UNKNOWN)
-        found: list[tuple[float, Attempt]] = []
+        found: list[tuple[float, LandingSite]] = []
         for row in np.flatnonzero(wanted.any(axis=1)).tolist():
             padded = np.concatenate([[False], wanted[row], [False]])
             bounds = np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)
@@ -149,7 +149,7 @@ class Field:
                     found.append((math.dist(self.place(row, attempt.cell), tip), attempt))
         return min(found, key=lambda one: one[0])[1] if found else None
 
-    def _attempt(self, row: int, first: int, last: int, tip: Point, *, touching: bool) -> Attempt | None:
+    def _attempt(self, row: int, first: int, last: int, tip: Point, *, touching: bool) -> LandingSite | None:
         """Where to land in a run of cells; None if it is too short to be worth it."""
         states, length = self._states[row], last - first + 1
         ends = (first - 1, last + 1)
@@ -166,9 +166,9 @@ class Field:
             offset = 0  # rows end there
         if offset >= length:
             offset = length // 2
-        return Attempt(row, edge + inwards * offset, inwards, edge)
+        return LandingSite(row, edge + inwards * offset, inwards, edge)
 
-    def hidden(self) -> Attempt | None:
+    def hidden(self) -> LandingSite | None:
         """Return the middle of the largest island that may still be hidden; None if it is as small as a gap."""
         tried = (self._states == Cell.FELT) | (self._states == Cell.FAILED)
         outside = np.pad(~tried, 1)  # an island ends with the field
@@ -176,7 +176,7 @@ class Field:
         row, cell = (int(k) for k in np.unravel_index(int(distance.argmax()), distance.shape))
         if distance[row, cell] <= self._apart:
             return None
-        return Attempt(row, cell, 1 if 2 * cell < self.count else -1, cell, probe=True)
+        return LandingSite(row, cell, 1 if 2 * cell < self.count else -1, cell, probe=True)
 
     def patience(self) -> int:
         """Return how often to probe in vain: as the logarithm of how much is unknown."""

@@ -6,7 +6,7 @@ from itertools import accumulate, pairwise
 from typing import Protocol
 
 from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.path_follower import PathFollower
@@ -55,7 +55,7 @@ class Follow:
         self._met = False
         self._leave_out = self._left_out
 
-    def feel(self, felt: Felt) -> bool:
+    def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
         self._diary.feel(felt)
         self._met, self._leave_out = True, self._left_out

@@ -7,7 +7,7 @@ from enum import Enum
 from palpate.errors import InvalidValueError, positive
 
 
-class Measure(Enum):
+class GoalError(Enum):
     """Which error a goal speaks of."""
 
     RMS = 2.0
@@ -38,7 +38,7 @@ class Goal:
     """
 
     error: float = 2e-5
-    measure: Measure = Measure.RMS
+    measure: GoalError = GoalError.RMS
     length: float = math.inf
     area: float = 1.0
     time: float = math.inf

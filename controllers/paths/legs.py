@@ -41,7 +41,7 @@ class Stroke:
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
+class TouchOnce:
     """Approach along the axis, touch once, and retreat along it; from touch to touch travel at that height.
 
     Attributes:
@@ -72,7 +72,7 @@ class Circuit:
         positive("longest", self.longest, "m")
 
 
-Leg = Hop | Stroke | Touch | Circuit
+Leg = Hop | Stroke | TouchOnce | Circuit
 
 
 class LegEnd(Enum):

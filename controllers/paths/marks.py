@@ -6,7 +6,7 @@ from enum import StrEnum
 from palpate.spatial import Vector
 
 
-class Event(StrEnum):
+class PathEvent(StrEnum):
     """What happened on a path."""
 
     EDGE = "edge"
@@ -39,6 +39,6 @@ class Mark:
         reason: A sentence for the report.
     """
 
-    event: Event
+    event: PathEvent
     position: Vector
     reason: str

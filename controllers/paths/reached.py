@@ -1,6 +1,6 @@
 """Whether the errors expected between rows are as small as the goal asks."""
 
-from palpate.controllers.paths.goal import Goal, Measure
+from palpate.controllers.paths.goal import Goal, GoalError
 from palpate.errors import FloatArray
 
 __all__ = ["meets", "reached"]
@@ -9,7 +9,7 @@ SLIVER = 0.01
 """Part of a field that no strip covers: rows begin and end within a stretch of where they were meant to."""
 
 
-def meets(error: FloatArray, area: FloatArray, wanted: float, measure: Measure) -> bool:
+def meets(error: FloatArray, area: FloatArray, wanted: float, measure: GoalError) -> bool:
     """Return whether errors are as wanted: their largest, or their mean square.
 
     Args:
@@ -18,7 +18,7 @@ def meets(error: FloatArray, area: FloatArray, wanted: float, measure: Measure) 
         wanted: Error [m].
         measure: Of which kind.
     """
-    if measure is Measure.LARGEST:
+    if measure is GoalError.LARGEST:
         return bool(error.max(initial=0.0) <= wanted)
     return bool((error**2 * area).sum() <= area.sum() * wanted**2)
 

@@ -5,8 +5,8 @@ from enum import Enum, auto
 
 from palpate.controllers.paths.diary import Diary
 from palpate.controllers.paths.features import FeatureLimits
-from palpate.controllers.paths.felt import Felt
-from palpate.controllers.paths.field import Attempt, Field
+from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.field import CellGrid, LandingSite
 from palpate.controllers.paths.follow import LEFT_OUT
 from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
 from palpate.controllers.paths.marks import Mark
@@ -26,9 +26,9 @@ class _Edge:
     def __init__(self) -> None:
         self._limits = FeatureLimits()
         self._least_cos = math.cos(ROLLED)
-        self._anchor: Felt | None = None
+        self._anchor: ContactPeriod | None = None
 
-    def feel(self, felt: Felt) -> bool:
+    def feel(self, felt: ContactPeriod) -> bool:
         """Take one period; return whether it has rolled over one."""
         anchor = self._anchor
         if anchor is None:
@@ -53,7 +53,7 @@ class _Doing(Enum):
     """Along the field's end to the next row, and across."""
 
 
-class Rows:
+class RasterRows:
     """Sweeps the rows of a raster on an object that may be smaller than it, of any outline, and with holes.
 
     Where a row ends at a rim, the next one is begun a little inwards of it, swept out to its own rim and then
@@ -101,7 +101,7 @@ class Rows:
     def start(self) -> None:
         """As `Strategy`."""
         self._diary = Diary()
-        self._field = Field(self._raster, self._left_out)
+        self._field = CellGrid(self._raster, self._left_out)
         self._doing = _Doing.LANDING
         self._attempt = self._at(self._begin)
         self._aim = self._begin  # where it should land
@@ -111,7 +111,7 @@ class Rows:
         self._turned = False  # the last leg ended because the tip was over it
         self._vain = 0  # attempts before anything was met, later probes since
 
-    def feel(self, felt: Felt) -> bool:
+    def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
         self._diary.feel(felt)
         u, v, _ = self.plane.flat(felt.tip)
@@ -183,10 +183,10 @@ class Rows:
             return Stroke((place, field.place(attempt.row, self._end(attempt.inwards))))
         return self._land(place)
 
-    def _at(self, place: Point) -> Attempt:
+    def _at(self, place: Point) -> LandingSite:
         """An attempt for which nothing speaks."""
         row, cell = self._field.row(place[1]), self._field.cell(place[0])
-        return Attempt(row, cell, 1 if 2 * cell < self._field.count else -1, cell, probe=True)
+        return LandingSite(row, cell, 1 if 2 * cell < self._field.count else -1, cell, probe=True)
 
     def _land(self, place: Point) -> Leg:
         self._doing, self._aim, self._found = _Doing.LANDING, place, False

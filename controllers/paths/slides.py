@@ -3,8 +3,8 @@
 import math
 from typing import Protocol
 
-from palpate.controllers.paths.felt import Felt
-from palpate.controllers.paths.legs import Circuit, LegEnd, Stroke, Touch
+from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.legs import Circuit, LegEnd, Stroke, TouchOnce
 from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.progress import Progress
@@ -26,7 +26,7 @@ one that is nearer steers back to the stroke's own first line."""
 class Slide(Protocol):
     """One leg's way along the surface."""
 
-    def step(self, felt: Felt, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
         """Return the velocity along the surface for the next period [m/s], or how the leg has ended.
 
         Args:
@@ -61,7 +61,7 @@ class StrokeSlide:
         if self._follower is not None:
             self._follower.stop()
 
-    def step(self, felt: Felt, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
         """See `Slide`: the path's velocity, raised or lowered so that it lies in the tangent plane."""
         rotation, follower, progress = self._plane.rotation_base_plane, self._follower, self._progress
         nu, nv, nh = rotate_back(rotation, felt.normal)
@@ -99,7 +99,7 @@ class CircuitSlide:
         self._progress.rest()
         self._current = 0.0
 
-    def step(self, felt: Felt, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
         """See `Slide`."""
         progress = self._progress
         progress.step(felt.tip)
@@ -125,14 +125,19 @@ class Dwell:
     def stop(self) -> None:
         """See `Slide`."""
 
-    def step(self, felt: Felt, speed: float) -> Vector | LegEnd:
+    def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
         """See `Slide`."""
         self._left -= 1
         return ZERO if self._left >= 0 else LegEnd.REACHED
 
 
 def slide(
-    leg: Stroke | Circuit | Touch, begin: Point, tip: Point, plane: PathPlane, acceleration: float, period: float
+    leg: Stroke | Circuit | TouchOnce,
+    begin: Point,
+    tip: Point,
+    plane: PathPlane,
+    acceleration: float,
+    period: float,
 ) -> Slide:
     """Return the way along the surface of a leg.
 

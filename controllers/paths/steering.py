@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
-from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.plane import PathPlane
 from palpate.errors import InvalidValueError, positive
 from palpate.spatial import Vector, add_scaled, cross, dot, norm, scale, subtract, unit
@@ -24,11 +24,11 @@ class Turn(IntEnum):
 class Steering(Protocol):
     """Gives a direction in every period; pure, so that it can be replayed."""
 
-    def offset(self, felt: Felt) -> float:
+    def offset(self, felt: ContactPeriod) -> float:
         """Return how far the tip is off the curve that is followed [m], positive along the axis."""
         ...
 
-    def direction(self, felt: Felt) -> Vector | None:
+    def direction(self, felt: ContactPeriod) -> Vector | None:
         """Return the unit direction in which to slide, tangent to the surface, base frame; None: nowhere."""
         ...
 
@@ -53,11 +53,11 @@ class LevelSteering:
     def __post_init__(self) -> None:
         positive("lookahead", self.lookahead, "m")
 
-    def offset(self, felt: Felt) -> float:
+    def offset(self, felt: ContactPeriod) -> float:
         """Return the height above the level [m]."""
         return self.plane.flat(felt.tip)[2]
 
-    def direction(self, felt: Felt) -> Vector | None:
+    def direction(self, felt: ContactPeriod) -> Vector | None:
         """As `Steering`; None where the surface is level."""
         return _around(felt.normal, self.plane.axis, self.turn, self.offset(felt), self.lookahead)
 
@@ -107,11 +107,11 @@ class EdgeSteering:
         # round a corner of the object the way of the tip turns with the offset as its radius
         return cls(plane, math.asin(offset / radius), radius, outward, turn, min(2e-3, 0.5 * offset))
 
-    def offset(self, felt: Felt) -> float:
+    def offset(self, felt: ContactPeriod) -> float:
         """Return radius times missing lean [m]: leaning further is further out, and lower."""
         return self.radius * (self.lean - self.plane.steepness(felt.normal))
 
-    def direction(self, felt: Felt) -> Vector | None:
+    def direction(self, felt: ContactPeriod) -> Vector | None:
         """As `Steering`."""
         axis = self.plane.axis
         if dot(felt.normal, axis) > LEVEL_COS:

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from palpate.controllers.paths.felt import Felt
+from palpate.controllers.paths.felt import ContactPeriod
 from palpate.controllers.paths.legs import Ended, Leg
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.plane import PathPlane
@@ -33,7 +33,7 @@ class Strategy(Protocol):
         """Forget everything."""
         ...
 
-    def feel(self, felt: Felt) -> bool:
+    def feel(self, felt: ContactPeriod) -> bool:
         """Take one period in contact; return whether the present leg has now found its end.
 
         Landings are not told: they are settled, not swept.

@@ -3,8 +3,8 @@
 import math
 
 from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import Felt
-from palpate.controllers.paths.legs import Ended, Leg, Touch
+from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.legs import Ended, Leg, TouchOnce
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.errors import InvalidValueError, positive
@@ -30,7 +30,7 @@ class Taps:
         if not points:
             raise InvalidValueError("there are no points to tap: give at least 1")
         self.plane = plane or PathPlane()
-        self._legs = tuple(Touch(point, retreat) for point in points)
+        self._legs = tuple(TouchOnce(point, retreat) for point in points)
         self.start()
 
     @property
@@ -43,7 +43,7 @@ class Taps:
         self._diary = Diary()
         self._next = 0
 
-    def feel(self, felt: Felt) -> bool:
+    def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
         self._diary.feel(felt)
         return False

@@ -11,7 +11,7 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from palpate.cli import Group, Typed, main, typed_commands
+from palpate.cli import CommandGroup, Typed, main, typed_commands
 
 COLUMNS = 80
 """Of a terminal to print for: the page's text is about as wide."""
@@ -21,7 +21,7 @@ def words_typed(commands: Typed, before: str = "") -> Iterator[str]:
     """Yield what can be typed after `palpate`, in the order of `palpate --help`; of a group also the group."""
     for name, command in commands.items():
         yield f"{before}{name}"
-        if isinstance(command, Group):
+        if isinstance(command, CommandGroup):
             yield from words_typed(command.commands, f"{before}{name} ")
 
 

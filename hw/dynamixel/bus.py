@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.dynamixel.packets import ALERT, Refusal
+from palpate.hw.dynamixel.packets import ALERT, DynamixelRefusal
 from palpate.hw.dynamixel.port import Packets, Port
 from palpate.hw.dynamixel.registers import MODEL_NUMBER, Register
 
@@ -185,7 +185,7 @@ class Bus:
 
     def _refused(self, servo_id: int, what: str, error: int) -> DeviceError:
         code = error & ~ALERT
-        reason = Refusal(code).name.lower() if code in set(Refusal) else str(code)
+        reason = DynamixelRefusal(code).name.lower() if code in set(DynamixelRefusal) else str(code)
         return DeviceError(
             self._port.device,
             f"servo {servo_id} refuses {what} ({reason} error)",

@@ -48,7 +48,7 @@ class Instruction(IntEnum):
     FAST_BULK_READ = 0x9A
 
 
-class Refusal(IntEnum):
+class DynamixelRefusal(IntEnum):
     """Why an instruction was not carried out: the low seven bits of an answer's error byte."""
 
     NONE = 0

@@ -91,7 +91,7 @@ class ControlSocket:
         return json.dumps(answer).encode() + b"\n"
 
 
-class Controls:
+class EmulatorControl:
     """The test's end."""
 
     def __init__(self, port: int) -> None:

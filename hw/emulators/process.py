@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Self
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.emulators.control import Controls
+from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
 
 _READY_WITHIN = 60.0
@@ -28,7 +28,7 @@ class EmulatorProcess:
         self._factory = factory
         self._process: BaseProcess | None = None
         self._lifeline: Connection | None = None
-        self._control: Controls | None = None
+        self._control: EmulatorControl | None = None
         self._addresses: dict[str, str] = {}
 
     def __enter__(self) -> Self:
@@ -44,7 +44,7 @@ class EmulatorProcess:
             self._process.start()
             theirs.close()
             port, self._addresses = self._heard(self._lifeline)
-            self._control = Controls(port)
+            self._control = EmulatorControl(port)
         except BaseException:
             self.__exit__(None, None, None)
             raise
@@ -68,7 +68,7 @@ class EmulatorProcess:
         self._control = self._lifeline = self._process = None
 
     @property
-    def control(self) -> Controls:
+    def control(self) -> EmulatorControl:
         """For faults and state.
 
         Raises:

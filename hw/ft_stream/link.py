@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 
-class Record(NamedTuple):
+class StreamReading(NamedTuple):
     """One reading that a link believes.
 
     Attributes:
@@ -73,7 +73,7 @@ class Link(Protocol):
         """
         ...
 
-    def receive(self) -> Sequence[Record]:
+    def receive(self) -> Sequence[StreamReading]:
         """Return what has arrived, oldest first; wait for it for about 10 ms at most, then return nothing.
 
         Raises:

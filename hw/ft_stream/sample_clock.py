@@ -44,7 +44,7 @@ SLOWEST = 0.1
 """Least advance of stamps, in units of what the counter says: they never stand still or go back."""
 
 
-class SampleClock:
+class StreamClock:
     """Time stamps of one stream; cheap enough for 7000 records a second."""
 
     def __init__(self) -> None:

@@ -8,8 +8,8 @@ from time import monotonic, sleep
 
 from palpate.errors import InvalidValueError, positive
 from palpate.hw.devices import DeviceError, SensorReading
-from palpate.hw.ft_stream.link import Link, Record, StreamCounts
-from palpate.hw.ft_stream.sample_clock import SampleClock
+from palpate.hw.ft_stream.link import Link, StreamCounts, StreamReading
+from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.sensing.ft.arrays import positive_entries
 from palpate.sensing.ft.bias import FEWEST_READINGS, average_bias
 from palpate.spatial import Wrench
@@ -63,12 +63,12 @@ class StreamedSensor:
         """Take the wire and how it is watched; nothing is opened before `start`."""
         self._link = link
         self._settings = settings
-        self._clock = SampleClock()
+        self._clock = StreamClock()
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
-        self._newest: tuple[float, Record] | None = None
+        self._newest: tuple[float, StreamReading] | None = None
         self._offset: tuple[float, ...] = (0.0,) * 6
-        self._at_rest: list[Record] | None = None
+        self._at_rest: list[StreamReading] | None = None
         self._trouble = ""
         self._died = False
 
@@ -103,7 +103,7 @@ class StreamedSensor:
         ending = self._ending = threading.Event()
         self._newest, self._trouble, self._died = None, "", False
         self._offset = (0.0,) * 6
-        self._clock = SampleClock()
+        self._clock = StreamClock()
         try:
             self._link.open()
             self._thread = threading.Thread(
@@ -132,7 +132,7 @@ class StreamedSensor:
             DeviceError: It is silent or unhealthy, or the readings moved; the zero stays as it was.
         """
         self.read()
-        rows: list[Record] = []
+        rows: list[StreamReading] = []
         self._at_rest = rows
         begin = monotonic()
         try:
@@ -161,7 +161,7 @@ class StreamedSensor:
         self._newest = None
         self._link.close()
 
-    def _fresh(self) -> tuple[float, Record]:
+    def _fresh(self) -> tuple[float, StreamReading]:
         """Return when the newest record was sampled, and it, if it came a short while ago."""
         silence = math.inf
         for glance in range(_GLANCES + 1):
@@ -236,7 +236,7 @@ class StreamedSensor:
         except Exception as error:
             self._trouble, self._died = f"{type(error).__name__}: {error}", True
 
-    def _take(self, record: Record) -> None:
+    def _take(self, record: StreamReading) -> None:
         if record.anew:
             self._clock.restart()
         time = record.arrival if record.counter is None else self._clock.stamp(record.counter, record.arrival)

@@ -2,7 +2,7 @@
 
 from palpate.hw.netft.calibration import BoxCalibration, ask_calibration
 from palpate.hw.netft.net_ft import NetFt
-from palpate.hw.netft.settings import NetFtSettings, Request, Scales, onrobot_settings
+from palpate.hw.netft.settings import NetFtSettings, Scales, StreamRequest, onrobot_settings
 from palpate.hw.netft.status import AXIA, NET_BOX, StatusWords
 
 __all__ = [
@@ -11,9 +11,9 @@ __all__ = [
     "BoxCalibration",
     "NetFt",
     "NetFtSettings",
-    "Request",
     "Scales",
     "StatusWords",
+    "StreamRequest",
     "ask_calibration",
     "onrobot_settings",
 ]

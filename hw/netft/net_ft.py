@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from time import monotonic
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.ft_stream.link import Record, StreamCounts
+from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor
 from palpate.hw.ft_stream.succession import Step, Succession
 from palpate.hw.netft.calibration import ask_calibration
 from palpate.hw.netft.datagrams import NOTHING, Datagrams
-from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, Command
-from palpate.hw.netft.settings import NetFtSettings, Request, Scales
+from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, RdtCommand
+from palpate.hw.netft.settings import NetFtSettings, Scales, StreamRequest
 
 BUFFER = 1 << 22
 """Asked of the socket [bytes]; the system may grant less. A full one drops the newest, so that it must hold what
@@ -88,12 +88,12 @@ class RdtLink:
         wire = self._wire()
         self._counts.requests += 1
         try:
-            for first in (*self._settings.first, Request(Command.STREAM, 0)):
+            for first in (*self._settings.first, StreamRequest(RdtCommand.STREAM, 0)):
                 wire.send(REQUEST.pack(HEADER, first.command, first.value))
         except ConnectionRefusedError:
             raise self._nobody() from None
 
-    def receive(self) -> Sequence[Record]:
+    def receive(self) -> Sequence[StreamReading]:
         """Return the records that are there; wait for the first one, for up to `WAIT`.
 
         Raises:
@@ -117,7 +117,7 @@ class RdtLink:
             raise self._nobody() from None
         return records
 
-    def _judged(self, size: int, data: bytearray, arrival: float) -> Record | None:
+    def _judged(self, size: int, data: bytearray, arrival: float) -> StreamReading | None:
         """Return what a datagram tells, if it is believed."""
         self._heard = arrival
         if size != RECORD.size:
@@ -131,7 +131,7 @@ class RdtLink:
             return None
         force, moment = self._scales.force, self._scales.moment
         wrench = (force * fx, force * fy, force * fz, moment * tx, moment * ty, moment * tz)
-        return Record(arrival, sample, wrench, status, step is Step.ANEW)
+        return StreamReading(arrival, sample, wrench, status, step is Step.ANEW)
 
     def problem(self, status: int) -> str:
         """Return what a status word says is wrong; empty if the reading is good."""
@@ -143,7 +143,7 @@ class RdtLink:
         if wire is not None:
             if monotonic() - self._heard < OURS:
                 with contextlib.suppress(OSError):
-                    wire.send(REQUEST.pack(HEADER, Command.STOP, 0))
+                    wire.send(REQUEST.pack(HEADER, RdtCommand.STOP, 0))
             wire.close()
 
     def _nobody(self) -> ConnectionRefusedError:

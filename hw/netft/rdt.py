@@ -28,7 +28,7 @@ CALIBRATION = Struct(">HBBII6H")
 """Header, unit of force, unit of torque, counts per force, counts per torque, scales of 16-bit values."""
 
 
-class Command(IntEnum):
+class RdtCommand(IntEnum):
     """What is asked of an ATI box."""
 
     STOP = 0
@@ -44,7 +44,7 @@ class Command(IntEnum):
 
 
 class OnRobotCommand(IntEnum):
-    """What else is asked of an OnRobot box, which bends `Command.BIAS` to on (255) and off (0)."""
+    """What else is asked of an OnRobot box, which bends `RdtCommand.BIAS` to on (255) and off (0)."""
 
     FILTER = 0x81
     """0: none; 1 to 6: 500, 150, 50, 15, 5, 1.5 Hz."""

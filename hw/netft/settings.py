@@ -42,7 +42,7 @@ ONROBOT_FILTERS = (None, 500.0, 150.0, 50.0, 15.0, 5.0, 1.5)
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class StreamRequest:
     """What is sent before the stream is asked for.
 
     Attributes:
@@ -71,7 +71,7 @@ class NetFtSettings:
     stream: StreamSettings
     scales: Scales | None = None
     status_words: StatusWords = NET_BOX
-    first: tuple[Request, ...] = ()
+    first: tuple[StreamRequest, ...] = ()
     patience: float = 1.0
     rdt_port: int = RDT_PORT
     calibration_port: int = CALIBRATION_PORT
@@ -108,8 +108,8 @@ def onrobot_settings(
     if cutoff not in ONROBOT_FILTERS:
         raise InvalidValueError(f"cutoff = {cutoff!r} Hz: must be one of {ONROBOT_FILTERS}")
     first = (
-        Request(OnRobotCommand.PERIOD, round(1000.0 * period)),
-        Request(OnRobotCommand.FILTER, ONROBOT_FILTERS.index(cutoff)),
+        StreamRequest(OnRobotCommand.PERIOD, round(1000.0 * period)),
+        StreamRequest(OnRobotCommand.FILTER, ONROBOT_FILTERS.index(cutoff)),
     )
     stream = StreamSettings(noise, silent_after=max(0.04, 4.0 * period))
     return NetFtSettings(stream, ONROBOT_SCALES, first=first, rdt_port=rdt_port)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from palpate.hw.devices import SensorDevice
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.spatial import Vector, Wrench
 
 NO_LOAD: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -22,7 +22,7 @@ class FingerSensor:
     """
 
     device: SensorDevice
-    payload: Payload = field(default_factory=Payload)
+    payload: SensorPayload = field(default_factory=SensorPayload)
     bias: Wrench = NO_LOAD
     gives_wrenches: bool = True
     in_arm: bool = False

@@ -6,7 +6,7 @@ from struct import Struct
 from time import monotonic
 
 from palpate.errors import InvalidValueError
-from palpate.hw.ft_stream.link import Record, StreamCounts
+from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.succession import Step, Succession
 from palpate.hw.serial_ft.crc import crc16_x25
 from palpate.hw.serial_ft.line import Line
@@ -104,11 +104,11 @@ class Bota:
         self._counts = counts
         self._succession = Succession((FASTEST,), counts)
 
-    def records(self, data: bytes, arrival: float) -> Sequence[Record]:
+    def records(self, data: bytes, arrival: float) -> Sequence[StreamReading]:
         """Return the readings of the frames that are complete, have the right checksum, and follow one another."""
         rest = self._rest
         rest += data
-        found: list[Record] = []
+        found: list[StreamReading] = []
         at = 0
         while (at := rest.find(HEADER, at)) >= 0 and at + FRAME <= len(rest):
             record = self._reading(rest, at, arrival)
@@ -137,7 +137,7 @@ class Bota:
         """Count one stretch of bytes that were in no frame."""
         self._counts.refused += count > 0
 
-    def _reading(self, rest: bytearray, at: int, arrival: float) -> tuple[Record, ...] | None:
+    def _reading(self, rest: bytearray, at: int, arrival: float) -> tuple[StreamReading, ...] | None:
         """Return the reading of a frame, nothing if it is old or unproven, None if it is no frame."""
         if not _is_frame(rest, at):
             return None
@@ -149,7 +149,7 @@ class Bota:
             self._counts.lost += max(round(advance / self._period_us) - 1, 0)
         elif step is not Step.ANEW:
             return ()
-        return (Record(arrival, time, tuple(loads), status, step is Step.ANEW),)
+        return (StreamReading(arrival, time, tuple(loads), status, step is Step.ANEW),)
 
 
 def _is_frame(data: bytearray, at: int) -> bool:

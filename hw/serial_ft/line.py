@@ -9,7 +9,7 @@ from typing import Protocol
 
 import serial
 
-from palpate.hw.ft_stream.link import Record, StreamCounts
+from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 
 MOST = 4096
 """Read in one go [bytes]: what a terminal of the system holds."""
@@ -92,7 +92,7 @@ class Make(Protocol):
         """
         ...
 
-    def records(self, data: bytes, arrival: float) -> Sequence[Record]:
+    def records(self, data: bytes, arrival: float) -> Sequence[StreamReading]:
         """Return the records that are complete with what has just arrived, oldest first."""
         ...
 

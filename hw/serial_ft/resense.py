@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from struct import Struct
 
 from palpate.errors import positive, vector
-from palpate.hw.ft_stream.link import Record, StreamCounts
+from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.succession import ALIKE
 from palpate.hw.serial_ft.line import Line
 from palpate.spatial import Vector
@@ -78,7 +78,7 @@ class Resense:
         self._alike, self._began = 0, False
         self._counts = counts
 
-    def records(self, data: bytes, arrival: float) -> Sequence[Record]:
+    def records(self, data: bytes, arrival: float) -> Sequence[StreamReading]:
         """Return the readings of whole frames, all of them plausible, that arrived between two silences."""
         rest = self._rest
         if rest and arrival - self._arrived > self._silence:
@@ -90,7 +90,7 @@ class Resense:
                 self._drop(len(rest))
             return ()
         readings = [self._reading(frame) for frame in FRAME.iter_unpack(rest)]
-        found: list[Record] = []
+        found: list[StreamReading] = []
         temperature = self._temperature
         for reading in readings:
             if reading is None or (self._alike and abs(reading[2] - temperature) > LARGEST_STEP):
@@ -100,7 +100,7 @@ class Resense:
             wrench, status, temperature = reading
             self._alike += 1
             if self._alike >= ALIKE:
-                found.append(Record(arrival, None, wrench, status, anew=not self._began))
+                found.append(StreamReading(arrival, None, wrench, status, anew=not self._began))
                 self._began = True
         self._temperature = temperature
         rest.clear()

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from time import monotonic
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.ft_stream.link import Record, StreamCounts
+from palpate.hw.ft_stream.link import StreamCounts, StreamReading
 from palpate.hw.ft_stream.streamed_sensor import StreamedSensor, StreamSettings
 from palpate.hw.serial_ft.line import Line, Make
 
@@ -67,7 +67,7 @@ class SerialLink:
             self._closed = error.strerror or str(error)
             raise
 
-    def receive(self) -> Sequence[Record]:
+    def receive(self) -> Sequence[StreamReading]:
         """Return the records that have arrived.
 
         Raises:

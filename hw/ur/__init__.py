@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from palpate.hw.ur.arm import UrArm
     from palpate.hw.ur.goals import ForceTask
-    from palpate.hw.ur.settings import Payload, UrSettings
+    from palpate.hw.ur.settings import FlangePayload, UrSettings
     from palpate.hw.ur.tool_sensor import UrRawToolSensor, UrToolSensor
 
-__all__ = ["ForceTask", "Payload", "UrArm", "UrRawToolSensor", "UrSettings", "UrToolSensor"]
+__all__ = ["FlangePayload", "ForceTask", "UrArm", "UrRawToolSensor", "UrSettings", "UrToolSensor"]
 
 _HOME = {
     "ForceTask": "palpate.hw.ur.goals",
-    "Payload": "palpate.hw.ur.settings",
+    "FlangePayload": "palpate.hw.ur.settings",
     "UrArm": "palpate.hw.ur.arm",
     "UrRawToolSensor": "palpate.hw.ur.tool_sensor",
     "UrSettings": "palpate.hw.ur.settings",

@@ -11,12 +11,12 @@ from typing import Self
 
 from palpate.hw.devices import DeviceError
 from palpate.hw.ur.client import Client
-from palpate.hw.ur.exchange import COMMAND_NUMBERS, Motion, Order, Phase, UrState
+from palpate.hw.ur.exchange import COMMAND_NUMBERS, ClientPhase, MotionCommand, Order, UrState
 from palpate.hw.ur.goals import ForceTask, checked_joints, checked_pose_goal, checked_velocity
 from palpate.hw.ur.hello import controller_version
 from palpate.hw.ur.problems import WORDS, Problem
-from palpate.hw.ur.requests import Task
-from palpate.hw.ur.settings import Payload, UrSettings, checked_fraction
+from palpate.hw.ur.requests import UrTask
+from palpate.hw.ur.settings import FlangePayload, UrSettings, checked_fraction
 from palpate.hw.ur.support import refuse_unsupported
 from palpate.hw.ur.version import Version
 from palpate.kinematics.pose import Pose, checked_pose, rotation_from_rotvec, rotvec_from_rotation
@@ -99,7 +99,7 @@ class UrArm:
         if self._library == REAL_LIBRARY:
             refuse_unsupported()
         if self._client is None:
-            self._begin(Task.BRING_UP, self.settings.start_within)
+            self._begin(UrTask.BRING_UP, self.settings.start_within)
 
     def recover(self) -> None:
         """Make it fit to go on after whatever has happened: the cause must be gone, and the way free.
@@ -113,14 +113,14 @@ class UrArm:
         client = self._client
         if client is not None and client.responsive:
             try:
-                self._ask_up(client, Task.RECOVER, _RECOVER_WITHIN)
+                self._ask_up(client, UrTask.RECOVER, _RECOVER_WITHIN)
             except DeviceError:
                 if client.responsive:
                     raise
             else:
                 return
         self.close()
-        self._begin(Task.RECOVER, _RECOVER_WITHIN)
+        self._begin(UrTask.RECOVER, _RECOVER_WITHIN)
 
     def close(self) -> None:
         """Stop arm and script, end the client process; may be called more than once, at any time."""
@@ -169,7 +169,7 @@ class UrArm:
             InvalidValueError: Faster than the limits, not finite, or not three numbers each.
         """
         values = checked_velocity(self.settings, velocity_base_tip, angular_velocity_base_tip)
-        self._command(Motion.VELOCITY, values)
+        self._command(MotionCommand.VELOCITY, values)
 
     def servo_joints(self, joint_position: Sequence[float]) -> None:
         """Follow a joint goal [rad], one of a dense stream (servoj).
@@ -178,7 +178,7 @@ class UrArm:
             DeviceError: As `state`.
             InvalidValueError: Farther from where the joints are than they may go meanwhile, or not six numbers.
         """
-        self._command(Motion.JOINTS, checked_joints(self.settings, joint_position, self.state()))
+        self._command(MotionCommand.JOINTS, checked_joints(self.settings, joint_position, self.state()))
 
     def servo_pose(self, pose_base_tip: Pose) -> None:
         """Follow a pose of the tip frame, one of a dense stream (servoj with the controller's own kinematics).
@@ -187,7 +187,7 @@ class UrArm:
             DeviceError: As `state`.
             InvalidValueError: Farther from where the tip is than it may go meanwhile, or no pose.
         """
-        self._command(Motion.POSE, checked_pose_goal(self.settings, pose_base_tip, self.state()))
+        self._command(MotionCommand.POSE, checked_pose_goal(self.settings, pose_base_tip, self.state()))
 
     def push(self, task: ForceTask) -> None:
         """Let the controller hold a force (force mode): its own loop, instead of one of ours.
@@ -196,7 +196,7 @@ class UrArm:
             DeviceError: As `state`.
             InvalidValueError: Beyond the limits.
         """
-        self._command(Motion.FORCE, task.checked(self.settings))
+        self._command(MotionCommand.FORCE, task.checked(self.settings))
 
     def stop(self) -> None:
         """Come to rest and wait for it; a motion may follow at once.
@@ -204,7 +204,7 @@ class UrArm:
         Raises:
             DeviceError: As `state`, or it refused.
         """
-        self._ask(Task.REST)
+        self._ask(UrTask.REST)
 
     # What is done at rest: each of these brings it to rest first, and waits
 
@@ -214,49 +214,49 @@ class UrArm:
         Raises:
             DeviceError: It refused, or see `state`.
         """
-        self._ask(Task.TARE)
+        self._ask(UrTask.TARE)
 
-    def set_payload(self, payload: Payload) -> None:
+    def set_payload(self, payload: FlangePayload) -> None:
         """Say what the flange carries from now on, as after it has taken something up."""
-        self._ask(Task.PAYLOAD, (payload.mass, *payload.center))
+        self._ask(UrTask.PAYLOAD, (payload.mass, *payload.center))
 
     def set_tool(self, pose_flange_tip: Pose) -> None:
         """Say where the tip frame is from now on."""
         pose = checked_pose("pose_flange_tip", pose_flange_tip)
-        self._ask(Task.TOOL, (*pose.position, *rotvec_from_rotation(pose.rotation)))
+        self._ask(UrTask.TOOL, (*pose.position, *rotvec_from_rotation(pose.rotation)))
 
     def set_speed_slider(self, fraction: float) -> None:
         """Set the pendant's slider: all motions are slowed down to this fraction, (0, 1]; the arm may move."""
-        self._ask(Task.SLIDER, (checked_fraction("fraction", fraction),))
+        self._ask(UrTask.SLIDER, (checked_fraction("fraction", fraction),))
 
     @contextmanager
     def freedrive(self) -> Iterator[None]:
         """Let it be led by hand, to teach; `read` tells where it is. Leaving the block holds it where it is."""
-        self._ask(Task.FREE)
+        self._ask(UrTask.FREE)
         self._free = True
         try:
             yield
         finally:
             self._free = False
-            self._ask(Task.END_FREE)
+            self._ask(UrTask.END_FREE)
 
     # Inside
 
-    def _begin(self, task: Task, within: float) -> None:
+    def _begin(self, task: UrTask, within: float) -> None:
         """Start a client process and have it bring the arm up; nothing is left if it cannot."""
         settings = self.settings
         try:
             self._version = controller_version(self.name, self._address)
             self._client = Client(self.name, self._address, settings, self._version, self._library)
-            self._client.wait_for(Phase.LISTENING, settings.start_within)
+            self._client.wait_for(ClientPhase.LISTENING, settings.start_within)
             self._first_state(self._client)
             self._ask_up(self._client, task, within)
         except BaseException:
             self.close()
             raise
 
-    def _ask_up(self, client: Client, task: Task, within: float) -> None:
-        self._write(client, Motion.NONE, ())  # nothing of before goes on
+    def _ask_up(self, client: Client, task: UrTask, within: float) -> None:
+        self._write(client, MotionCommand.NONE, ())  # nothing of before goes on
         client.ask(task, (), within)
 
     def _first_state(self, client: Client) -> None:
@@ -267,20 +267,22 @@ class UrArm:
                 raise DeviceError(self.name, *WORDS[Problem.SILENT])
             sleep(1e-3)
 
-    def _command(self, motion: Motion, values: tuple[float, ...]) -> None:
+    def _command(self, motion: MotionCommand, values: tuple[float, ...]) -> None:
         client = self._fresh()
         if self._free:
             raise DeviceError(self.name, "it is led by hand", "leave the freedrive() block before it moves")
         self._write(client, motion, values)
 
-    def _ask(self, task: Task, values: tuple[float, ...] = ()) -> None:
+    def _ask(self, task: UrTask, values: tuple[float, ...] = ()) -> None:
         client = self._running()
         client.status()
-        if task is not Task.SLIDER:
-            self._write(client, Motion.NONE, ())  # a motion that was not followed yet must not be after this
+        if task is not UrTask.SLIDER:
+            self._write(
+                client, MotionCommand.NONE, ()
+            )  # a motion that was not followed yet must not be after this
         client.ask(task, values, _ANSWER_WITHIN)
 
-    def _write(self, client: Client, motion: Motion, values: tuple[float, ...]) -> None:
+    def _write(self, client: Client, motion: MotionCommand, values: tuple[float, ...]) -> None:
         self._number += 1
         padded = values + _PADDING[len(values) :]
         client.exchange.write_command(Order(self._number, monotonic(), motion, padded))

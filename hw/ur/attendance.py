@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable
 from time import monotonic, sleep
 
-from palpate.hw.ur.exchange import Exchange, Motion, Order, Phase, Status, UrState
+from palpate.hw.ur.exchange import ClientPhase, Exchange, MotionCommand, Order, Status, UrState
 from palpate.hw.ur.problems import FATAL, PLAYING, Problem, safety_problem
 from palpate.hw.ur.reception import ControllerRestartedError, ImpossibleStateError, Reception
 from palpate.hw.ur.requests import Opening
@@ -50,7 +50,7 @@ class Attendance:
             rest: Asks the worker to bring the arm to rest.
             log: Descriptor of the file in memory to which the library prints; the loop reads it.
         """
-        self.phase = Phase.LISTENING
+        self.phase = ClientPhase.LISTENING
         self.state: UrState | None = None
         self._exchange, self._told, self._reception = exchange, opening, reception
         self._rest, self._log, self._log_size = rest, log, 0
@@ -65,7 +65,7 @@ class Attendance:
         """Return the newest state."""
         return self.state
 
-    def pause(self, phase: Phase) -> None:
+    def pause(self, phase: ClientPhase) -> None:
         """Follow no commands; the worker is about to bring the arm up, or to leave it."""
         self.phase = phase
 
@@ -76,7 +76,7 @@ class Attendance:
         """
         self.forget_commands()
         self._problem, self._refused_since = Problem.NONE, None
-        self.phase = Phase.READY
+        self.phase = ClientPhase.READY
         rounds = self._rounds
         while self._rounds < rounds + 2:  # one may have been on its way already
             sleep(1e-4)
@@ -124,7 +124,7 @@ class Attendance:
         if self._problem in (Problem.NONE, Problem.SILENT) and problem is not self._problem:
             first = self._problem is Problem.NONE
             self._problem, self._problem_since = problem, now
-            if first and self.phase is Phase.READY:
+            if first and self.phase is ClientPhase.READY:
                 self._rest()
 
     def _watch(self, now: float, session: Session | None) -> None:
@@ -132,7 +132,7 @@ class Attendance:
             self._found(Problem.CONTROL_LOST, now)
         elif not self._reception.connected:
             self._found(Problem.RECEIVE_LOST, now)
-        if self.phase is not Phase.READY or self.state is None:
+        if self.phase is not ClientPhase.READY or self.state is None:
             return
         safety = safety_problem(self.state.robot_mode, self.state.safety_bits)
         if safety is not Problem.NONE:
@@ -155,7 +155,11 @@ class Attendance:
 
     def _attend(self, now: float, session: Session) -> None:
         """Send what is to be sent, unless the worker is at it."""
-        if self.phase is not Phase.READY or self._problem is not Problem.NONE or self._refused_since is not None:
+        if (
+            self.phase is not ClientPhase.READY
+            or self._problem is not Problem.NONE
+            or self._refused_since is not None
+        ):
             return
         if not session.lock.acquire(blocking=False):
             return
@@ -184,7 +188,7 @@ class Attendance:
                 self._rest()
             return
         self._followed, self._resting = command.number, False
-        self._wanted = command.motion is not Motion.NONE
+        self._wanted = command.motion is not MotionCommand.NONE
         session.follow(command)
         self._sent = now
 

@@ -13,9 +13,9 @@ from multiprocessing import Pipe
 from time import monotonic, sleep
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.ur.exchange import Exchange, Phase, Status, new_memory
+from palpate.hw.ur.exchange import ClientPhase, Exchange, Status, new_memory
 from palpate.hw.ur.problems import FATAL, WORDS, Problem
-from palpate.hw.ur.requests import Answer, Request, Task
+from palpate.hw.ur.requests import UrReply, UrRequest, UrTask
 from palpate.hw.ur.settings import UrSettings
 from palpate.hw.ur.version import Version
 
@@ -89,7 +89,7 @@ class Client:
         code = self._process.poll()
         if code is not None:
             raise self._dead(code)
-        return status or Status(0.0, 0.0, Phase.STARTING, Problem.NONE, 0, 0)
+        return status or Status(0.0, 0.0, ClientPhase.STARTING, Problem.NONE, 0, 0)
 
     @property
     def responsive(self) -> bool:
@@ -97,9 +97,13 @@ class Client:
         status = self.exchange.status()
         if self._process.poll() is not None or status is None:
             return False
-        return status.phase < Phase.LEAVING and status.problem not in FATAL and monotonic() - status.beat < HANGS
+        return (
+            status.phase < ClientPhase.LEAVING
+            and status.problem not in FATAL
+            and monotonic() - status.beat < HANGS
+        )
 
-    def wait_for(self, phase: Phase, within: float) -> None:
+    def wait_for(self, phase: ClientPhase, within: float) -> None:
         """Wait until it is as far.
 
         Raises:
@@ -115,7 +119,7 @@ class Client:
                 )
             sleep(1e-3)
 
-    def ask(self, task: Task, values: tuple[float, ...], within: float) -> None:
+    def ask(self, task: UrTask, values: tuple[float, ...], within: float) -> None:
         """Have something done.
 
         Raises:
@@ -124,7 +128,7 @@ class Client:
         with self._asking:
             try:
                 self._asked += 1
-                self._pipe.send(Request(task, self._asked, values))
+                self._pipe.send(UrRequest(task, self._asked, values))
                 answer = self._answer_by(monotonic() + within)
             except (EOFError, BrokenPipeError, ConnectionResetError) as error:
                 raise self._lost() from error
@@ -142,7 +146,7 @@ class Client:
         """Stop the arm and end the process, by force if it does not; may be called more than once."""
         if self._process.poll() is None:
             with suppress(DeviceError):
-                self.ask(Task.LEAVE, (), LEAVE_WITHIN)
+                self.ask(UrTask.LEAVE, (), LEAVE_WITHIN)
         self._pipe.close()  # it ends when nobody is at the other end
         try:
             self._process.wait(LEAVE_WITHIN)
@@ -153,9 +157,9 @@ class Client:
             os.close(self._log)
             self._log = -1
 
-    def _answer_by(self, deadline: float) -> Answer | None:
+    def _answer_by(self, deadline: float) -> UrReply | None:
         while self._pipe.poll(max(0.0, deadline - monotonic())):
-            answer: Answer = self._pipe.recv()
+            answer: UrReply = self._pipe.recv()
             if answer.number == self._asked:
                 return answer
         return None

@@ -15,11 +15,11 @@ from time import monotonic, sleep
 
 from palpate.hw.ur.attendance import Attendance
 from palpate.hw.ur.controller_clock import ControllerClock
-from palpate.hw.ur.exchange import Exchange, Phase, Status
+from palpate.hw.ur.exchange import ClientPhase, Exchange, Status
 from palpate.hw.ur.library import library_named
 from palpate.hw.ur.problems import Problem
 from palpate.hw.ur.reception import Reception
-from palpate.hw.ur.requests import Opening, Task
+from palpate.hw.ur.requests import Opening, UrTask
 from palpate.hw.ur.session import Session
 from palpate.hw.ur.version import cycle_rate, has_raw_wrench
 from palpate.hw.ur.worker import Worker
@@ -57,7 +57,7 @@ def main() -> None:
         _serve(opening, exchange, pipe, parent)
     except BaseException as error:
         sys.stderr.write(f"{type(error).__name__}: {error}\n")
-        exchange.write_status(Status(monotonic(), 0.0, Phase.LEAVING, Problem.FAILED, 0, 0))
+        exchange.write_status(Status(monotonic(), 0.0, ClientPhase.LEAVING, Problem.FAILED, 0, 0))
         os._exit(1)
     os._exit(0)  # the library's destructors would take another second, and a storm of reconnections go on
 
@@ -73,7 +73,7 @@ def _be_urgent() -> None:
 
 def _serve(opening: Opening, exchange: Exchange, pipe: Connection, parent: int) -> None:
     library, version = library_named(opening.library), opening.version
-    exchange.write_status(Status(monotonic(), 0.0, Phase.STARTING, Problem.NONE, 0, 0))
+    exchange.write_status(Status(monotonic(), 0.0, ClientPhase.STARTING, Problem.NONE, 0, 0))
     rate = cycle_rate(version)
     receiver = library.receiver(opening.address, rate, version)
     if not receiver.isConnected():  # refused: the library makes a dead object of it, without a word
@@ -82,13 +82,13 @@ def _serve(opening: Opening, exchange: Exchange, pipe: Connection, parent: int) 
         receiver, rate, raw_wrench=has_raw_wrench(version), clock=ControllerClock(opening.clock_rate)
     )
     worker = Worker(pipe)
-    attendance = Attendance(exchange, opening, reception, lambda: worker.do(Task.REST), _LOG)
+    attendance = Attendance(exchange, opening, reception, lambda: worker.do(UrTask.REST), _LOG)
     session = Session(opening, library, attendance.newest)
     worker.start(session, attendance)
     _rounds(attendance, session, worker, pipe, parent, 1.0 / (ROUNDS * rate))
     if session.connected:
         if not worker.leaving:
-            worker.do(Task.LEAVE)
+            worker.do(UrTask.LEAVE)
         worker.left.wait(_LEAVE_WITHIN)
 
 
@@ -98,7 +98,7 @@ def _rounds(
     """Go round until the arm has been left, whoever started us is gone, or a connection is lost."""
     while not worker.left.is_set():
         if not attendance.round(monotonic(), session):
-            attendance.pause(Phase.LEAVING)
+            attendance.pause(ClientPhase.LEAVING)
             attendance.publish(monotonic())
             return
         try:

@@ -11,7 +11,7 @@ from palpate.hw.ur.shared_row import SharedRow, size_of
 Six = tuple[float, float, float, float, float, float]
 
 
-class Motion(IntEnum):
+class MotionCommand(IntEnum):
     """What a command asks for, and what its numbers are."""
 
     NONE = 0
@@ -26,7 +26,7 @@ class Motion(IntEnum):
     """Task frame as a pose, selection, wrench, limits: 6 each."""
 
 
-class Phase(IntEnum):
+class ClientPhase(IntEnum):
     """How far the client process is."""
 
     STARTING = 0
@@ -102,7 +102,7 @@ class Order:
 
     number: int
     time: float
-    motion: Motion
+    motion: MotionCommand
     values: tuple[float, ...]
 
 
@@ -121,7 +121,7 @@ class Status:
 
     beat: float
     sampled: float
-    phase: Phase
+    phase: ClientPhase
     problem: Problem
     followed: int
     lapses: int
@@ -152,7 +152,7 @@ class Exchange:
     def command(self) -> Order | None:
         """Return the newest command; None if there never was one."""
         row = self._command.read()
-        return None if row is None else Order(int(row[0]), row[1], Motion(int(row[2])), row[3:])
+        return None if row is None else Order(int(row[0]), row[1], MotionCommand(int(row[2])), row[3:])
 
     def write_state(self, s: UrState) -> None:
         """Publish a state."""
@@ -214,7 +214,7 @@ class Exchange:
         row = self._status.read()
         if row is None:
             return None
-        return Status(row[0], row[1], Phase(int(row[2])), Problem(int(row[3])), int(row[4]), int(row[5]))
+        return Status(row[0], row[1], ClientPhase(int(row[2])), Problem(int(row[3])), int(row[4]), int(row[5]))
 
     def close(self) -> None:
         """Unmap it; may be called more than once."""

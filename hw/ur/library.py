@@ -40,7 +40,7 @@ LAST = "actual_execution_time"
 bytes of one before: they are this value's."""
 
 
-class Receiver(Protocol):
+class ReceiveClient(Protocol):
     """RTDEReceiveInterface: states of the controller, decoded in a thread of its own."""
 
     def isConnected(self) -> bool: ...
@@ -60,7 +60,7 @@ class Receiver(Protocol):
     def getTargetSpeedFraction(self) -> float: ...
 
 
-class Controls(Protocol):
+class ControlClient(Protocol):
     """RTDEControlInterface: commands for the script that it loads into the controller. One thread at a time."""
 
     def isConnected(self) -> bool: ...
@@ -88,7 +88,7 @@ class Controls(Protocol):
     def endFreedriveMode(self) -> bool: ...
 
 
-class Dashboard(Protocol):
+class PendantClient(Protocol):
     """DashboardClient: what somebody at the pendant would press."""
 
     def connect(self) -> None: ...
@@ -109,33 +109,33 @@ class Slider(Protocol):
 class Library(Protocol):
     """Makes the connections; a module will do."""
 
-    def receiver(self, address: str, rate: float, version: Version) -> Receiver: ...
-    def controls(self, address: str, rate: float) -> Controls: ...
-    def dashboard(self, address: str) -> Dashboard: ...
+    def receiver(self, address: str, rate: float, version: Version) -> ReceiveClient: ...
+    def controls(self, address: str, rate: float) -> ControlClient: ...
+    def dashboard(self, address: str) -> PendantClient: ...
     def slider(self, address: str) -> Slider: ...
 
 
-def receiver(address: str, rate: float, version: Version) -> Receiver:
+def receiver(address: str, rate: float, version: Version) -> ReceiveClient:
     """Connect for states at `rate` [Hz]. Dead on arrival, without an exception, if the controller sends none."""
     from rtde_receive import RTDEReceiveInterface
 
     raw = [RAW_WRENCH] if has_raw_wrench(version) else []
     names = [*RECEIVED, *raw, LAST]
-    return cast(Receiver, RTDEReceiveInterface(address, rate, names))
+    return cast(ReceiveClient, RTDEReceiveInterface(address, rate, names))
 
 
-def controls(address: str, rate: float) -> Controls:
+def controls(address: str, rate: float) -> ControlClient:
     """Connect for commands and load the script: lower registers, no waiting for anybody at the pendant."""
     from rtde_control import RTDEControlInterface
 
-    return cast(Controls, RTDEControlInterface(address, rate, RTDEControlInterface.FLAG_UPLOAD_SCRIPT))
+    return cast(ControlClient, RTDEControlInterface(address, rate, RTDEControlInterface.FLAG_UPLOAD_SCRIPT))
 
 
-def dashboard(address: str) -> Dashboard:
+def dashboard(address: str) -> PendantClient:
     """Return a client of the dashboard that is not connected yet."""
     from dashboard_client import DashboardClient
 
-    return cast(Dashboard, DashboardClient(address))
+    return cast(PendantClient, DashboardClient(address))
 
 
 def slider(address: str) -> Slider:

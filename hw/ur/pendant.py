@@ -3,8 +3,8 @@
 from time import monotonic, sleep
 
 from palpate.hw.ur.latest import Latest
-from palpate.hw.ur.library import Dashboard, Library
-from palpate.hw.ur.problems import IDLE, RUNNING, Problem, Refusal, safety_problem
+from palpate.hw.ur.library import Library, PendantClient
+from palpate.hw.ur.problems import IDLE, RUNNING, Problem, UrRefusal, safety_problem
 from palpate.hw.ur.requests import Opening
 from palpate.hw.ur.version import DASHBOARD_BELOW
 
@@ -43,7 +43,7 @@ class Pendant:
         remote = client.isInRemoteControl()
         client.disconnect()
         if not remote:
-            raise Refusal(
+            raise UrRefusal(
                 "it is in local control",
                 "choose Remote Control at the top right of the pendant (enable it in Settings, System)",
             )
@@ -63,7 +63,7 @@ class Pendant:
                 break
             except (RuntimeError, OSError) as error:
                 if monotonic() > deadline:
-                    raise Refusal(
+                    raise UrRefusal(
                         f"the protective stop cannot be unlocked ({error})",
                         "unlock it at the pendant, then recover()",
                     ) from error
@@ -88,9 +88,9 @@ class Pendant:
         client.disconnect()
         self._latest.wait_for(lambda s: s.robot_mode == RUNNING, _POWER_WITHIN, Problem.NOT_POWERED)
 
-    def _connected(self) -> Dashboard:
+    def _connected(self) -> PendantClient:
         if self._told.version[0] >= DASHBOARD_BELOW:
-            raise Refusal("this version has no dashboard server", "do it at the pendant, then recover()")
+            raise UrRefusal("this version has no dashboard server", "do it at the pendant, then recover()")
         client = self._library.dashboard(self._told.address)
         client.connect()
         return client

@@ -101,7 +101,7 @@ def safety_problem(robot_mode: int, safety_bits: int) -> Problem:
     return Problem.NONE if robot_mode == RUNNING else Problem.NOT_POWERED
 
 
-class Refusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm's process
+class UrRefusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm's process
     """Something cannot be done; what the client process raises, and its answer tells."""
 
     def __init__(self, problem: str, remedy: str) -> None:
@@ -110,6 +110,6 @@ class Refusal(Exception):  # noqa: N818 -- it becomes a DeviceError in the arm's
         self.problem, self.remedy = problem, remedy
 
 
-def refusal(problem: Problem) -> Refusal:
+def refusal(problem: Problem) -> UrRefusal:
     """Return one in the words for it."""
-    return Refusal(*WORDS[problem])
+    return UrRefusal(*WORDS[problem])

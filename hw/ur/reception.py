@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from palpate.hw.ur.controller_clock import ControllerClock
 from palpate.hw.ur.exchange import Six, UrState
-from palpate.hw.ur.library import Receiver
+from palpate.hw.ur.library import ReceiveClient
 
 _UNKNOWN: Six = (math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 _TRIES = 8
@@ -53,7 +53,7 @@ class _Read(NamedTuple):
 class Reception:
     """Looks whether there is a new state, and takes it."""
 
-    def __init__(self, receiver: Receiver, rate: float, *, raw_wrench: bool, clock: ControllerClock) -> None:
+    def __init__(self, receiver: ReceiveClient, rate: float, *, raw_wrench: bool, clock: ControllerClock) -> None:
         """Begin.
 
         Args:

@@ -6,7 +6,7 @@ from enum import StrEnum
 from palpate.hw.ur.version import Version
 
 
-class Task(StrEnum):
+class UrTask(StrEnum):
     """Something that takes its time."""
 
     BRING_UP = "bring up"
@@ -59,7 +59,7 @@ class Opening:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class UrRequest:
     """A task, and its numbers.
 
     Attributes:
@@ -68,13 +68,13 @@ class Request:
         values: What the task needs.
     """
 
-    task: Task
+    task: UrTask
     number: int = 0
     values: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class UrReply:
     """What became of it: nothing more if all is well.
 
     Attributes:

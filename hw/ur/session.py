@@ -9,11 +9,11 @@ import threading
 from collections.abc import Callable
 from time import monotonic, sleep
 
-from palpate.hw.ur.exchange import Motion, Order, UrState
+from palpate.hw.ur.exchange import MotionCommand, Order, UrState
 from palpate.hw.ur.latest import Latest
-from palpate.hw.ur.library import Controls, Library, Slider
+from palpate.hw.ur.library import ControlClient, Library, Slider
 from palpate.hw.ur.pendant import Pendant
-from palpate.hw.ur.problems import PLAYING, WORDS, Problem, Refusal, refusal
+from palpate.hw.ur.problems import PLAYING, WORDS, Problem, UrRefusal, refusal
 from palpate.hw.ur.requests import Opening
 from palpate.hw.ur.version import cycle_rate, has_freedrive
 
@@ -54,14 +54,14 @@ class Session:
         self._latest = Latest(newest)
         self._pendant = Pendant(opening, library, self._latest)
         self._cycle = 1.0 / cycle_rate(opening.version)
-        self._controls: Controls | None = None
+        self._controls: ControlClient | None = None
         self._slider: Slider | None = None
-        self._motion = Motion.NONE
+        self._motion = MotionCommand.NONE
         self._free = False
         self._last_write = 0.0  # by the controller's clock [s]
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> MotionCommand:
         """What goes on in the script."""
         return self._motion
 
@@ -70,30 +70,30 @@ class Session:
         """Whether commands have a connection, as far as the library knows."""
         return self._controls is None or self._controls.isConnected()
 
-    def must_rest_before(self, motion: Motion) -> bool:
+    def must_rest_before(self, motion: MotionCommand) -> bool:
         """Whether something goes on that has to end before that motion begins."""
-        return self._free or self._motion not in (Motion.NONE, motion)
+        return self._free or self._motion not in (MotionCommand.NONE, motion)
 
     # Called from the loop, with the lock; they do not block.
 
     def follow(self, command: Order) -> None:
         """Send a command of the kind that already goes on, or from standing still."""
         controls, told, values = self._commanded(), self._told, command.values
-        if command.motion is Motion.VELOCITY:
+        if command.motion is MotionCommand.VELOCITY:
             # for one cycle: longer, or 0, and speedl would reach its target before it takes the next
             done = controls.speedL([*values[:6]], told.acceleration, self._cycle)
-        elif command.motion is Motion.JOINTS:
+        elif command.motion is MotionCommand.JOINTS:
             done = controls.servoJ([*values[:6]], 0.0, 0.0, self._cycle, told.lookahead, told.gain)
-        elif command.motion is Motion.POSE:
+        elif command.motion is MotionCommand.POSE:
             done = controls.servoL([*values[:6]], 0.0, 0.0, self._cycle, told.lookahead, told.gain)
-        elif command.motion is Motion.FORCE:
+        elif command.motion is MotionCommand.FORCE:
             selection = [int(v) for v in values[6:12]]
             done = controls.forceMode(
                 [*values[:6]], selection, [*values[12:18]], _FRAME_AS_GIVEN, [*values[18:24]]
             )
         else:
             done = controls.kickWatchdog()
-        if command.motion is not Motion.NONE:
+        if command.motion is not MotionCommand.NONE:
             self._motion = command.motion
         self._written()
         self._accepted(command.motion.name.lower(), done)
@@ -110,19 +110,19 @@ class Session:
         controls, told = self._controls, self._told
         if controls is None:
             return
-        motion, self._motion = self._motion, Motion.NONE
-        if motion is not Motion.NONE:
+        motion, self._motion = self._motion, MotionCommand.NONE
+        if motion is not MotionCommand.NONE:
             self._settle()
-        if motion is Motion.VELOCITY:
+        if motion is MotionCommand.VELOCITY:
             self._accepted("speedStop", controls.speedStop(told.deceleration))
-        elif motion in (Motion.JOINTS, Motion.POSE):
+        elif motion in (MotionCommand.JOINTS, MotionCommand.POSE):
             self._accepted("servoStop", controls.servoStop(told.deceleration))
-        elif motion is Motion.FORCE:
+        elif motion is MotionCommand.FORCE:
             self._accepted("forceModeStop", controls.forceModeStop())
         if self._free:
             self._free = False
             self._accepted("endFreedriveMode", controls.endFreedriveMode())
-        if motion is not Motion.NONE:
+        if motion is not MotionCommand.NONE:
             self._ready()
 
     def bring_up(self) -> None:
@@ -136,7 +136,7 @@ class Session:
         told = self._told
         if self._slider is None:
             self._slider = self._library.slider(self._told.address)
-        self._motion, self._free = Motion.NONE, False
+        self._motion, self._free = MotionCommand.NONE, False
         if self._controls is None:
             self._controls = self._library.controls(self._told.address, cycle_rate(self._told.version))
         else:
@@ -193,13 +193,13 @@ class Session:
     def set_slider(self, fraction: float) -> None:
         """Set the speed slider."""
         if self._slider is None:
-            raise Refusal("not brought up", "call start() first")
+            raise UrRefusal("not brought up", "call start() first")
         self._accepted("setSpeedSlider", self._slider.setSpeedSlider(fraction))
 
     def free(self) -> None:
         """Let the arm be led by hand."""
         if not has_freedrive(self._told.version):
-            raise Refusal("this version has no freedrive for programs", "use the button on the pendant")
+            raise UrRefusal("this version has no freedrive for programs", "use the button on the pendant")
         self.rest()
         self._free = True  # before it is: better ended once too often
         self._call("freedriveMode", lambda controls: controls.freedriveMode())
@@ -214,21 +214,21 @@ class Session:
         finally:
             self._controls.stopScript()
 
-    def _call(self, name: str, call: Callable[[Controls], bool]) -> None:
+    def _call(self, name: str, call: Callable[[ControlClient], bool]) -> None:
         self._settle()
         self._accepted(name, call(self._commanded()))
         self._ready()
 
-    def _commanded(self) -> Controls:
+    def _commanded(self) -> ControlClient:
         if self._controls is None:
-            raise Refusal("not brought up", "call start() first")
+            raise UrRefusal("not brought up", "call start() first")
         return self._controls
 
     def _accepted(self, name: str, done: bool) -> None:
         if not done:
             raise RefusedError(name)
 
-    def reason(self, refused: RefusedError) -> Refusal:
+    def reason(self, refused: RefusedError) -> UrRefusal:
         """Return why a call was refused, from the states of the next cycles."""
         sleep(_REASON_WITHIN)
         found = self._latest.problem()
@@ -237,7 +237,7 @@ class Session:
         if found is not Problem.NONE:
             return refusal(found)
         problem, remedy = WORDS[Problem.REFUSED]
-        return Refusal(f"{problem} ({refused})", remedy)
+        return UrRefusal(f"{problem} ({refused})", remedy)
 
     def _written(self) -> None:
         state = self._newest()

@@ -26,7 +26,7 @@ WATCHDOG_RANGE = (0.02, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Payload:
+class FlangePayload:
     """What the flange carries: the controller takes its weight off the wrench, and needs it to hold still.
 
     Attributes:
@@ -68,7 +68,7 @@ class UrSettings:
     """
 
     pose_flange_tip: Pose = field(default_factory=Pose)
-    payload: Payload | None = None
+    payload: FlangePayload | None = None
     speed: float = 0.25
     angular_speed: float = math.radians(60.0)
     joint_speed: float = math.radians(60.0)

@@ -7,9 +7,9 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 
 from palpate.hw.ur.attendance import Attendance
-from palpate.hw.ur.exchange import Phase
-from palpate.hw.ur.problems import Refusal
-from palpate.hw.ur.requests import Answer, Request, Task
+from palpate.hw.ur.exchange import ClientPhase
+from palpate.hw.ur.problems import UrRefusal
+from palpate.hw.ur.requests import UrReply, UrRequest, UrTask
 from palpate.hw.ur.session import RefusedError, Session
 
 _REMEDY = "see what the library says, then recover()"
@@ -31,20 +31,20 @@ class Worker:
         """
         self.left = threading.Event()
         self.leaving = False
-        self._pipe, self._tasks = pipe, SimpleQueue[tuple[Request, bool]]()
+        self._pipe, self._tasks = pipe, SimpleQueue[tuple[UrRequest, bool]]()
 
     def start(self, session: Session, attendance: Attendance) -> None:
         """Begin; the thread ends with the process."""
         threading.Thread(target=self._serve, args=(session, attendance), name="UR worker", daemon=True).start()
 
-    def ask(self, request: Request) -> None:
+    def ask(self, request: UrRequest) -> None:
         """Have something done, and answered."""
-        self.leaving |= request.task is Task.LEAVE
+        self.leaving |= request.task is UrTask.LEAVE
         self._tasks.put((request, True))
 
-    def do(self, task: Task) -> None:
+    def do(self, task: UrTask) -> None:
         """Have something done that nobody waits for."""
-        self._tasks.put((Request(task), False))
+        self._tasks.put((UrRequest(task), False))
 
     def _serve(self, session: Session, attendance: Attendance) -> None:
         with suppress(OSError):
@@ -55,44 +55,44 @@ class Worker:
             if answered:
                 with suppress(OSError):  # the arm has gone; the loop finds that
                     self._pipe.send(answer)
-            if request.task is Task.LEAVE:
+            if request.task is UrTask.LEAVE:
                 self.left.set()
 
 
-def _answer(request: Request, session: Session, attendance: Attendance) -> Answer:
+def _answer(request: UrRequest, session: Session, attendance: Attendance) -> UrReply:
     try:
         with session.lock:
             _perform(request, session, attendance)
     except RefusedError as refused:
         error = session.reason(refused)
-        return Answer(request.number, error.problem, error.remedy)
-    except Refusal as error:
-        return Answer(request.number, error.problem, error.remedy)
+        return UrReply(request.number, error.problem, error.remedy)
+    except UrRefusal as error:
+        return UrReply(request.number, error.problem, error.remedy)
     except Exception as error:  # the library's own are RuntimeError, ValueError, and what a socket raises
-        return Answer(request.number, f"{request.task} failed: {error}", _REMEDY)
-    return Answer(request.number)
+        return UrReply(request.number, f"{request.task} failed: {error}", _REMEDY)
+    return UrReply(request.number)
 
 
-def _perform(request: Request, session: Session, attendance: Attendance) -> None:
+def _perform(request: UrRequest, session: Session, attendance: Attendance) -> None:
     values = request.values
     match request.task:
-        case Task.BRING_UP | Task.RECOVER:
-            attendance.pause(Phase.LISTENING)
-            session.bring_up() if request.task is Task.BRING_UP else session.recover()
+        case UrTask.BRING_UP | UrTask.RECOVER:
+            attendance.pause(ClientPhase.LISTENING)
+            session.bring_up() if request.task is UrTask.BRING_UP else session.recover()
             attendance.go()
-        case Task.REST | Task.END_FREE:
+        case UrTask.REST | UrTask.END_FREE:
             session.rest()
-        case Task.TARE:
+        case UrTask.TARE:
             session.tare()
-        case Task.PAYLOAD:
+        case UrTask.PAYLOAD:
             session.set_payload(*values)
-        case Task.TOOL:
+        case UrTask.TOOL:
             session.set_tool(*values)
-        case Task.SLIDER:
+        case UrTask.SLIDER:
             session.set_slider(*values)
-        case Task.FREE:
+        case UrTask.FREE:
             session.free()
             attendance.forget_commands()  # to stand still, which came before: it would end it
-        case Task.LEAVE:
-            attendance.pause(Phase.LEAVING)
+        case UrTask.LEAVE:
+            attendance.pause(ClientPhase.LEAVING)
             session.leave()

@@ -9,7 +9,7 @@ from palpate.kinematics import Pose, nearest_joint_position
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.carriage import TURNING_SENSORS, add_turning_sensors, lift_load, read_turning
-from palpate.sim.carriers.carrier import Load
+from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.carriers.ur5e import FLANGE, JOINTS, Ur5e
 from palpate.spatial import Vector
 
@@ -56,7 +56,7 @@ class ArmCarrier:
         """
         return nearest_joint_position(self.arm.kinematics, Pose(start), self.seed)
 
-    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
+    def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`; the robot knows its load: gravity is taken off the joints, not off the sensor."""
         flange = self.arm.add_to(spec, self.joint_start(start))
         lift_load(flange, load)

@@ -3,7 +3,7 @@
 import mujoco
 
 from palpate.errors import InvalidValueError
-from palpate.sim.carriers.carrier import Load
+from palpate.sim.carriers.carrier import CarriedMass
 from palpate.spatial import Matrix, Vector
 
 LARGEST_SERVO_STEP = 0.4
@@ -57,7 +57,7 @@ def add_position_servo(spec: mujoco.MjSpec, joint: str, stiffness: float, dampin
     )
 
 
-def lift_load(flange: mujoco.MjsBody, load: Load) -> None:
+def lift_load(flange: mujoco.MjsBody, load: CarriedMass) -> None:
     """Take the weight of a load off the joints that carry a body, whichever way it turns.
 
     As a robot does that knows mass and centre of mass of its payload: what the load's own joints and sensors feel

@@ -9,7 +9,7 @@ from palpate.runtime.data import ArmSample
 from palpate.spatial import ZERO, Vector
 
 
-class Load(Protocol):
+class CarriedMass(Protocol):
     """What is carried, as far as its carrier knows it: a robot is told the same two of its payload."""
 
     @property
@@ -68,7 +68,7 @@ class Drive(Protocol):
 class Carrier(Protocol):
     """A machine that can be put into a scene. It carries one frame, `tip` for short: a fingertip's or a hand's."""
 
-    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
+    def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """Add itself to a scene; comes before anything else that moves.
 
         Args:

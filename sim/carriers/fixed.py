@@ -6,7 +6,7 @@ import mujoco
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample
-from palpate.sim.carriers.carrier import Load, refuse_to_turn
+from palpate.sim.carriers.carrier import CarriedMass, refuse_to_turn
 from palpate.spatial import IDENTITY, ZERO, Vector
 
 
@@ -14,7 +14,7 @@ from palpate.spatial import IDENTITY, ZERO, Vector
 class Fixed:
     """Fixed in the base frame. A `Carrier`."""
 
-    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
+    def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`."""
         return spec.worldbody.add_body(name="stand", pos=start)
 

@@ -7,7 +7,7 @@ import mujoco
 from palpate.errors import InvalidValueError, positive
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.carriage import add_carriage, add_position_servo
-from palpate.sim.carriers.carrier import Load, refuse_to_turn
+from palpate.sim.carriers.carrier import CarriedMass, refuse_to_turn
 from palpate.spatial import IDENTITY, Vector
 
 LIFT = "lift"
@@ -33,7 +33,7 @@ class Lift:
         positive("bandwidth", self.bandwidth, "rad/s")
         positive("leash", self.leash, "m")
 
-    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
+    def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`."""
         body, moving = add_carriage(spec, LIFT, start, self.mass, load.mass), self.mass + load.mass
         body.add_joint(name=LIFT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, 0.0, 1.0))

@@ -6,7 +6,7 @@ import mujoco
 
 from palpate.errors import positive
 from palpate.sim.carriers.carriage import add_carriage, add_position_servo
-from palpate.sim.carriers.carrier import Load
+from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.carriers.stage_drive import StageDrive
 from palpate.spatial import Vector
 
@@ -44,7 +44,7 @@ class Stage:
         """Stiffness of the servos [N/m]."""
         return (self.mass + tip_mass) * self.bandwidth**2
 
-    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
+    def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `palpate.sim.carriers.carrier.Carrier`."""
         return self.add_to(spec, start, load.mass)
 

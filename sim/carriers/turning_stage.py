@@ -14,7 +14,7 @@ import numpy as np
 from palpate.errors import InvalidValueError, positive
 from palpate.kinematics import Leash
 from palpate.sim.carriers.carriage import add_position_servo, add_turning_sensors, lift_load
-from palpate.sim.carriers.carrier import Load
+from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.carriers.stage import Stage
 from palpate.sim.carriers.turning_stage_drive import HEAD, REFERENCE, TurningStageDrive
 from palpate.spatial import Vector
@@ -73,7 +73,7 @@ class TurningStage:
     def _slides(self) -> Stage:
         return Stage(self.mass, self.bandwidth, self.leash.distance)
 
-    def mount(self, spec: mujoco.MjSpec, load: Load, start: Vector) -> mujoco.MjsBody:
+    def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`."""
         carriage = self._slides.add_to(spec, start, load.mass)
         own = (1.0 - _HEAD_SHARE) * self.mass

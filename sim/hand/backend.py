@@ -12,7 +12,7 @@ from palpate.runtime.pacing import Pacer, SimulatedTime
 from palpate.sim.friction.plant import FrictionContact, FrictionPlant, FrictionState, check_friction
 from palpate.sim.friction.step import FrictionStep, MujocoFriction
 from palpate.sim.hand.grip import Grip, GripState
-from palpate.sim.hand.load import NO_LOAD, Load, LoadDrive
+from palpate.sim.hand.load import NO_LOAD, LoadDrive, ObjectLoad
 from palpate.sim.hand.scene import OBJECT, SENSORS_AT_ALL, SENSORS_PER_FINGER, GraspScene
 from palpate.sim.hand.truth import HandTruth, truth_of_contacts, truth_of_readings
 from palpate.sim.hand.truth_numbers import hand_columns, numbers_of_hand
@@ -51,7 +51,7 @@ class HandBackend(Closing):
         period: float = 1e-3,
         sensor: SeededSensor | None = None,
         pacer: Pacer | None = None,
-        load: Load | None = None,
+        load: ObjectLoad | None = None,
         grip: type[Grip] = Grip,
     ) -> None:
         """Take a scene.
@@ -159,7 +159,7 @@ class HandBackend(Closing):
 
     @property
     def pull(self) -> Wrench:
-        """What pulled at the object at the time of the last sample, as `Load.wrench` tells it."""
+        """What pulled at the object at the time of the last sample, as `ObjectLoad.wrench` tells it."""
         return NO_LOAD if self._load is None else self._load.last
 
     @property

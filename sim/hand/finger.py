@@ -17,7 +17,7 @@ from palpate.kinematics.servo_model import XL330_M288, XM430_W210, ServoModel
 from palpate.spatial import Vector
 
 
-class Finger(Protocol):
+class FingerJoint(Protocol):
     """How a finger moves, in a plane through the hand's axis. Its coordinate grows as it closes."""
 
     @property
@@ -92,19 +92,19 @@ class SlideFinger:
 
     @property
     def ratio(self) -> float:
-        """See `Finger`: the pinion's radius."""
+        """See `FingerJoint`: the pinion's radius."""
         return self.pinion
 
     def sensor_motion(self, q: float) -> tuple[float, float, float]:
-        """See `Finger`."""
+        """See `FingerJoint`."""
         return (q, 0.0, 0.0)
 
     def lever(self, q: float, tip_along: float) -> float:
-        """See `Finger`."""
+        """See `FingerJoint`."""
         return self.pinion
 
     def closed(self, distance: float, tip_along: float) -> float:
-        """See `Finger`."""
+        """See `FingerJoint`."""
         return distance
 
 
@@ -132,19 +132,19 @@ class HingeFinger:
 
     @property
     def pivot(self) -> Vector:
-        """See `Finger`."""
+        """See `FingerJoint`."""
         return (0.0, 0.0, -self.length)
 
     def sensor_motion(self, q: float) -> tuple[float, float, float]:
-        """See `Finger`."""
+        """See `FingerJoint`."""
         return (self.length * math.sin(q), -self.length * (1.0 - math.cos(q)), q)
 
     def lever(self, q: float, tip_along: float) -> float:
-        """See `Finger`."""
+        """See `FingerJoint`."""
         return (self.length + tip_along) * math.cos(q)
 
     def closed(self, distance: float, tip_along: float) -> float:
-        """See `Finger`."""
+        """See `FingerJoint`."""
         reach = self.length + tip_along
         if not distance < reach:
             raise InvalidValueError(

@@ -13,7 +13,7 @@ import numpy as np
 
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.kinematics.pose import Pose
-from palpate.sim.hand.finger import Finger, HingeFinger, SlideFinger
+from palpate.sim.hand.finger import FingerJoint, HingeFinger, SlideFinger
 from palpate.sim.hand.sideways import NoSideways, SidewaysDrive
 from palpate.sim.tip import Tip
 from palpate.spatial import Matrix, Vector
@@ -57,7 +57,7 @@ class Hand:
     """
 
     fingers: int = 2
-    finger: Finger = field(default_factory=SlideFinger)
+    finger: FingerJoint = field(default_factory=SlideFinger)
     tip: Tip = field(default_factory=default_tip)
     opening: float = 0.04
     depth: float = 0.08

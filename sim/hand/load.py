@@ -17,7 +17,7 @@ from palpate.spatial import ZERO, Matrix, Vector, Wrench, add_scaled, cross, rot
 NO_LOAD: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-class Load(Protocol):
+class ObjectLoad(Protocol):
     """What acts on the object besides gravity and the fingers."""
 
     def wrench(self, time: float, rotation_base_object: Matrix) -> Wrench:
@@ -67,7 +67,7 @@ class RampLoad:
         return add_scaled(self.before, share, subtract(self.after, self.before))
 
     def wrench(self, time: float, rotation_base_object: Matrix) -> Wrench:
-        """See `Load`."""
+        """See `ObjectLoad`."""
         return _at(self.force(time), self.point, rotation_base_object)
 
 
@@ -104,7 +104,7 @@ class ShakenLoad:
         return scale(math.sin(2.0 * math.pi * self.frequency * (time - self.begin)), self.amplitude)
 
     def wrench(self, time: float, rotation_base_object: Matrix) -> Wrench:
-        """See `Load`."""
+        """See `ObjectLoad`."""
         return _at(self.force(time), self.point, rotation_base_object)
 
 
@@ -116,10 +116,10 @@ class SumOfLoads:
         loads: Which.
     """
 
-    loads: tuple[Load, ...]
+    loads: tuple[ObjectLoad, ...]
 
     def wrench(self, time: float, rotation_base_object: Matrix) -> Wrench:
-        """See `Load`."""
+        """See `ObjectLoad`."""
         a, b, c, d, e, f = NO_LOAD
         for load in self.loads:
             u, v, w, p, q, r = load.wrench(time, rotation_base_object)
@@ -134,7 +134,7 @@ class LoadDrive:
     in the same time step, and which a friction plant leaves standing.
     """
 
-    def __init__(self, load: Load, model: mujoco.MjModel, data: mujoco.MjData, body: str) -> None:
+    def __init__(self, load: ObjectLoad, model: mujoco.MjModel, data: mujoco.MjData, body: str) -> None:
         """Take a load and the body that bears it.
 
         Args:
@@ -162,7 +162,7 @@ class LoadDrive:
     def start(self) -> None:
         """Nothing has been applied yet."""
         self.last = NO_LOAD
-        """What was applied in the last time step, as `Load.wrench` tells it [N, N m]."""
+        """What was applied in the last time step, as `ObjectLoad.wrench` tells it [N, N m]."""
 
     def advance(self) -> None:
         """Apply what the load is now."""

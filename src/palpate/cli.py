@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple, Union
 import tyro
 
 from palpate.commands import start_up
-from palpate.commands.answer import Answer
+from palpate.commands.answer import CommandResult
 from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.commands.colours import HELP_WORDS, parser_colours
 from palpate.commands.compare.config import CompareConfig
@@ -60,7 +60,7 @@ CALIBRATION = (
 """What `palpate calibrate` says of itself."""
 
 
-class Command(NamedTuple):
+class TypedCommand(NamedTuple):
     """What people can type.
 
     Attributes:
@@ -76,7 +76,7 @@ class Command(NamedTuple):
     document: str = ""
 
 
-class Group(NamedTuple):
+class CommandGroup(NamedTuple):
     """Commands that belong together: `palpate robot list`.
 
     Attributes:
@@ -85,48 +85,48 @@ class Group(NamedTuple):
         about: More of them, for their help; the summary, if not given.
     """
 
-    commands: Mapping[str, Command]
+    commands: Mapping[str, TypedCommand]
     summary: str
     about: str = ""
 
 
 EXPERIMENT_FLAGS = (Flag.DRY_RUN, Flag.JSON)
 
-COMMANDS: Mapping[str, Command | Group] = {
-    "sweep": Command(
+COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
+    "sweep": TypedCommand(
         SweepConfig,
         "palpate.commands.sweep.command:run_sweep",
         "Do an experiment for every combination of some options, with several seeds; tables and a picture.",
     ),
-    "contact": Command(
+    "contact": TypedCommand(
         ContactConfig,
         "palpate.commands.contact.tool:run_contact",
         "Turn wrenches, from a file or standard input, into contacts.",
         document="palpate.commands.contact.tool:answer_contact",
     ),
-    "compare": Command(
+    "compare": TypedCommand(
         CompareConfig,
         "palpate.commands.compare.command:run_compare",
         "Compare a map with a reference mesh, or runs of one experiment side by side.",
     ),
-    "calibrate": Group(
+    "calibrate": CommandGroup(
         {
-            "new": Command(
+            "new": TypedCommand(
                 NewSensorConfig,
                 "palpate.commands.calibrate.run:run_calibrate",
                 "Make a first sensor file, with comments and units, to start from.",
             ),
-            "matrix": Command(
+            "matrix": TypedCommand(
                 MatrixConfig,
                 "palpate.commands.calibrate.run:run_calibrate",
                 "Find the calibration matrix from known loads.",
             ),
-            "payload": Command(
+            "payload": TypedCommand(
                 PayloadConfig,
                 "palpate.commands.calibrate.run:run_calibrate",
                 "Find mass, centre of mass and bias from static poses.",
             ),
-            "tare": Command(
+            "tare": TypedCommand(
                 TareConfig,
                 "palpate.commands.calibrate.run:run_calibrate",
                 "Find the bias from readings at rest: from a CSV file, or live.",
@@ -135,14 +135,14 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Find out about a force/torque sensor, and keep it in its sensor file.",
         CALIBRATION,
     ),
-    "log": Group(
+    "log": CommandGroup(
         {
-            "info": Command(
+            "info": TypedCommand(
                 LogInfoConfig,
                 "palpate.commands.log.command:run_log_info",
                 "Tell what is in a log: how long, how regular, what happened, what is missing.",
             ),
-            "export": Command(
+            "export": TypedCommand(
                 LogExportConfig,
                 "palpate.commands.log.command:run_log_export",
                 "Write a log as tables, CSV or Parquet.",
@@ -151,29 +151,29 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Logs of runs: what is in them, and as tables.",
         "Logs of runs: what is in them, and as tables.\n\nExample: palpate log info runs/explore",
     ),
-    "replay": Command(
+    "replay": TypedCommand(
         ReplayConfig,
         "palpate.commands.replay.command:run_replay",
         "Feed the log of a run through sensing and control again, and compare the commands.",
     ),
-    "view": Command(
+    "view": TypedCommand(
         ViewConfig,
         "palpate.commands.view.command:run_view",
         "Watch a run in the browser, live or from its log; or draw it.",
     ),
-    "robot": Group(
+    "robot": CommandGroup(
         {
-            "list": Command(
+            "list": TypedCommand(
                 RobotListConfig,
                 "palpate.commands.robot.tool:run_list",
                 "List the robots that come with palpate.",
             ),
-            "show": Command(
+            "show": TypedCommand(
                 RobotShowConfig,
                 "palpate.commands.robot.tool:run_show",
                 "Print a robot file: a start for your own.",
             ),
-            "check": Command(
+            "check": TypedCommand(
                 RobotCheckConfig,
                 "palpate.commands.robot.tool:run_check",
                 "Say how palpate understands a robot file, or what is wrong with it.",
@@ -182,29 +182,29 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Robot files: those that there are, and yours.",
         "Robot files: those that there are, and yours.\n\nExample: palpate robot check mine.yaml",
     ),
-    "doctor": Command(
+    "doctor": TypedCommand(
         DoctorConfig,
         "palpate.commands.doctor.command:run_doctor",
         "Connect to a robot's devices, measure how they are, and say what to fix. Moves nothing.",
     ),
-    "emulate": Group(
+    "emulate": CommandGroup(
         {
-            "ur": Command(
+            "ur": TypedCommand(
                 EmulateUrConfig,
                 "palpate.commands.emulate.command:run_emulate",
                 "Emulate a controller of Universal Robots, on its ports at an address of this computer.",
             ),
-            "dynamixel": Command(
+            "dynamixel": TypedCommand(
                 EmulateDynamixelConfig,
                 "palpate.commands.emulate.command:run_emulate",
                 "Emulate a bus of Dynamixel servos on a terminal.",
             ),
-            "netft": Command(
+            "netft": TypedCommand(
                 EmulateNetftConfig,
                 "palpate.commands.emulate.command:run_emulate",
                 "Emulate an ATI Net F/T box or an OnRobot HEX.",
             ),
-            "fault": Command(
+            "fault": TypedCommand(
                 EmulateFaultConfig,
                 "palpate.commands.emulate.command:run_fault",
                 "Switch a fault of a device that is being emulated.",
@@ -214,12 +214,12 @@ COMMANDS: Mapping[str, Command | Group] = {
         "Emulated devices, for palpate or any other software that speaks to the real ones.\n\n"
         "Example: palpate emulate ur",
     ),
-    "warm-up": Command(
+    "warm-up": TypedCommand(
         WarmUpConfig,
         "palpate.commands.warm_up.command:run_warm_up",
         "Compile once what would otherwise be compiled when it is first needed.",
     ),
-    "completion": Command(
+    "completion": TypedCommand(
         CompletionConfig,
         "palpate.cli:run_completion",
         "Print a script that makes a shell complete all of this.",
@@ -227,7 +227,7 @@ COMMANDS: Mapping[str, Command | Group] = {
 }
 
 
-Typed = Mapping[str, "Command | Group | Experiment"]
+Typed = Mapping[str, "TypedCommand | CommandGroup | Experiment"]
 """What can be typed, by the word that does so."""
 
 
@@ -253,7 +253,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return _manner(arguments).carry_out(partial(_run_typed, arguments or ["--help"]))
 
 
-def _run_typed(arguments: Sequence[str]) -> Answer | int:
+def _run_typed(arguments: Sequence[str]) -> CommandResult | int:
     commands = typed_commands()
     return _run(commands, "palpate", DESCRIPTION.format(first=next(iter(commands))), arguments)
 
@@ -265,7 +265,7 @@ def _manner(arguments: Sequence[str]) -> Manner:
     words: list[str] = []
     found: object = typed_commands()
     for word in arguments:
-        commands = found.commands if isinstance(found, Group) else found
+        commands = found.commands if isinstance(found, CommandGroup) else found
         if not isinstance(commands, Mapping) or word not in commands:
             break
         found = commands[word]
@@ -273,15 +273,15 @@ def _manner(arguments: Sequence[str]) -> Manner:
     return JsonDocument(" ".join(words) or next((word for word in arguments[:1] if ":" in word), ""))
 
 
-def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> Answer | int:
+def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> CommandResult | int:
     word = arguments[0] if arguments else ""
     chosen = commands.get(word)
     if chosen is None and not word.startswith("-") and (":" in word or word in experiment_names()):
         chosen = experiment_named(word)
-    if isinstance(chosen, Group):
+    if isinstance(chosen, CommandGroup):
         about = chosen.about or chosen.summary
         return _run(chosen.commands, f"{typed} {word}", about, arguments[1:] or ["--help"])
-    if isinstance(chosen, Command):
+    if isinstance(chosen, TypedCommand):
         return _carry_out(chosen, f"{typed} {word}", arguments[1:])
     if chosen is not None:
         return _carry_out_experiment(chosen, f"{typed} {word}", arguments[1:])
@@ -301,18 +301,18 @@ def _no_command(word: str, commands: Typed, typed: str) -> str:
     return f"{' '.join((*above, word))}: no such command; {meant}there are {', '.join(commands)}"
 
 
-def _carry_out(command: Command, typed: str, arguments: Sequence[str]) -> Answer | int:
+def _carry_out(command: TypedCommand, typed: str, arguments: Sequence[str]) -> CommandResult | int:
     about = inspect.getdoc(command.config)
     config: Any
     config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=about)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
     runner = _function(command.document if Flag.JSON in flags and command.document else command.runner)
     start_up.over()
-    answer: Answer | int = runner(config)
+    answer: CommandResult | int = runner(config)
     return answer
 
 
-def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> Answer:
+def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> CommandResult:
     config, flags = read_experiment(experiment.Config, experiment.name, typed, arguments, EXPERIMENT_FLAGS)
     if Flag.DRY_RUN in flags:
         from palpate.commands.dry_run import dry_run_experiment as carry_out
@@ -322,11 +322,11 @@ def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequenc
     return carry_out(experiment, config)
 
 
-def run_completion(config: CompletionConfig) -> Answer:
+def run_completion(config: CompletionConfig) -> CommandResult:
     """Print what makes a shell complete these commands."""
     script = completion_script(_subcommands(typed_commands()), config.shell)
     sys.stdout.write(script)
-    return Answer(facts={"shell": config.shell, "script": script})
+    return CommandResult(facts={"shell": config.shell, "script": script})
 
 
 def _function(name: str) -> Any:
@@ -344,10 +344,10 @@ def _subcommands(commands: Typed) -> Any:
     ]
 
 
-def _taken(name: str, what: "Command | Group | Experiment") -> Any:
-    if isinstance(what, Command):
+def _taken(name: str, what: "TypedCommand | CommandGroup | Experiment") -> Any:
+    if isinstance(what, TypedCommand):
         return flagged(what.config, name, (Flag.JSON,))
-    if isinstance(what, Group):
+    if isinstance(what, CommandGroup):
         below: Any = _subcommands(what.commands)
         return make_dataclass(name, [("command", Annotated[below, tyro.conf.OmitSubcommandPrefixes])])
     return flagged(what.Config, name, EXPERIMENT_FLAGS, experiment_file=True)

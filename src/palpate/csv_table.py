@@ -13,7 +13,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 
 
 @dataclass(frozen=True, slots=True)
-class CsvTable:
+class NumberTable:
     """Lines of fields, which `numbers` reads.
 
     Attributes:
@@ -50,7 +50,7 @@ class CsvTable:
         return np.array(numbers, dtype=np.float64)
 
 
-def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -> CsvTable:
+def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -> NumberTable:
     """Return the table of a text: lines of fields with commas between them; # begins a comment.
 
     The first line has the names of the columns, unless there is a number in it.
@@ -78,7 +78,7 @@ def read_csv_table(text: str, name: str, holds: str, width: int | None = None) -
     names = int(bool(rows) and all(number_in(field) is None for field in rows[0]))
     if len(rows) == names:
         raise InvalidValueError(f"{name}: no line with numbers; write {holds}, with commas between them")
-    return CsvTable(name, tuple(rows[0]) if names else (), rows[names:], lines[names:], holds)
+    return NumberTable(name, tuple(rows[0]) if names else (), rows[names:], lines[names:], holds)
 
 
 def is_comment(line: str) -> bool:

@@ -13,7 +13,7 @@ import msgspec
 
 from palpate.errors import InvalidValueError, shown
 from palpate.nearest_name import advice_on_key, nearest
-from palpate.strict_refusal import Refusal, not_among, parted, refusal, shown_path
+from palpate.strict_refusal import DecodeRefusal, not_among, parted, refusal, shown_path
 from palpate.strict_types import item_type, known_keys, records, tags
 from palpate.strict_yaml import LONGEST, Key, place_of, read_yaml
 
@@ -117,7 +117,7 @@ def decode(found: object, kind: type[T], text: str = "") -> T:
             return msgspec.convert(found, kind, strict=True, dec_hook=_decode_path)
         except msgspec.ValidationError as error:
             raise refusal(*parted(str(error)), found, kind) from None
-    except Refusal as found_wrong:
+    except DecodeRefusal as found_wrong:
         raise InvalidValueError(found_wrong.told(text)) from None
 
 
@@ -140,7 +140,7 @@ def decode_some(found: Mapping[str, object], kind: type, text: str = "") -> dict
                 message, path = parted(str(error))
                 raise refusal(message, (key, *path), found, kind) from None
         return values
-    except Refusal as found_wrong:
+    except DecodeRefusal as found_wrong:
         raise InvalidValueError(found_wrong.told(text)) from None
 
 
@@ -168,7 +168,7 @@ def _refuse_unknown(found: object, kind: object, path: tuple[Key, ...]) -> None:
             continue
         if key not in known:
             names = [*known, *([tag] if tag else [])]
-            raise Refusal((*path, key), ": " + advice_on_key(key, names))
+            raise DecodeRefusal((*path, key), ": " + advice_on_key(key, names))
         _refuse_unknown(value, known[key], (*path, key))
 
 
@@ -179,8 +179,8 @@ def _checked_tag(found: dict[str, object], tag: str, known: list[str], path: tup
     if tag not in found:
         near = nearest(tag, [key for key in found if isinstance(found[key], str)])
         hint = f"; is {shown_path((near,))} misspelt?" if near else ""
-        raise Refusal((*path, tag), f": missing; write {tag}: and one of {', '.join(known)}{hint}")
-    raise Refusal((*path, tag), not_among(given, known))
+        raise DecodeRefusal((*path, tag), f": missing; write {tag}: and one of {', '.join(known)}{hint}")
+    raise DecodeRefusal((*path, tag), not_among(given, known))
 
 
 def _decode_path(kind: type, value: object) -> object:

@@ -12,7 +12,7 @@ LONGEST_SHOWN = 60
 """Characters of a wrong key that a message repeats."""
 
 
-class Refusal(Exception):  # noqa: N818  # becomes an InvalidValueError once the place is known
+class DecodeRefusal(Exception):  # noqa: N818  # becomes an InvalidValueError once the place is known
     """What is wrong at a place, before the line is looked up."""
 
     def __init__(self, path: Sequence[Key], message: str) -> None:
@@ -64,27 +64,27 @@ def parted(message: str) -> tuple[str, tuple[Key, ...]]:
     return message[: found.start()], tuple(steps)
 
 
-def refusal(message: str, path: tuple[Key, ...], found: object, kind: object) -> Refusal:
+def refusal(message: str, path: tuple[Key, ...], found: object, kind: object) -> DecodeRefusal:
     """Make what msgspec says, or a type's own check, into a refusal with its full path."""
     value = _at(found, path)
     missing = _MISSING.fullmatch(message)
     if missing:
-        return Refusal((*path, missing[1]), f": missing; give a line `{missing[1]}: ...`")
+        return DecodeRefusal((*path, missing[1]), f": missing; give a line `{missing[1]}: ...`")
     if message.startswith("Invalid enum value"):
-        return Refusal(path, not_among(value, [str(choice) for choice in choices(kind, path)]))
+        return DecodeRefusal(path, not_among(value, [str(choice) for choice in choices(kind, path)]))
     mistyped = _MISTYPED.fullmatch(message)
     if mistyped:
-        return Refusal(path, _mistyped(mistyped[1].split(" | "), path, value, kind))
+        return DecodeRefusal(path, _mistyped(mistyped[1].split(" | "), path, value, kind))
     if message.startswith("Expected "):  # a size or a limit: "Expected `array` of length 3, got 2"
         told = _TYPE.sub(lambda found: _alternatives(found[1].split(" | ")), message.removeprefix("Expected "))
-        return Refusal(path, f": must be {told}")
+        return DecodeRefusal(path, f": must be {told}")
     if message.startswith("Invalid "):
-        return Refusal(path, f": {message}")
+        return DecodeRefusal(path, f": {message}")
     name = _NAME_IN_FRONT.match(message)
     if name and isinstance(value, dict) and name[1] in value:
         # a type's own check starts with the key: "mass_kg = -1 kg: must be ..."
-        return Refusal((*path, name[1]), message[name.end() :])
-    return Refusal(path, f": {message}")
+        return DecodeRefusal((*path, name[1]), message[name.end() :])
+    return DecodeRefusal(path, f": {message}")
 
 
 def _at(found: object, path: Sequence[Key]) -> object:

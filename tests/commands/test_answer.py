@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.commands.answer import UNITS, Answer, ExitCode, figure_name, shown_figures
+from palpate.commands.answer import UNITS, CommandResult, ExitCode, figure_name, shown_figures
 from palpate.commands.json_document import document, plain
 from palpate.commands.manner import JsonDocument, Words, unboxed
 from palpate.errors import InvalidValueError, OverrunError
@@ -75,7 +75,7 @@ values = st.recursive(
 @pytest.mark.slow
 @given(values)
 def test_any_values_make_strict_json(value):
-    text = document("x", Answer(facts={"value": value}))
+    text = document("x", CommandResult(facts={"value": value}))
     assert text.isascii()
     assert text.endswith("}\n")
     assert text.count("\n}\n") == 1

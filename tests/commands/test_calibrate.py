@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate.cli import COMMANDS, Group, main
+from palpate.cli import COMMANDS, CommandGroup, main
 from palpate.commands.calibrate.config import (
     MatrixConfig,
     NewSensorConfig,
@@ -28,7 +28,7 @@ from palpate.commands.typed_options import read_typed
 from palpate.errors import InvalidValueError
 from palpate.runtime import Command
 from palpate.runtime.pacing import SimulatedTime
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft import HEALTHY, FTPipeline, PayloadEntry, load_sensor_file, save_sensor_file
 from sensing.ft.sensor_examples import fingertip
 
@@ -37,7 +37,7 @@ G = 9.80665
 NANO = preset_sensor("nano17")
 NOISE = np.array(NANO.noise)
 RANGES = np.array(NANO.axis_limits)
-TRUE_PAYLOAD = Payload(0.030, (0.0005, 0.001, 0.018))
+TRUE_PAYLOAD = SensorPayload(0.030, (0.0005, 0.001, 0.018))
 BIAS = np.array([0.1, -0.2, 0.3, 1e-3, -2e-3, 5e-4])
 
 
@@ -339,7 +339,7 @@ def test_averaged_rows_are_held_against_less_noise(tmp_path):
 
 def test_no_payload_is_no_mistake(tmp_path, capsys):
     sensor = sensor_in(tmp_path)
-    text = pose_csv(np.random.default_rng(4), "gravity", payload=Payload())
+    text = pose_csv(np.random.default_rng(4), "gravity", payload=SensorPayload())
     assert run(PayloadConfig(written(tmp_path, text), sensor)) == 0
     assert load_sensor_file(sensor).payload.mass == 0.0
     assert "UNRESOLVED" in capsys.readouterr().out
@@ -616,7 +616,7 @@ def test_options_that_cannot_be_are_refused(kind, options, word):
 
 def parsed(name, *arguments):
     group = COMMANDS["calibrate"]
-    assert isinstance(group, Group)
+    assert isinstance(group, CommandGroup)
     return read_typed(group.commands[name].config, f"palpate calibrate {name}", arguments)
 
 

@@ -22,7 +22,7 @@ from palpate.commands.emulate.config import (
     version_numbers,
 )
 from palpate.hw.dynamixel.packets import packet
-from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, Command
+from palpate.hw.netft.rdt import HEADER, RECORD, REQUEST, RdtCommand
 from support.going_on import going_on
 from support.waiting import until
 
@@ -87,7 +87,7 @@ def test_a_box_sends_records_of_its_load_and_a_second_one_is_refused():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
             client.settimeout(30.0)
             client.connect(("127.0.9.81", 49152))
-            client.send(REQUEST.pack(HEADER, Command.STREAM, 3))
+            client.send(REQUEST.pack(HEADER, RdtCommand.STREAM, 3))
             records = [RECORD.unpack(client.recv(100)) for _ in range(3)]
         assert [record[3:] for record in records] == [(1_000_000, 0, -5_000_000, 0, 0, 10_000_000)] * 3
         with emulated("netft", "--address", "127.0.9.81") as (second, told, _):

@@ -13,7 +13,7 @@ from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer
-from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, friction_file_text
 from palpate.runtime import Ending
 from palpate.runtime.log import log_in, read_log
 from support.grasp_runs import plan_of
@@ -24,7 +24,7 @@ SHORT = {"load": "none", "rise": 0.1, "lift_height": 0.01}
 
 
 def known(value, lower, upper, how=How.MEASURED):
-    return Finding(value=value, lower=lower, upper=upper, how=how)
+    return FrictionEstimate(value=value, lower=lower, upper=upper, how=how)
 
 
 @pytest.fixture(scope="module")

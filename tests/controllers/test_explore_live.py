@@ -22,7 +22,7 @@ from palpate.runtime.data import ArmSample, Phase, Sample, WrenchSample
 from palpate.runtime.live import Change, LiveParameters, ScheduledChanges
 from palpate.runtime.replay import RecordedChanges
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene
 from palpate.spatial import IDENTITY, norm, subtract
 from palpate.surfaces import Sphere
@@ -217,7 +217,7 @@ def test_in_simulation_force_and_speed_change_on_a_sphere_without_leaving_it_or_
     gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), lag)
     parameters = ExploreParameters(force=2.0, speed=0.02, gain=gain, lead=lag)
     controller = ExploreController(parameters, Follow(raster), PERIOD)
-    touch = Touch(Finger(Sphere(RADIUS), Payload(tip.mass)))
+    touch = Touch(Finger(Sphere(RADIUS), SensorPayload(tip.mass)))
     changes = [
         Change(1.5, "force", 4.0),
         Change(2.5, "speed", 0.03),

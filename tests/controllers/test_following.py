@@ -22,7 +22,7 @@ from palpate.controllers import (
 from palpate.controllers.paths import Follow
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.replay import replay
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import (
     Box,
     ContactLaw,
@@ -67,7 +67,7 @@ class Swept:
         parameters = ExploreParameters(
             force=FORCE, speed=0.02, gain=gain, lead=delay, settle_time=0.8, landing_speed=landing
         )
-        self.finger = Finger(Sphere(RADIUS - FORCE / (2.0 * law.stiffness)), Payload(tip.mass))
+        self.finger = Finger(Sphere(RADIUS - FORCE / (2.0 * law.stiffness)), SensorPayload(tip.mass))
 
         def controller():
             more = {} if make is None else make(gain)

@@ -15,7 +15,7 @@ from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.friction.limit_surface import LimitSurface
 from palpate.runtime.data import Phase
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, Lift, SphereObject, TurningStage, white_noise
 from palpate.sim.fidelity import GRAVITY
 from palpate.sim.friction.law import FrictionLaw
@@ -50,7 +50,7 @@ class Held:
         )
         self.backend = HandBackend(scene, PERIOD, sensor=white_noise(0.01, 1e-4, seed=seed), load=load)
         hand = scene.hand
-        tip = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+        tip = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
         self.touch = Touch(*[tip] * hand.fingers)
         known = KnownSurface(KNOWN)
         plan = CommonGrip(hand.fingers, known, PERIOD, need=need)
@@ -141,7 +141,7 @@ def test_a_nudge_before_the_lift_tells_friction_and_spin_length(friction):
         friction=friction and replace(BRISTLES, static_friction=mu, kinetic_friction=mu, spin_length=e),
     )
     backend = HandBackend(scene, PERIOD, sensor=white_noise(0.01, 1e-4))
-    finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+    finger = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
     touch, belief = Touch(finger, finger), NudgedSurface(LimitSurface(0.35, 0.002))
     nudge = NudgeController(2, PERIOD, NudgeParameters(2.0, (0.0, 0.0, -(hand.depth + hand.tip_along))))
     both = NudgeAndLift(nudge, belief, LiftController(SlipSafeGrip(2, belief, PERIOD), PERIOD))
@@ -165,7 +165,7 @@ def test_what_does_not_slip_tells_nothing():
         hand, HeldObject(BOX, MASS), carrier=TurningStage(), table=Table(-0.03), friction=BRISTLES
     )
     backend = HandBackend(scene, PERIOD, sensor=white_noise(1e-3, 1e-5))
-    finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+    finger = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
     touch, center = Touch(finger, finger), (0.0, 0.0, -(hand.depth + hand.tip_along))
     nudge = NudgeController(2, PERIOD, NudgeParameters(3.0, center, stroke=1e-4, speed=1e-3, angle=0.02, spin=0.1))
     now = touch.sense(backend.start())

@@ -16,7 +16,7 @@ from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.fingers import FingerSlips, LearntSurface
 from palpate.friction.slip.margin_crossing import MarginCrossing
 from palpate.runtime.data import ArmSample, Observation, Phase
-from palpate.sensing.ft.health import Measure, Verdict
+from palpate.sensing.ft.health import HealthCheck, SampleHealth
 from palpate.spatial import IDENTITY, ZERO
 from support.felt_finger import finger
 
@@ -29,7 +29,7 @@ def observed(time, *fingers):
     return Observation(time, ARM, fingers)
 
 
-BROKEN = finger(0.5, health=Verdict(Measure.FROZEN))
+BROKEN = finger(0.5, health=SampleHealth(HealthCheck.FROZEN))
 ABSENT = finger(0.0, 0.0, 0.0, touching=False)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from palpate.controllers.grip.nudge import NudgeController, NudgeParameters, Ramped
 from palpate.runtime import Limits, Touch
 from palpate.runtime.touch import Finger
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, TurningStage
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import two_finger_hand
@@ -59,7 +59,7 @@ def test_a_nudge_as_it_is_by_default_keeps_the_supervisors_limits():
         hand, HeldObject(Box((0.06, 0.05, 0.06)), 0.1), carrier=TurningStage(), table=Table(-0.03)
     )
     backend = HandBackend(scene, PERIOD)
-    finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+    finger = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
     touch = Touch(finger, finger)
     parameters = NudgeParameters(2.0, (0.0, 0.0, -(hand.depth + hand.tip_along)))
     nudge = NudgeController(2, PERIOD, parameters)

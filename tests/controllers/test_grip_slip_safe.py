@@ -19,7 +19,7 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.fingers import FingerSlips
 from palpate.friction.slip.margin_crossing import MarginCrossing
 from palpate.runtime.data import ArmSample, Observation
-from palpate.sensing.ft.health import HEALTHY, Measure, Verdict
+from palpate.sensing.ft.health import HEALTHY, HealthCheck, SampleHealth
 from palpate.spatial import IDENTITY, ZERO
 from support.felt_finger import finger
 
@@ -27,7 +27,7 @@ PERIOD = 1e-3
 SURFACE = LimitSurface(0.5, 0.004)
 PLAIN = GripParameters(margin=0.1, reserve=0.05)
 ARM = ArmSample(0.0, ZERO, IDENTITY, ZERO)
-BROKEN = Verdict(Measure.FROZEN)
+BROKEN = SampleHealth(HealthCheck.FROZEN)
 
 surfaces = st.builds(
     LimitSurface, st.floats(0.1, 1.2), st.floats(1e-3, 8e-3), st.floats(0.0, 1.0 / 3.0), st.floats(1.0, 2.0)

@@ -13,7 +13,7 @@ from palpate.controllers.measured_loop import ForceResponse
 from palpate.controllers.tone import Tone
 from palpate.errors import InvalidValueError
 from palpate.runtime import Ending, Finger, Limits, Supervisor, Touch, run
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, ContactLaw, Fidelity, MujocoBackend, Stage, Tip, build_scene, white_noise
 from palpate.surfaces import Sphere
 
@@ -29,7 +29,7 @@ def identified(stiffness, friction=0.3, seed=0, time_step=0.5e-3):
     controller, forces = IdentifyController(IdentifyParameters(), PERIOD), []
     result = run(
         backend,
-        Touch(Finger(Sphere(0.008), Payload(tip.mass))),
+        Touch(Finger(Sphere(0.008), SensorPayload(tip.mass))),
         controller,
         Supervisor(Limits()),
         duration=30.0,

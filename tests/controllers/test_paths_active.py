@@ -7,7 +7,17 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.paths import Active, ActiveSettings, Ended, Event, Goal, Hop, LegEnd, Measure, Stroke
+from palpate.controllers.paths import (
+    Active,
+    ActiveSettings,
+    Ended,
+    Goal,
+    GoalError,
+    Hop,
+    LegEnd,
+    PathEvent,
+    Stroke,
+)
 from palpate.errors import InvalidValueError
 from support.paths_world import HeightWorld, explore
 
@@ -106,14 +116,14 @@ def test_the_way_and_a_loss_end_it():
     assert 0.1 <= active.way < 0.2
     lost = Active(0.04, 0.04)
     legs = explore(lost, HeightWorld(bump, lost=lambda u, v: v > 0.0))
-    assert [mark.event for mark in lost.marks] == [Event.LOST]
+    assert [mark.event for mark in lost.marks] == [PathEvent.LOST]
     assert all(b[1] <= 0.02 for _, b in strokes(legs))
 
 
 def test_what_cannot_be_reached_is_marked_and_not_asked_for_for_ever():
     active = Active(0.02, 0.02, Goal(length=3.0))
     legs = explore(active, Fenced(bump, missing=lambda u, v: v > 5e-3))
-    assert Event.UNREACHABLE in {mark.event for mark in active.marks}
+    assert PathEvent.UNREACHABLE in {mark.event for mark in active.marks}
     tried = [leg.to for leg in legs if isinstance(leg, Hop) and leg.to[1] > 5e-3]
     assert len(tried) == len(set(tried))
     assert any(isinstance(leg, Stroke) for leg in legs)
@@ -150,7 +160,7 @@ def test_a_seam_along_the_rows_is_found_and_gets_rows_of_its_own(offset):
     def seam(u, v):
         return 5e-4 * math.exp(-((v - 1.3e-3 - offset) ** 2) / (2 * 1e-3**2))
 
-    found = strokes(explore(Active(0.03, 0.03, Goal(5e-5, Measure.LARGEST)), HeightWorld(seam)))
+    found = strokes(explore(Active(0.03, 0.03, Goal(5e-5, GoalError.LARGEST)), HeightWorld(seam)))
     at = np.array([b[1] for a, b in found if abs(a[0] - b[0]) > 0.02])
     near = at[np.abs(at - 1.3e-3 - offset) < 3e-3]
     assert np.diff(np.sort(near)).max() < 2.2e-3
@@ -159,7 +169,7 @@ def test_a_seam_along_the_rows_is_found_and_gets_rows_of_its_own(offset):
 
 def test_a_goal_met_later_costs_more():
     def way(error):
-        active = Active(0.03, 0.03, Goal(error, Measure.LARGEST, length=5.0))
+        active = Active(0.03, 0.03, Goal(error, GoalError.LARGEST, length=5.0))
         explore(active, HeightWorld(bump))
         return active.way
 

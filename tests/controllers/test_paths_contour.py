@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers.paths import (
+    ContactPeriod,
     Contour,
     EdgeSteering,
     Ended,
-    Event,
-    Felt,
     LegEnd,
     LevelSteering,
+    PathEvent,
     PathPlane,
     Turn,
 )
@@ -118,14 +118,14 @@ def test_what_does_not_close_is_marked_and_so_is_what_cannot_be_followed():
     short = Contour((0.02, 0.0), LevelSteering(LEVEL), LEVEL, 0.05)
     circle_round(short, world)
     assert not short.closed
-    assert [mark.event for mark in short.marks] == [Event.OPEN]
+    assert [mark.event for mark in short.marks] == [PathEvent.OPEN]
     flat = LevelSet(lambda p: p[2], R)
     stuck = Contour((0.0, 0.0), LevelSteering(LEVEL), LEVEL, 0.05)
     circle_round(stuck, flat)
-    assert [mark.event for mark in stuck.marks] == [Event.BLOCKED]
+    assert [mark.event for mark in stuck.marks] == [PathEvent.BLOCKED]
     missed = Contour((0.05, 0.0), LevelSteering(LEVEL), LEVEL, 0.05)
     circle_round(missed, world)
-    assert [mark.event for mark in missed.marks] == [Event.UNREACHABLE]
+    assert [mark.event for mark in missed.marks] == [PathEvent.UNREACHABLE]
     assert missed.beginning is None
 
 
@@ -136,7 +136,7 @@ def test_passing_close_to_the_beginning_is_not_closing():
     contour.next(Ended(LegEnd.REACHED, (0.0, 0.0, 0.0)))
     out = [(x, 0.0, 0.0) for x in np.arange(0.0, 0.03, STEP)]
     back = [(x, 8e-4, 0.0) for x in np.arange(0.03, -0.02, -STEP)]
-    assert not any(contour.feel(Felt(p, p, (0.0, 1.0, 0.0))) for p in out + back)
+    assert not any(contour.feel(ContactPeriod(p, p, (0.0, 1.0, 0.0))) for p in out + back)
 
 
 def test_steering_that_cannot_be_is_refused():

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from palpate.controllers.paths import Event, FeatureWatch, Felt
+from palpate.controllers.paths import ContactPeriod, FeatureWatch, PathEvent
 
 R = 4e-3
 
@@ -22,7 +22,9 @@ def trace(profile, noise=0.0, seed=0, ends=(-0.012, 0.012), step=4e-5):
         cx, cz, h = x[near][k], z[near][k], lift[k]
         angle = math.atan2(u - cx, h - cz) + noise / R * rng.normal()
         normal = (math.sin(angle), 0.0, math.cos(angle))
-        yield Felt((u, 0.0, h), (u - R * normal[0], 0.0, h - R * normal[2] + noise * rng.normal()), normal)
+        yield ContactPeriod(
+            (u, 0.0, h), (u - R * normal[0], 0.0, h - R * normal[2] + noise * rng.normal()), normal
+        )
 
 
 def marks(profile, noise=0.0, **rest):
@@ -35,11 +37,11 @@ def marks(profile, noise=0.0, **rest):
 
 
 PROFILES = {
-    "step down": (lambda x: np.where(x < 0.0, 0.0, -1.5e-3), [Event.STEP]),
-    "step up": (lambda x: np.where(x < 0.0, 0.0, 1.5e-3), [Event.STEP]),
-    "slot": (lambda x: np.where(np.abs(x) < 1.5e-3, -5e-3, 0.0), [Event.HOLE]),
-    "V groove": (lambda x: 0.5 * np.abs(x), [Event.TIGHT]),
-    "roof": (lambda x: -0.5 * np.abs(x), [Event.EDGE]),
+    "step down": (lambda x: np.where(x < 0.0, 0.0, -1.5e-3), [PathEvent.STEP]),
+    "step up": (lambda x: np.where(x < 0.0, 0.0, 1.5e-3), [PathEvent.STEP]),
+    "slot": (lambda x: np.where(np.abs(x) < 1.5e-3, -5e-3, 0.0), [PathEvent.HOLE]),
+    "V groove": (lambda x: 0.5 * np.abs(x), [PathEvent.TIGHT]),
+    "roof": (lambda x: -0.5 * np.abs(x), [PathEvent.EDGE]),
     "flat": (lambda x: 0.0 * x, []),
     "slope": (lambda x: 0.7 * x, []),
     "wave wider than the tip": (lambda x: 1e-3 * np.sin(x / 3.5e-3), []),
@@ -72,15 +74,15 @@ def test_the_tighter_concavity_is_told_from_the_one_that_fits():
             radius * (1 - math.cos(math.pi / 4)) + np.abs(x) - edge,
         )
 
-    assert [mark.event for mark in marks(bowl(0.5 * R))] == [Event.TIGHT]
+    assert [mark.event for mark in marks(bowl(0.5 * R))] == [PathEvent.TIGHT]
     assert marks(bowl(2.5 * R), ends=(-0.009, 0.009)) == []
 
 
 def test_a_lift_between_two_places_is_no_jump():
     watch = FeatureWatch()
     n = (0.0, 0.0, 1.0)
-    watch.feel(Felt((0.0, 0.0, R), (0.0, 0.0, 0.0), n))
+    watch.feel(ContactPeriod((0.0, 0.0, R), (0.0, 0.0, 0.0), n))
     assert watch.leave() is None
     side = (1.0, 0.0, 0.0)
-    assert watch.feel(Felt((0.0, 0.0, R), (-R, 0.0, R), side)) is None
+    assert watch.feel(ContactPeriod((0.0, 0.0, R), (-R, 0.0, R), side)) is None
     assert watch.leave() is None

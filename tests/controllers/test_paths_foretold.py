@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.paths import ActiveSettings, Goal, Measure, TouchNoise
+from palpate.controllers.paths import ActiveSettings, Goal, GoalError, TouchNoise
 from palpate.controllers.paths.missed import missed, missed_around
 from palpate.controllers.paths.reached import reached
 from palpate.controllers.paths.row import Row
@@ -211,11 +211,11 @@ def test_a_goal_ends_at_its_length_or_its_time_whichever_is_less():
 
 
 def test_errors_count_as_a_mean_square_or_nearly_as_the_largest():
-    assert Measure.RMS.value == 2.0
+    assert GoalError.RMS.value == 2.0
     errors = np.array([1.0] * 9 + [3.0])  # a tenth of the area errs threefold
-    share = 3.0**Measure.LARGEST.value / (errors**Measure.LARGEST.value).sum()
+    share = 3.0**GoalError.LARGEST.value / (errors**GoalError.LARGEST.value).sum()
     assert share == pytest.approx(0.9)
-    assert ActiveSettings.suited(Measure.LARGEST).caution < ActiveSettings.suited(Measure.RMS).caution
+    assert ActiveSettings.suited(GoalError.LARGEST).caution < ActiveSettings.suited(GoalError.RMS).caution
 
 
 def test_all_or_nothing_of_a_field_may_be_wanted_and_no_more():
@@ -235,7 +235,7 @@ def ends(goal, error, gap=4e-3, area=1e-6, field=4e-6, margin=0.5):
     return reached(goal, margin, error, gap * full, area * full, field=field, prior=6e-3)
 
 
-@pytest.mark.parametrize(("measure", "last"), [(Measure.LARGEST, 1.0), (Measure.RMS, 2.0)])
+@pytest.mark.parametrize(("measure", "last"), [(GoalError.LARGEST, 1.0), (GoalError.RMS, 2.0)])
 def test_a_goal_is_reached_where_its_error_less_a_margin_is_expected(measure, last):
     # 4 cells, all but one free of error: the mean square is a quarter of the last one's
     goal = Goal(1e-4, measure)
@@ -247,7 +247,7 @@ def test_a_goal_is_reached_where_its_error_less_a_margin_is_expected(measure, la
 
 def test_a_part_of_the_field_is_the_best_known_part_and_wide_strips_are_not_known():
     errors = [9e-4, 0.0, 9e-4, 0.0]
-    for measure in Measure:
+    for measure in GoalError:
         assert ends(Goal(1e-4, measure, area=0.5), errors)
         assert not ends(Goal(1e-4, measure, area=0.9), errors)
         assert not ends(Goal(1e-4, measure), errors)

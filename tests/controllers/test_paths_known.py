@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from palpate.controllers import Raster
 from palpate.controllers.paths import (
     Ended,
-    Event,
     Follow,
     Hop,
     LegEnd,
+    PathEvent,
     PathFollower,
     PathPlane,
     Spiral,
@@ -144,7 +144,7 @@ def test_a_grid_of_taps_covers_its_rectangle_and_every_tap_is_tried(width, depth
     assert max(steps) <= spacing * (1 + 1e-6)
     low, high = np.min(points, axis=0), np.max(points, axis=0)
     assert high - low == pytest.approx([width, depth])
-    missed = [mark for mark in taps.marks if mark.event is Event.UNREACHABLE]
+    missed = [mark for mark in taps.marks if mark.event is PathEvent.UNREACHABLE]
     assert len(missed) == len(taps.marks) == sum(u > 0.0 for u, _ in points)
 
 
@@ -162,7 +162,7 @@ def test_a_loss_ends_it_with_a_mark():
     follow = Follow(SQUARE)
     legs = explore(follow, HeightWorld(level, lost=lambda u, v: v > 0.01))
     assert len(legs) == 2
-    assert [mark.event for mark in follow.marks] == [Event.LOST]
+    assert [mark.event for mark in follow.marks] == [PathEvent.LOST]
     assert follow.marks[0].position == pytest.approx((0.02, 0.01, 0.0), abs=3e-4)
 
 
@@ -174,7 +174,7 @@ def test_steep_places_are_marked_left_out_and_passed():
     follow = Follow(SQUARE)
     world = HeightWorld(height, steep=math.radians(70.0))
     legs = explore(follow, world)
-    assert [mark.event for mark in follow.marks] == [Event.STEEP, Event.STEEP]
+    assert [mark.event for mark in follow.marks] == [PathEvent.STEEP, PathEvent.STEEP]
     assert follow.marks[0].position[1] == pytest.approx(0.008, abs=3e-4)
     # 2 mm on it is still steep; 4 mm further it is not
     assert [type(leg) for leg in legs] == [Hop, Stroke, Hop, Stroke, Hop, Stroke]
@@ -186,7 +186,7 @@ def test_where_nothing_is_met_at_first_it_is_given_up():
     follow = Follow(Raster(0.02, 0.01, 0.005))
     legs = explore(follow, HeightWorld(level, missing=lambda u, v: True))
     assert legs == [Hop((-0.01, -0.005))]
-    assert [mark.event for mark in follow.marks] == [Event.UNREACHABLE]
+    assert [mark.event for mark in follow.marks] == [PathEvent.UNREACHABLE]
 
 
 @settings(max_examples=20, deadline=None, derandomize=True)
@@ -202,8 +202,8 @@ def test_of_what_lies_beside_the_object_the_number_of_tries_grows_with_the_logar
     follow = Follow(raster)
     world = HeightWorld(height, steep=math.radians(70.0), missing=lambda u, v: v > first + 1e-6)
     legs = explore(follow, world)
-    assert [mark.event for mark in follow.marks[:1]] == [Event.STEEP]
-    missed = [mark for mark in follow.marks if mark.event is Event.UNREACHABLE]
+    assert [mark.event for mark in follow.marks[:1]] == [PathEvent.STEEP]
+    missed = [mark for mark in follow.marks if mark.event is PathEvent.UNREACHABLE]
     assert len(missed) <= 1 + math.log2(1.0 + raster.length / 2e-3)
     assert len(legs) == 2 + len(missed)
 
@@ -229,7 +229,7 @@ def test_after_a_steep_place_a_fine_curve_goes_on_some_way_further():
     hops = [leg.to for leg in legs if isinstance(leg, Hop)]
     # at most the part of the length beyond the wall, divided by what is left out each time
     assert 2 < len(hops) < 20
-    assert all(mark.event is Event.STEEP for mark in follow.marks)
+    assert all(mark.event is PathEvent.STEEP for mark in follow.marks)
     assert math.hypot(*world.at) > 7e-3
 
 
@@ -270,9 +270,9 @@ def test_the_end_of_a_blocked_leg_is_told_with_its_reason():
     assert leg.to == pytest.approx((0.012, 0.0))
     # beside the object at the second try: a landing that is blocked is marked where it should have been
     leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
-    assert follow.marks[1].event is Event.UNREACHABLE
+    assert follow.marks[1].event is PathEvent.UNREACHABLE
     assert follow.marks[1].position == pytest.approx((0.012, 0.0, 0.05))
     assert isinstance(leg, Hop)
     assert leg.to == pytest.approx((0.016, 0.0))
-    assert follow.marks[0].event is Event.BLOCKED
+    assert follow.marks[0].event is PathEvent.BLOCKED
     assert "force" in follow.marks[0].reason

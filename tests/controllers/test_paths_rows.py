@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import Raster
-from palpate.controllers.paths import Ended, Event, Felt, Hop, LegEnd, Stroke
-from palpate.controllers.paths.rows import Rows
+from palpate.controllers.paths import ContactPeriod, Ended, Hop, LegEnd, PathEvent, Stroke
+from palpate.controllers.paths.rows import RasterRows
 from palpate.errors import InvalidValueError
 from support.paths_world import HeightWorld, explore
 
@@ -62,11 +62,11 @@ class Rolling(HeightWorld):
         outline, d = self.height, 1e-7
         out = max(outline(u, v), 0.0)
         if out == 0.0:
-            return Felt((u, v, BALL), (u, v, 0.0), (0.0, 0.0, 1.0))
+            return ContactPeriod((u, v, BALL), (u, v, 0.0), (0.0, 0.0, 1.0))
         slope = [outline(u + d, v) - outline(u - d, v), outline(u, v + d) - outline(u, v - d)]
         nu, nv = (k / (2 * d) * min(out / BALL, 1.0) for k in slope)
         normal = (nu, nv, math.sqrt(max(1.0 - nu * nu - nv * nv, 0.0)))
-        return Felt((u, v, BALL * normal[2]), (u - BALL * nu, v - BALL * nv, 0.0), normal)
+        return ContactPeriod((u, v, BALL * normal[2]), (u - BALL * nu, v - BALL * nv, 0.0), normal)
 
 
 class Swept:
@@ -79,7 +79,7 @@ class Swept:
         self.outline, self.raster = outline, raster
         if begin is None:  # a place well on the object, as an experiment foresees it
             begin = min(places(outline, raster), key=lambda p: (outline(*p) > -1.5e-3, p[1], p[0]))
-        self.strategy, self.felt, self.legs = Rows(raster, begin=begin), [], []
+        self.strategy, self.felt, self.legs = RasterRows(raster, begin=begin), [], []
         kind = HeightWorld if sharp is None else Rolling
         world = kind(
             (lambda u, v: -10.0 * max(outline(u, v), 0.0)) if sharp is None else outline,
@@ -89,7 +89,7 @@ class Swept:
         )
         explore(self, world)
         self.hops = [leg for leg in self.legs if isinstance(leg, Hop)]
-        self.missed = [mark for mark in self.strategy.marks if mark.event is Event.UNREACHABLE]
+        self.missed = [mark for mark in self.strategy.marks if mark.event is PathEvent.UNREACHABLE]
 
     @property
     def plane(self):
@@ -205,10 +205,10 @@ def test_behind_a_hole_of_any_width_rows_go_on(width, at):
 
 
 def test_a_second_landing_in_the_middle_is_the_last_where_there_is_nothing():
-    strategy = Rows(RASTER)
+    strategy = RasterRows(RASTER)
     legs = explore(strategy, HeightWorld(lambda u, v: 0.0, missing=lambda u, v: True))
     assert legs == [Hop(RASTER.corners()[0]), Hop((0.0, 0.0))]
-    assert [mark.event for mark in strategy.marks] == [Event.UNREACHABLE] * 2
+    assert [mark.event for mark in strategy.marks] == [PathEvent.UNREACHABLE] * 2
     again = explore(strategy, HeightWorld(lambda u, v: 0.0, missing=lambda u, v: True))
     assert again == legs
 
@@ -225,7 +225,7 @@ def test_on_nothing_the_number_of_tries_grows_with_the_logarithm_of_its_size(dou
 
 def test_a_loss_ends_it_with_a_mark():
     swept = Swept(SHAPES["box"], lost=lambda u, v: u > 0.0)
-    assert swept.strategy.marks[-1].event is Event.LOST
+    assert swept.strategy.marks[-1].event is PathEvent.LOST
 
 
 def test_what_lies_across_the_way_to_the_next_row_is_passed_by():
@@ -241,7 +241,7 @@ def test_what_lies_across_the_way_to_the_next_row_is_passed_by():
 
 
 def test_told_the_same_again_it_asks_for_the_same_and_forgets_in_between():
-    strategy = Rows(RASTER)
+    strategy = RasterRows(RASTER)
     first = strategy.next(None)
     strategy.next(Ended(LegEnd.MISSED, (0.0, 0.0, 0.0)))
     strategy.start()
@@ -251,4 +251,4 @@ def test_told_the_same_again_it_asks_for_the_same_and_forgets_in_between():
 
 def test_a_beginning_beside_the_raster_is_refused():
     with pytest.raises(InvalidValueError, match="begin"):
-        Rows(RASTER, begin=(0.03, 0.0))
+        RasterRows(RASTER, begin=(0.03, 0.0))

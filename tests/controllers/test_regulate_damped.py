@@ -12,7 +12,7 @@ from palpate.controllers.damped_contact import (
     LEAST_GAIN_MARGIN,
     LEAST_MODULUS_MARGIN,
     DampedContact,
-    Mounting,
+    SpringMounting,
 )
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.gains import ForceGain
@@ -71,7 +71,7 @@ def test_a_simulated_loop_is_unstable_just_beyond_its_gain_margin(stiffness, dam
 
 
 def test_what_is_mounted_softly_is_as_stiff_as_its_contact_to_what_is_fast():
-    soft = DampedContact(20e3, 0.03, 5e4, Mounting(2e3, 60.0, 1.0))
+    soft = DampedContact(20e3, 0.03, 5e4, SpringMounting(2e3, 60.0, 1.0))
     assert soft.surface_stiffness == pytest.approx(1.0 / (1.0 / 20e3 + 1.0 / 2e3))
     spring = DampedContact(soft.surface_stiffness, soft.surface_damping_time, 5e4)
     assert soft.gain(0.0215).gain < spring.gain(0.0215).gain

@@ -9,7 +9,7 @@ import pytest
 from palpate.cli import main
 from palpate.commands.answer import ExitCode
 from palpate.commands.replay.run import replay_log
-from palpate.controllers.paths import Event, Mark
+from palpate.controllers.paths import Mark, PathEvent
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
@@ -148,7 +148,7 @@ def test_a_level_contour_closes_whichever_way_round_and_however_fast(speed):
 def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked():
     found = carried_out(plan_of(ExploreConfig(**BOX, strategy="contour", curve="edge")))
     assert found.run.ending is Ending.DONE
-    assert {mark.event for mark in found.marks} == {Event.EDGE}
+    assert {mark.event for mark in found.marks} == {PathEvent.EDGE}
     corners = np.array([mark.position for mark in found.marks])
     assert len(corners) == 4
     assert np.abs(np.abs(corners) - (0.012, 0.008, 0.006)).max() < 5e-4
@@ -183,7 +183,7 @@ def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share
     found = carried_out(plan_of(ExploreConfig(**BOX, **region, beyond=True)))
     assert found.run.ending is Ending.DONE
     assert found.run.stopped
-    assert {mark.event for mark in not_felt(found.marks)} <= {Event.UNREACHABLE, Event.STEEP}
+    assert {mark.event for mark in not_felt(found.marks)} <= {PathEvent.UNREACHABLE, PathEvent.STEEP}
     assert len(not_felt(found.marks)) >= 2
     assert all(abs(mark.position[0]) > 0.0115 for mark in found.marks)
     said = outcome(found)
@@ -288,9 +288,9 @@ def test_a_strategy_that_there_is_not_is_answered_with_the_nearest(tmp_path, cap
 
 def test_marks_are_counted_and_read_back(tmp_path):
     marks = (
-        Mark(Event.STEEP, (0.1, -0.2, 0.3), 'steep, "very"'),
-        Mark(Event.EDGE, (0.0, 0.0, 0.0), "edge"),
-        Mark(Event.STEEP, (0.0, 0.0, 1e-5), "steep"),
+        Mark(PathEvent.STEEP, (0.1, -0.2, 0.3), 'steep, "very"'),
+        Mark(PathEvent.EDGE, (0.0, 0.0, 0.0), "edge"),
+        Mark(PathEvent.STEEP, (0.0, 0.0, 1e-5), "steep"),
     )
     assert marks_text(marks) == "2 steep, 1 edge"
     assert marks_text(()) == "none"

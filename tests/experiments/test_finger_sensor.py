@@ -23,7 +23,7 @@ from palpate.robots.values import on_robot, values_of
 from palpate.runtime import Command, Ending, SensorFinger
 from palpate.runtime.robot import ROBOT_TEXT, load_robot, read_robot
 from palpate.runtime.robot_sensor import PresetSensor, SimulatedSensorEntry
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import FTPipeline, read_sensor, sensor_text
 from palpate.sim import SeededSensor
 from palpate.sim.fidelity import GRAVITY
@@ -105,7 +105,7 @@ def test_a_tare_finds_the_bias_and_what_cross_talk_makes_of_the_weight(specimen,
     finger = finger.file.fingers[0]
     model = model_of_finger(finger)
     known = known_sensor(finger, None, SeededSensor(model, seed), 1e-3)
-    weight = -np.array(contact_wrench((0.0,) * 6, (0.0, 0.0, 9.81), Payload(0.03)))
+    weight = -np.array(contact_wrench((0.0,) * 6, (0.0, 0.0, 9.81), SensorPayload(0.03)))
     expected = (np.array(model.cross_talk.matrix) - np.eye(6)) @ weight + model.bias
     # six standard errors of 1000 readings; rounding to a step as large as the noise adds 1e-8 of bias
     assert np.all(np.abs(known.bias - expected) < 6.0 * np.array(model.noise_sd) / np.sqrt(1000))

@@ -27,7 +27,7 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.registry import experiment_named
 from palpate.friction import LimitSurface
 from palpate.friction.friction_file import (
-    Finding,
+    FrictionEstimate,
     FrictionFile,
     How,
     friction_file_text,
@@ -35,7 +35,7 @@ from palpate.friction.friction_file import (
     read_friction_file,
 )
 from palpate.friction.materials.library import load_materials, simulated_materials
-from palpate.friction.materials.recognition import Answer
+from palpate.friction.materials.recognition import RecognitionOutcome
 from palpate.friction.rubbing.estimate import Estimate
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound
@@ -173,7 +173,7 @@ def test_without_twists_steel_and_tile_are_confused():
     """Both have the same mu by the library: strokes alone cannot tell them apart, and say so."""
     run = rubbed(friction=0.33, quick=True, loads=(2.0,), robot="stage", library=Path("simulated"))
     known = run.recognised
-    assert known.recognition.answer is Answer.UNDECIDED
+    assert known.recognition.answer is RecognitionOutcome.UNDECIDED
     steel, tile = (known.confusion.truths.index(name) for name in ("polished steel", "glazed tile"))
     shares = known.confusion.shares
     assert shares[steel, tile] + shares[tile, steel] > 0.5
@@ -288,7 +288,7 @@ def test_a_mean_is_in_between_and_never_surer_than_the_model_nor_than_it_scatter
 
 
 def finding(value, how=How.MEASURED):
-    return Finding(value=value, lower=0.9 * value, upper=1.1 * value, how=how)
+    return FrictionEstimate(value=value, lower=0.9 * value, upper=1.1 * value, how=how)
 
 
 KEPT = FrictionFile(

@@ -25,7 +25,7 @@ from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer
-from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, friction_file_text
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer
 from palpate.reporting.page import report_page
@@ -33,7 +33,7 @@ from palpate.robots.hand_task import PERIOD
 from palpate.robots.hands import hand_backend
 from palpate.runtime import Ending, Phase, Supervisor, Touch, run
 from palpate.runtime.log import log_in, read_log
-from palpate.sensing.ft.health import Measure, Verdict
+from palpate.sensing.ft.health import HealthCheck, SampleHealth
 from palpate.sim.fidelity import GRAVITY
 from palpate.sim.hand.load import RampLoad, SumOfLoads
 from support.grasp_runs import found_after, plan_of, planned_again, run_grasp
@@ -135,7 +135,7 @@ def test_the_least_forces_of_the_heaviest_moment_balance_its_load_and_hold_more(
 
 
 def finding(value, lower, upper, how=How.MEASURED):
-    return Finding(value=value, lower=lower, upper=upper, how=how)
+    return FrictionEstimate(value=value, lower=lower, upper=upper, how=how)
 
 
 def found(mu, e):
@@ -313,7 +313,7 @@ class _FailingPipeline:
 
 
 def frozen(felt):
-    return felt._replace(health=Verdict(Measure.FROZEN))
+    return felt._replace(health=SampleHealth(HealthCheck.FROZEN))
 
 
 def nothing(felt):

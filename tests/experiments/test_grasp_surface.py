@@ -21,7 +21,7 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_l
 from palpate.experiments.grasp.surface import USUAL, likely, rubbed_by_plant
 from palpate.experiments.grasp.words import outcome
 from palpate.friction.contact_load import ContactLoad
-from palpate.friction.friction_file import Finding, FrictionFile, How, LoadFinding, friction_file_text
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, LoadFinding, friction_file_text
 from palpate.friction.limit_surface import LimitSurface
 from palpate.robots.hands import LIMITS, simulated_hand
 from palpate.runtime import Ending
@@ -32,7 +32,7 @@ SHORT = {"rise": 0.3, "lift_height": 0.01}
 
 
 def finding(value, lower=None, upper=None, how=How.MEASURED):
-    return Finding(
+    return FrictionEstimate(
         value=value,
         lower=0.99 * value if lower is None else lower,
         upper=1.01 * value if upper is None else upper,
@@ -46,7 +46,7 @@ FLAT = finding(0.002, 0.0, 0.012)
 
 def found(mu=0.8, e=0.002, gamma=0.2, p=1.5, loads=(1.0, 4.0)):
     """What rubbing says of a surface; numbers stand for findings within 1 %."""
-    mu, e, gamma, p = (each if isinstance(each, Finding) else finding(each) for each in (mu, e, gamma, p))
+    mu, e, gamma, p = (each if isinstance(each, FrictionEstimate) else finding(each) for each in (mu, e, gamma, p))
     return FrictionFile(
         palpate_friction=1,
         provenance="a test",

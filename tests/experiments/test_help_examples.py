@@ -8,7 +8,7 @@ from palpate.commands.run import plan_for
 from palpate.commands.typed_options import read_experiment
 from palpate.experiments.friction.experiment import FindFriction
 from palpate.experiments.grasp.experiment import GraspObject
-from palpate.friction.friction_file import Finding, FrictionFile, How, friction_file_text
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, friction_file_text
 
 EXPERIMENTS = (FindFriction(), GraspObject())
 
@@ -26,8 +26,8 @@ def found_first(tmp_path, monkeypatch):
     path = Path("runs/friction/friction.yaml")
     path.parent.mkdir(parents=True)
 
-    def finding(value: float) -> Finding:
-        return Finding(value=value, lower=0.99 * value, upper=1.01 * value, how=How.MEASURED)
+    def finding(value: float) -> FrictionEstimate:
+        return FrictionEstimate(value=value, lower=0.99 * value, upper=1.01 * value, how=How.MEASURED)
 
     file = FrictionFile(
         palpate_friction=1,

@@ -20,7 +20,7 @@ from palpate.runtime.data import Sample
 from palpate.runtime.pacing import Pacer
 from palpate.runtime.supervision import Limits
 from palpate.runtime.touch import Finger, FingerDescription, SensorFinger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.sensor_file import CalibrationEntry, PayloadEntry, SensorFile
 from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Stage, Tip, build_scene, white_noise
 from palpate.spatial import Vector, norm, scale
@@ -43,7 +43,7 @@ _SCENE = build_scene(TIP, TARGET, LAW, (_CORNER_X, _CORNER_Y, _START_Z), STAGE)
 
 def plain_finger() -> Finger:
     """A sensor that says what it is told."""
-    return Finger(SENSED, Payload(TIP.mass))
+    return Finger(SENSED, SensorPayload(TIP.mass))
 
 
 def nano17() -> SensorFile:

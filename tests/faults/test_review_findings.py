@@ -12,7 +12,7 @@ from palpate.runtime.log import MemoryLog, Recorder
 from palpate.runtime.loop import run
 from palpate.runtime.result import Ending, result_until
 from palpate.runtime.supervision import CONTACT_FORCE, AtMost, Guard, Limits, Supervisor
-from palpate.sensing.ft.health import Measure, Verdict
+from palpate.sensing.ft.health import HealthCheck, SampleHealth
 from palpate.spatial import norm
 from runtime.puppets import PERIOD, REST, PuppetBackend, PuppetController, sample, touch
 
@@ -219,7 +219,9 @@ def test_an_overloaded_sensor_is_drawn_out_of_it_whatever_it_shows():
     supervisor = Supervisor()
     supervisor.start(PERIOD)
     now = touch().sense(sample(wrench=(0.0, 0.0, 5.0, 0.0, 0.0, 0.0)))
-    now = replace(now, fingers=(replace(now.fingers[0], health=Verdict(Measure.SATURATED, "Mx", 0.2, 0.12)),))
+    now = replace(
+        now, fingers=(replace(now.fingers[0], health=SampleHealth(HealthCheck.SATURATED, "Mx", 0.2, 0.12)),)
+    )
     assert not supervisor.admits(now)
     assert norm(supervisor.react(now).velocity_base_tip) > 0.0
 

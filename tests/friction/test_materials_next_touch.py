@@ -15,7 +15,7 @@ from palpate.friction.materials.library import MaterialLibrary, simulated_materi
 from palpate.friction.materials.material import Deviations, Material
 from palpate.friction.materials.next_touch import Advice, candidate_touches, expected_bits, next_touch, touch_error
 from palpate.friction.materials.recognition import recognise
-from palpate.friction.materials.touch_evidence import Touch
+from palpate.friction.materials.touch_evidence import TouchEvidence
 from palpate.friction.materials.touch_sums import speed_shifts
 from palpate.friction.materials.trials import UNKNOWN, Confusion, confusion, drawn_touches
 from palpate.friction.rubbing.estimate import SensorErrors
@@ -110,12 +110,12 @@ def test_more_scatter_tells_less():
 
 
 def test_enough_is_said_when_it_is_known_unknown_or_beyond_telling():
-    sure = recognise(LIBRARY, [Touch.stroke(NAMED["PTFE"].friction_at(0.02), 0.004, 0.02)])
+    sure = recognise(LIBRARY, [TouchEvidence.stroke(NAMED["PTFE"].friction_at(0.02), 0.004, 0.02)])
     assert (next_touch(sure, CANDIDATES).advice, next_touch(sure, CANDIDATES).slip) == (Advice.RECOGNISED, None)
-    odd = recognise(LIBRARY, [Touch.stroke(2.0, 0.004, 0.02)])
+    odd = recognise(LIBRARY, [TouchEvidence.stroke(2.0, 0.004, 0.02)])
     assert next_touch(odd, CANDIDATES).advice is Advice.UNKNOWN
     # as touched often: both alike
-    rubbed, turned = Touch.stroke(0.4, 0.004, 0.02), Touch.twist(0.4 * 3e-3, 0.004, 2.0, 3.0)
+    rubbed, turned = TouchEvidence.stroke(0.4, 0.004, 0.02), TouchEvidence.twist(0.4 * 3e-3, 0.004, 2.0, 3.0)
     alike = recognise(two(1e-4), [rubbed, turned] * 5)
     assert next_touch(alike, CANDIDATES).advice is Advice.NOTHING_TELLS
     fresh = next_touch(recognise(two(1e-4), []), CANDIDATES)
@@ -171,7 +171,7 @@ def test_a_confusion_matrix_counts_every_case_once():
     assert (trials.counts.sum(axis=1) == 5).all()
     np.testing.assert_allclose(trials.shares.sum(axis=1), 1.0)
     assert trials.right > 0.8
-    odd = recognise(LIBRARY, [Touch.stroke(2.0, 0.004, 0.02)])
+    odd = recognise(LIBRARY, [TouchEvidence.stroke(2.0, 0.004, 0.02)])
     both = confusion(LIBRARY, [("brick", odd), ("PTFE", odd), ("brick", odd)])
     assert both.truths == (*LIBRARY.names, "brick")
     assert both.counts[-1, -1] == 2

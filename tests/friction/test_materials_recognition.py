@@ -11,8 +11,8 @@ from scipy.stats import binom, multivariate_normal
 from palpate.errors import InvalidValueError
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import Deviations, Material
-from palpate.friction.materials.recognition import Answer, recognise
-from palpate.friction.materials.touch_evidence import NeverSlipped, Touch, twist_row
+from palpate.friction.materials.recognition import RecognitionOutcome, recognise
+from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence, twist_row
 from palpate.friction.materials.trials import drawn_touches
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 from palpate.friction.rubbing.surface_fit import SlipLoad, fit_limit_surface
@@ -87,7 +87,8 @@ def test_only_ratios_of_friction_and_of_lengths_count(by_friction, by_length, se
     logs = np.array([math.log(by_friction), math.log(by_length), 0.0, 0.0])
     # without speed dependence speeds do not matter
     moved = [
-        Touch(t.values + t.rows @ logs, t.rows, t.covariance, t.speed, t.spin, t.normal_force) for t in touches
+        TouchEvidence(t.values + t.rows @ logs, t.rows, t.covariance, t.speed, t.spin, t.normal_force)
+        for t in touches
     ]
     one, other = recognise(THREE, touches), recognise(scaled, moved)
     np.testing.assert_allclose(one.posterior, other.posterior, rtol=1e-7, atol=1e-12)
@@ -101,7 +102,7 @@ def test_ten_thousand_touches_neither_underflow_nor_convince_of_the_wrong():
     assert np.isfinite(found.posterior).all()
     assert found.posterior.sum() == pytest.approx(1.0)
     assert found.best == "b"
-    assert found.answer is Answer.RECOGNISED
+    assert found.answer is RecognitionOutcome.RECOGNISED
     # densities themselves are beyond any float
     assert found.known.log_likelihood.min() > 1000.0
 
@@ -112,15 +113,15 @@ def test_what_is_particular_to_a_specimen_is_not_averaged_away():
     both = library(material("a", 0.4, specimen=loose), material("b", 0.44, specimen=loose))
     half = material("half", math.sqrt(0.4 * 0.44), specimen=Deviations(friction=0.0, spin_length=0.0))
     found = recognise(both, drawn_touches(half, [STROKE] * 1000, np.random.default_rng(0)))
-    assert found.answer is Answer.UNDECIDED
+    assert found.answer is RecognitionOutcome.UNDECIDED
     assert found.posterior.min() > 0.4
 
 
 def test_an_error_of_calibration_that_all_touches_share_makes_nothing_unknown():
     exact = library(material("a", 0.4, specimen=Deviations(friction=0.0, spin_length=0.0)))
-    off = [Touch.stroke(0.4 * 1.005, 0.004, 0.02)] * 400
+    off = [TouchEvidence.stroke(0.4 * 1.005, 0.004, 0.02)] * 400
     assert recognise(exact, off, calibration=0.003).fit[0] > 0.05
-    assert recognise(exact, off, calibration=0.0).answer is Answer.UNKNOWN
+    assert recognise(exact, off, calibration=0.0).answer is RecognitionOutcome.UNKNOWN
 
 
 # 4 standard deviations of chance above the promised rate
@@ -131,7 +132,7 @@ def test_the_true_material_is_refused_as_rarely_as_promised(slips):
     alone = library(THREE.materials[1])
     refused = sum(
         recognise(alone, drawn_touches(alone.materials[0], slips, rng), false_rejection=rate).answer
-        is Answer.UNKNOWN
+        is RecognitionOutcome.UNKNOWN
         for _ in range(trials)
     )
     assert binom.sf(refused - 1, trials, rate) > 3e-5
@@ -141,18 +142,23 @@ def test_the_true_material_is_refused_as_rarely_as_promised(slips):
 
 def test_outsiders_fit_nothing_by_place_or_by_scatter():
     sure = {"speed": 0.02, "error": 0.004}
-    assert recognise(THREE, [Touch.stroke(0.9, **sure)] * 3).answer is Answer.UNKNOWN
-    assert recognise(THREE, [Touch.twist(0.4 * 6e-3, 0.004, 2.0, 3.0)] * 3).answer is Answer.UNKNOWN
+    assert recognise(THREE, [TouchEvidence.stroke(0.9, **sure)] * 3).answer is RecognitionOutcome.UNKNOWN
+    assert (
+        recognise(THREE, [TouchEvidence.twist(0.4 * 6e-3, 0.004, 2.0, 3.0)] * 3).answer
+        is RecognitionOutcome.UNKNOWN
+    )
     # two surfaces on one object: on average as "a"
-    mixed = [Touch.stroke(0.4 * math.exp(sign * 0.12), **sure) for sign in (1.0, -1.0) * 4]
+    mixed = [TouchEvidence.stroke(0.4 * math.exp(sign * 0.12), **sure) for sign in (1.0, -1.0) * 4]
     alone = library(THREE.materials[0])
-    assert recognise(alone, [Touch.stroke(0.4, **sure)] * 8).answer is Answer.RECOGNISED
-    assert recognise(alone, mixed).answer is Answer.UNKNOWN
+    assert recognise(alone, [TouchEvidence.stroke(0.4, **sure)] * 8).answer is RecognitionOutcome.RECOGNISED
+    assert recognise(alone, mixed).answer is RecognitionOutcome.UNKNOWN
 
 
 def test_nothing_is_recognised_without_touching_it():
-    assert recognise(library(THREE.materials[0]), []).answer is Answer.UNDECIDED
-    assert recognise(library(THREE.materials[0]), [NeverSlipped.stroke(0.0)]).answer is Answer.UNDECIDED
+    assert recognise(library(THREE.materials[0]), []).answer is RecognitionOutcome.UNDECIDED
+    assert (
+        recognise(library(THREE.materials[0]), [NeverSlipped.stroke(0.0)]).answer is RecognitionOutcome.UNDECIDED
+    )
     found = recognise(THREE, [], {"a": 3.0, "c": 1.0})
     np.testing.assert_allclose(found.posterior, [0.75, 0.0, 0.25])
     assert (found.fit == 1.0).all()
@@ -168,7 +174,7 @@ def test_what_never_slipped_only_rules_out_less_friction():
     once, often = (recognise(both, [NeverSlipped.stroke(0.205)] * n) for n in (1, 50))
     np.testing.assert_allclose(once.posterior, often.posterior)
     assert 0.1 < once.posterior[0] < 0.4
-    assert recognise(both, [NeverSlipped.stroke(2.0)]).answer is Answer.UNKNOWN
+    assert recognise(both, [NeverSlipped.stroke(2.0)]).answer is RecognitionOutcome.UNKNOWN
     turned = recognise(both, [NeverSlipped.twist(0.5 * weak.spin_length_at(4.0), 4.0)])
     assert turned.posterior[1] > 0.999
 
@@ -183,14 +189,14 @@ def test_speeds_tell_what_grows_from_what_does_not():
     even, film = material("even", 0.5), material("film", 0.45, viscous_friction=2.5)
     both = library(even, film)
     assert film.friction_at(0.02) == even.friction_at(0.02)
-    at_one, fast = Touch.stroke(0.5, 0.004, 0.02), Touch.stroke(0.7, 0.004, 0.1)
+    at_one, fast = TouchEvidence.stroke(0.5, 0.004, 0.02), TouchEvidence.stroke(0.7, 0.004, 0.1)
     np.testing.assert_allclose(recognise(both, [at_one]).posterior, 0.5)
     assert recognise(both, [at_one, fast]).best == "film"
     # a twist slips as fast as e omega, with e of its load
     for force in (0.5, 2.0, 8.0):
         e = film.spin_length_at(force)
-        turned = recognise(both, [at_one, Touch.twist(0.7 * e, 0.004, force, 0.1 / e)])
-        assert turned.answer is Answer.RECOGNISED
+        turned = recognise(both, [at_one, TouchEvidence.twist(0.7 * e, 0.004, force, 0.1 / e)])
+        assert turned.answer is RecognitionOutcome.RECOGNISED
         np.testing.assert_allclose(turned.known.mean[1], film.parameters, rtol=1e-9)
 
 
@@ -203,9 +209,9 @@ def test_a_fitted_surface_tells_materials_that_differ_in_p_alone():
         for v, omega in ((0.02, 0.0), (0.0, 0.02 / e), (0.014, 0.014 / e), (0.014, 0.018 / e), (0.018, 0.014 / e)):
             loads.append(SlipLoad(force, *law.slipping_load(force, v, omega), v, omega))
     fitted = fit_limit_surface(loads, scatter=0.02)
-    found = recognise(library(round_one, diamond), [Touch.of_fit(fitted, 0.02)])
+    found = recognise(library(round_one, diamond), [TouchEvidence.of_fit(fitted, 0.02)])
     assert found.best == "diamond"
-    assert found.answer is Answer.RECOGNISED
+    assert found.answer is RecognitionOutcome.RECOGNISED
 
 
 @pytest.mark.parametrize(
@@ -216,12 +222,12 @@ def test_a_fitted_surface_tells_materials_that_differ_in_p_alone():
         (lambda: recognise(THREE, [], {"a": -1.0}), "0 or above"),
         (lambda: recognise(THREE, [], false_rejection=0.0), "false_rejection"),
         (lambda: recognise(THREE, [], confidence=1.5), "confidence"),
-        (lambda: Touch.stroke(0.0, 0.01, 0.02), "friction"),
-        (lambda: Touch.stroke(0.5, math.nan, 0.02), "error"),
-        (lambda: Touch.twist(1e-3, 0.01, 0.0, 2.0), "normal_force"),
-        (lambda: Touch(np.zeros(2), np.zeros((2, 3)), np.eye(2), 0.0), "rows"),
-        (lambda: Touch(np.zeros(2), np.zeros((2, 4)), -np.eye(2), 0.0), "covariance"),
-        (lambda: Touch(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 0)), 0.0), "at least 1"),
+        (lambda: TouchEvidence.stroke(0.0, 0.01, 0.02), "friction"),
+        (lambda: TouchEvidence.stroke(0.5, math.nan, 0.02), "error"),
+        (lambda: TouchEvidence.twist(1e-3, 0.01, 0.0, 2.0), "normal_force"),
+        (lambda: TouchEvidence(np.zeros(2), np.zeros((2, 3)), np.eye(2), 0.0), "rows"),
+        (lambda: TouchEvidence(np.zeros(2), np.zeros((2, 4)), -np.eye(2), 0.0), "covariance"),
+        (lambda: TouchEvidence(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 0)), 0.0), "at least 1"),
         (lambda: NeverSlipped.stroke(-0.1), "least_friction"),
         (lambda: NeverSlipped(math.nan, twist_row(1.0)), "least"),
     ],

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import Deviations, Material
-from palpate.friction.materials.touch_evidence import STROKE_ROW, Touch, twist_row
+from palpate.friction.materials.touch_evidence import STROKE_ROW, TouchEvidence, twist_row
 from palpate.friction.materials.trials import confusion_of_touches, drawn_again
 
 
@@ -23,7 +23,7 @@ def material(name, mu, e=3e-3, *, scatter=0.02, specimen=0.01, static=None):
 def made(error=0.004, speed=0.01):
     """A stroke and two twists at one place, as one touch."""
     rows = np.array([STROKE_ROW, twist_row(1.0), twist_row(4.0)])
-    return Touch(np.zeros(3), rows, error**2 * np.eye(3), speed)
+    return TouchEvidence(np.zeros(3), rows, error**2 * np.eye(3), speed)
 
 
 @pytest.mark.slow
@@ -54,7 +54,7 @@ def test_a_specimen_is_the_same_in_all_its_touches_and_its_scatter_is_not():
 def test_the_same_seed_gives_the_same_matrix_and_the_values_of_the_touches_do_not_matter(seed):
     both = MaterialLibrary(fingertip="a test", materials=(material("a", 0.4), material("b", 0.43)))
     felt = made()
-    other = Touch(felt.values + 7.0, felt.rows, felt.covariance, felt.speed)
+    other = TouchEvidence(felt.values + 7.0, felt.rows, felt.covariance, felt.speed)
     first, again = (
         confusion_of_touches(both, [touch], 10, np.random.default_rng(seed)).counts for touch in (felt, other)
     )
@@ -78,7 +78,7 @@ def test_materials_alike_are_confused_half_the_time_others_never():
 
 def test_strokes_alone_cannot_tell_what_twists_do():
     two = MaterialLibrary(fingertip="a test", materials=(material("a", 0.4), material("b", 0.4, e=3.6e-3)))
-    stroke = Touch.stroke(0.4, 0.004, 0.01)
+    stroke = TouchEvidence.stroke(0.4, 0.004, 0.01)
     blind, told = (
         confusion_of_touches(two, [touch], 100, np.random.default_rng(4)).right for touch in (stroke, made())
     )

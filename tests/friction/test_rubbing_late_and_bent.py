@@ -9,7 +9,7 @@ from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, me
 from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.slip_test import Resistance, ends_level
 from palpate.friction.rubbing.stick_slip import stick_slip
-from palpate.friction.rubbing.stroke import Stroke, TwoWay
+from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, bound_spin, measure_spin
 from support.closed_strokes import Sensed, elastic_turns, gives_way, nothing, slips
 
@@ -65,8 +65,8 @@ def bent(pair, radius):
         )
         wrench = stroke.wrench.copy()
         wrench[:, :3] = np.einsum("nij,nj->ni", turns, wrench[:, :3])
-        fields = {name: getattr(stroke, name) for name in Stroke.__slots__}
-        ways.append(Stroke(**(fields | {"wrench": wrench})))
+        fields = {name: getattr(stroke, name) for name in RubbingStroke.__slots__}
+        ways.append(RubbingStroke(**(fields | {"wrench": wrench})))
     return TwoWay(*ways)
 
 

@@ -11,7 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
-from palpate.friction.rubbing.stroke import Stroke, TwoWay, steady_part
+from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay, steady_part
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, measure_spin, torque_share
 from support.closed_strokes import Sensed, elastic_pair, elastic_turns, gives_way, nothing, rotation, slips
 
@@ -43,7 +43,7 @@ def moved_origin(stroke, offset):
     """The same contact, moments told about a point `offset` off, sensor frame."""
     wrench = stroke.wrench.copy()
     wrench[:, 3:] -= np.cross(offset, wrench[:, :3])
-    return Stroke(
+    return RubbingStroke(
         stroke.time, wrench, stroke.rotation_base_tip, stroke.position, stroke.velocity, stroke.angular_velocity,
         stroke.centroid - offset,
     )  # fmt: skip
@@ -264,7 +264,8 @@ def test_a_steady_drift_cancels_where_every_second_pair_starts_back():
 
     def drifting(pair):
         return TwoWay(*(
-            Stroke(each.time, each.wrench + np.outer(each.time, drift), each.rotation_base_tip, each.position,
+            RubbingStroke(
+                each.time, each.wrench + np.outer(each.time, drift), each.rotation_base_tip, each.position,
                    each.velocity, each.angular_velocity, each.centroid)
             for each in pair.both
         ))  # fmt: skip
@@ -287,7 +288,7 @@ def test_a_curved_surface_is_compared_over_the_same_stretch():
         )
         wrench = stroke.wrench.copy()
         wrench[:, :3] = np.einsum("nij,nj->ni", turns, wrench[:, :3])
-        return Stroke(
+        return RubbingStroke(
             stroke.time, wrench, stroke.rotation_base_tip, stroke.position, stroke.velocity,
             stroke.angular_velocity, stroke.centroid,
         )  # fmt: skip
@@ -319,8 +320,8 @@ def test_strokes_that_cannot_be_are_refused_with_what_would_do():
     with pytest.raises(InvalidValueError, match="does not reverse"):
         measure_spin([TwoWay(turn, turn)], known)
     still = sensed.stroke(nothing, nothing, 1e-30)
-    fields = {name: getattr(still, name) for name in Stroke.__slots__}
-    stopped = Stroke(**(fields | {"velocity": 0.0 * still.velocity}))
+    fields = {name: getattr(still, name) for name in RubbingStroke.__slots__}
+    stopped = RubbingStroke(**(fields | {"velocity": 0.0 * still.velocity}))
     with pytest.raises(InvalidValueError, match="does not move"):
         measure_friction([TwoWay(stopped, stopped)])
     for name, bad, said in (
@@ -330,7 +331,7 @@ def test_strokes_that_cannot_be_are_refused_with_what_would_do():
         ("time", still.time[:10], "at least 40"),
     ):
         with pytest.raises(InvalidValueError, match=said):
-            Stroke(**(fields | {name: bad}))
+            RubbingStroke(**(fields | {name: bad}))
     with pytest.raises(InvalidValueError, match="force_noise"):
         SensorErrors(force_noise=0.0)
     with pytest.raises(InvalidValueError, match="level"):

@@ -19,7 +19,7 @@ from palpate.mapping.surface_map.covariance import (
     weighted_sums,
 )
 from palpate.mapping.surface_map.model import BENDS
-from palpate.mapping.surface_map.patch import JITTER, Patch, PatchData, PatchFrame
+from palpate.mapping.surface_map.patch import JITTER, PatchData, PatchFrame, SurfacePatch
 from palpate.mapping.surface_map.stretches import Stretches
 
 MODEL = SurfaceModel()
@@ -128,7 +128,7 @@ def few_stretches(seed=3, count=5):
 def test_the_posterior_is_that_of_a_dense_process_in_forty_digits():
     stretches = few_stretches()
     frame = PatchFrame(np.zeros(3), np.eye(3))
-    patch = Patch.fitted(frame, stretches, MODEL, 1.5e-3)
+    patch = SurfacePatch.fitted(frame, stretches, MODEL, 1.5e-3)
     model, n = patch.model, len(stretches)
     data = PatchData.over(frame, stretches)
     at = np.array([[1e-3, -0.5e-3], [4e-3, 3e-3]])
@@ -151,7 +151,7 @@ def test_the_posterior_is_that_of_a_dense_process_in_forty_digits():
 
 
 def test_slopes_of_the_mean_are_its_derivatives():
-    patch = Patch.fitted(PatchFrame(np.zeros(3), np.eye(3)), few_stretches(), MODEL, 1.5e-3)
+    patch = SurfacePatch.fitted(PatchFrame(np.zeros(3), np.eye(3)), few_stretches(), MODEL, 1.5e-3)
     at, h = np.array([[1e-3, 2e-3]]), 1e-6
     _, *slopes = patch.heights(at)[:, 0]
     for axis in range(2):

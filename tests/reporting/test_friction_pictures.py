@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate import LimitSurface
-from palpate.experiments.friction.measured import Measured
+from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.pictures import length_picture, speed_picture, stroke_picture, surface_picture
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
@@ -20,7 +20,7 @@ ASSUMED = SurfacePoints(
     loads=np.array([1.0, 4.0]),
     exponents=(1.0, 2.0),
 )
-LEVEL = (Measured(1.0, 0.5, 0.48, 0.51), Measured(4.0, 0.5, 0.49, 0.53))
+LEVEL = (Interval(1.0, 0.5, 0.48, 0.51), Interval(4.0, 0.5, 0.49, 0.53))
 
 
 def labels(picture):

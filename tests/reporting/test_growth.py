@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mapping.raster import RADIUS, sphere_cap
-from palpate.controllers.paths import Event, Mark
+from palpate.controllers.paths import Mark, PathEvent
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.growth_picture import growth_picture
@@ -90,7 +90,7 @@ def test_nothing_felt_nothing_grown(exploration):
 
 
 def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
-    marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(Event))
+    marks = tuple(Mark(event, (1e-3 * i, 0.0, 0.1), "why") for i, event in enumerate(PathEvent))
     last = dataclasses.replace(growth.snapshots[-1], marks=marks)
     told = dataclasses.replace(growth, snapshots=(*growth.snapshots[:-1], last))
     picture = snapshots_picture(told)
@@ -103,10 +103,10 @@ def test_the_pictures_share_scale_and_frame_and_name_what_they_show(growth):
         assert any(axes.get_xlabel() == "standard deviation [µm]" for axes in figure.axes)
         (legend,) = figure.legends
         said = {text.get_text() for text in legend.get_texts()}
-        assert said == {"way of the tip", "tip", "still to go", *(event.value for event in Event)}
+        assert said == {"way of the tip", "tip", "still to go", *(event.value for event in PathEvent)}
         assert "100 % of the way" in " ".join(texts(figure))
-    lines = [line for line in panels[-1].lines if line.get_label() in set(Event)]
-    assert len({str(line.get_marker()) for line in lines}) == len(Event), "a symbol each"
+    lines = [line for line in panels[-1].lines if line.get_label() in set(PathEvent)]
+    assert len({str(line.get_marker()) for line in lines}) == len(PathEvent), "a symbol each"
     assert "1 x edge" in picture.caption
     curve = growth_picture(growth)
     labels = {axes.get_xlabel() for axes in curve.full.axes}

@@ -20,7 +20,7 @@ from palpate.runtime.loop import Ending, run
 from palpate.runtime.replay import replay
 from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import (
     Box,
     ContactLaw,
@@ -58,7 +58,7 @@ class Exploration:
         delay = tracking_delay(PERIOD, stage.lag)
         gain = force_gain(series_stiffness(law.stiffness, stage.stiffness(tip.mass)), delay)
         self.parameters = ExploreParameters(force=FORCE, speed=0.02, gain=gain, lead=delay, **given)
-        self.finger = Finger(Sphere(RADIUS - FORCE / (2 * law.stiffness)), Payload(tip.mass))
+        self.finger = Finger(Sphere(RADIUS - FORCE / (2 * law.stiffness)), SensorPayload(tip.mass))
         self.raster = raster
         memory, self.samples, self.commands, truth = MemoryLog(), [], [], []
 
@@ -185,7 +185,7 @@ def test_after_a_collision_the_robot_does_not_go_on_pressing_above_the_limit(spe
     tip = Tip(Sphere(RADIUS))
     scene = build_scene(tip, Box(), ContactLaw(stiffness=100e3), (0.0, 0.0, 0.0285))
     backend = MujocoBackend(scene, PERIOD)
-    touch = Touch(Finger(Sphere(RADIUS), Payload(tip.mass)))
+    touch = Touch(Finger(Sphere(RADIUS), SensorPayload(tip.mass)))
     result = run(backend, touch, Ram(speed), Supervisor(Limits(force=20.0)), duration=1.0)
     assert result.ending is Ending.TRIPPED
     assert result.stopped

@@ -20,7 +20,7 @@ from palpate.runtime.supervision import (
     Stop,
     Supervisor,
 )
-from palpate.sensing.ft.health import Measure, Verdict
+from palpate.sensing.ft.health import HealthCheck, SampleHealth
 from runtime.puppets import PERIOD, PUSH, REST, sample, touch
 
 any_float = st.floats(allow_nan=True, allow_infinity=True)
@@ -383,9 +383,13 @@ def test_a_reaction_gains_speed_no_faster_than_commands_may():
 
 
 def test_a_saturated_sensor_is_drawn_out_of_it_a_frozen_one_stands_still():
-    for measure, moves in ((Measure.SATURATED, True), (Measure.OVERLOAD_AXIS, True), (Measure.FROZEN, False)):
+    for measure, moves in (
+        (HealthCheck.SATURATED, True),
+        (HealthCheck.OVERLOAD_AXIS, True),
+        (HealthCheck.FROZEN, False),
+    ):
         now = observation(wrench=(0.0, 0.0, 15.0, 0.0, 0.0, 0.0))
-        now = replace(now, fingers=(replace(now.fingers[0], health=Verdict(measure, "Fz", 1.0, 0.5)),))
+        now = replace(now, fingers=(replace(now.fingers[0], health=SampleHealth(measure, "Fz", 1.0, 0.5)),))
         supervisor = started()
         assert not supervisor.admits(now)
         assert (supervisor.react(now) != STOP) is moves

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.contact import ContactStatus
 from palpate.surfaces import Sphere
 from runtime.puppets import PUSH, sample, touch
@@ -74,7 +74,7 @@ def test_a_touch_cannot_end_above_where_it_begins():
 @given(st.floats(0, 2), vectors, vectors, vectors, vectors)
 def test_compensation_is_newton_and_euler(mass, center, acceleration, force, moment):
     """A payload that does not turn: what it feels from contact and mount together is m a at its centre."""
-    payload = Payload(mass, center)
+    payload = SensorPayload(mass, center)
     inertia = mass * np.array(acceleration)
     load = np.array(force) - inertia, np.array(moment) - np.cross(center, inertia)
     found = contact_wrench((*load[0].tolist(), *load[1].tolist()), acceleration, payload)
@@ -82,17 +82,17 @@ def test_compensation_is_newton_and_euler(mass, center, acceleration, force, mom
 
 
 def test_a_massless_payload_changes_nothing():
-    assert contact_wrench(PUSH, (1.0, 2.0, 3.0), Payload()) == PUSH
+    assert contact_wrench(PUSH, (1.0, 2.0, 3.0), SensorPayload()) == PUSH
 
 
 @pytest.mark.parametrize("mass", [-0.1, math.nan, math.inf])
 def test_a_payload_has_a_mass(mass):
     with pytest.raises(InvalidValueError, match="mass"):
-        Payload(mass)
+        SensorPayload(mass)
 
 
 def test_the_observation_carries_the_compensated_wrench():
-    hand = Touch(Finger(Sphere(0.01), Payload(0.1, (0.0, 0.0, 0.02))))
+    hand = Touch(Finger(Sphere(0.01), SensorPayload(0.1, (0.0, 0.0, 0.02))))
     weight = 0.1 * 9.81
     observed = hand.sense(sample(wrench=(0.0, 0.0, 2.0 - weight, 0.0, 0.0, 0.0)))
     assert observed.fingers[0].wrench == pytest.approx((0.0, 0.0, 2.0, 0.0, 0.0, 0.0), abs=1e-12)

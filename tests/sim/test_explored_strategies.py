@@ -10,10 +10,10 @@ from palpate.controllers import Raster, Room
 from palpate.controllers.paths import (
     Contour,
     EdgeSteering,
-    Event,
     Follow,
     LegEnd,
     LevelSteering,
+    PathEvent,
     PathPlane,
     Spiral,
     Taps,
@@ -141,7 +141,7 @@ def test_along_the_edge_of_a_box():
     last = e.points[len(e.points) // 3 :]
     beside = np.minimum(np.abs(np.abs(last[:, 0]) - 0.015), np.abs(np.abs(last[:, 1]) - 0.01))
     assert np.hypot(beside, last[:, 2] - target.top).max() < 0.1e-3
-    assert set(events(e)) == {Event.EDGE}
+    assert set(events(e)) == {PathEvent.EDGE}
 
 
 def test_taps_on_a_ball_and_beside_it():
@@ -154,7 +154,7 @@ def test_taps_on_a_ball_and_beside_it():
     check_on_surface(e, target)
     hit = [math.hypot(*point) < 0.01 for point in points]
     assert [end is LegEnd.REACHED for end in e.ends] == hit
-    assert events(e) == [Event.UNREACHABLE] * hit.count(False)
+    assert events(e) == [PathEvent.UNREACHABLE] * hit.count(False)
     for mark, point in zip(e.strategy.marks, (p for p, h in zip(points, hit, strict=True) if not h), strict=True):
         assert mark.position[:2] == pytest.approx(point, abs=4e-4)
     # a tenth of a second of contacts from each
@@ -189,7 +189,7 @@ def test_a_step_down_is_passed_and_marked():
     e = along_line(two_floors(-1.5e-3))
     assert e.ends == [LegEnd.REACHED, LegEnd.REACHED]
     (mark,) = e.strategy.marks
-    assert mark.event is Event.STEP
+    assert mark.event is PathEvent.STEP
     assert "1.50 mm lower" in mark.reason
     assert mark.position == pytest.approx((0.0, 0.0, 0.0), abs=1e-4)
 
@@ -197,7 +197,7 @@ def test_a_step_down_is_passed_and_marked():
 def test_at_a_wall_the_stroke_ends_and_the_path_goes_on_above():
     e = along_line(two_floors(6e-3), approach_distance=0.012)
     assert e.ends == [LegEnd.REACHED, LegEnd.STEEP, LegEnd.REACHED, LegEnd.REACHED]
-    assert [event for event in events(e) if event is not Event.EDGE] == [Event.TIGHT, Event.STEEP]
+    assert [event for event in events(e) if event is not PathEvent.EDGE] == [PathEvent.TIGHT, PathEvent.STEEP]
     behind = e.points[:, 0] > 1e-3
     assert e.points[behind, 2] == pytest.approx(np.full(behind.sum(), 6e-3), abs=1e-4)
     assert behind.sum() * PERIOD > 0.15
@@ -208,14 +208,14 @@ def test_at_a_wall_the_stroke_ends_and_the_path_goes_on_above():
 def test_a_hole_narrower_than_the_tip_is_passed_and_marked(gap):
     e = along_line(two_floors(0.0, gap))
     assert e.ends == [LegEnd.REACHED, LegEnd.REACHED]
-    assert events(e) == [Event.HOLE]
+    assert events(e) == [PathEvent.HOLE]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("height", [1e-3, 2e-3])
 def test_a_step_up_is_marked_and_what_lies_behind_it_swept(height):
     e = along_line(two_floors(height))
-    assert Event.TIGHT in events(e)
+    assert PathEvent.TIGHT in events(e)
     behind = e.points[:, 0] > 3e-3
     assert np.median(e.points[behind, 2]) == pytest.approx(height, abs=2e-5)
 
@@ -234,7 +234,7 @@ def test_a_raster_over_the_rim_sweeps_what_there_is():
     for row in (-4e-3, 0.0, 4e-3):
         swept = np.abs(e.tip[:, 1] - row) < 2e-4
         assert np.ptp(e.tip[swept, 0]) > 4e-3  # what is left out doubles from miss to miss
-    assert {Event.STEEP, Event.UNREACHABLE} <= set(events(e))
+    assert {PathEvent.STEEP, PathEvent.UNREACHABLE} <= set(events(e))
 
 
 def test_what_the_robot_cannot_reach_is_marked_and_the_rest_swept():
@@ -247,8 +247,8 @@ def test_what_the_robot_cannot_reach_is_marked_and_the_rest_swept():
     assert e.result.ending is Ending.DONE
     check_on_surface(e, target)
     assert e.tip[:, 0].max() < 0.003
-    assert Event.BLOCKED in events(e)
-    assert {event for event in events(e) if event is not Event.BLOCKED} <= {Event.UNREACHABLE}
+    assert PathEvent.BLOCKED in events(e)
+    assert {event for event in events(e) if event is not PathEvent.BLOCKED} <= {PathEvent.UNREACHABLE}
 
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, -1.0), (1.0, 0.0, 0.0)], ids=["down", "aside"])
@@ -259,7 +259,7 @@ def test_an_object_that_is_taken_away_is_sought_once_and_given_up(axis):
     e = explored(target, Follow(raster), (*raster.corners()[0], 0.005 + ABOVE), seconds=20.0)
     assert e.result.ending is Ending.LOST
     assert e.phases[-4:] == [Phase.SCAN, Phase.SEEK, Phase.LOST, Phase.STOP]
-    assert events(e)[-1] is Event.LOST
+    assert events(e)[-1] is PathEvent.LOST
     assert e.most_force < LIMIT
     assert np.linalg.norm(e.record.velocity[-1]) < 1e-3
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, ContactLaw, Stage, Tip
 from palpate.sim.contact_law import pair_parameters
@@ -80,7 +80,7 @@ class Turntable:
         """What the object exerts on the finger, as the sensor feels it."""
         s = self.data.sensordata.tolist()
         load = tuple(-entry for entry in s[6:12])
-        return contact_wrench(load, tuple(s[12:15]), Payload(self.tip.mass, self.tip.center_of_mass))
+        return contact_wrench(load, tuple(s[12:15]), SensorPayload(self.tip.mass, self.tip.center_of_mass))
 
 
 def ridden(table, law, texture=None, **motion):

@@ -12,7 +12,7 @@ from palpate.kinematics.servo_model import PULSE
 from palpate.runtime.data import Command
 from palpate.runtime.protocols import Backend
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
@@ -226,7 +226,7 @@ def test_a_simulation_that_diverges_says_so(blow, tmp_path, monkeypatch):
 @SCENES
 def test_every_finger_feels_the_object_that_it_holds(scene):
     hand, backend = scene.hand, HandBackend(scene, sensor=SeededSensor())
-    finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+    finger = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
     touch = Touch(*[finger] * hand.fingers)
     touch.sense(backend.start())
     grip = Command(grip_force=(3.0,) * hand.fingers)

@@ -10,7 +10,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.kinematics.pose import Pose, rotvec_from_rotation, times, transposed
 from palpate.runtime.data import Command
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sim import ArmCarrier, Box, Fixed, Lift, SphereObject, Stage, Torus, TurningStage
 from palpate.sim.fidelity import GRAVITY
 from palpate.sim.hand.backend import HandBackend
@@ -81,7 +81,9 @@ def test_it_starts_upright_where_it_was_told_and_stays_there(carrier, hand, shap
     assert sample.arm.position_base_tip == pytest.approx(backend.scene.palm, abs=2e-7)
     assert np.allclose(sample.arm.rotation_base_tip, IDENTITY, atol=2e-6)
     for given in sample.wrenches:
-        felt = contact_wrench(given.wrench, given.acceleration, Payload(hand.tip.mass, hand.tip.center_of_mass))
+        felt = contact_wrench(
+            given.wrench, given.acceleration, SensorPayload(hand.tip.mass, hand.tip.center_of_mass)
+        )
         assert felt == pytest.approx((0.0,) * 6, abs=1e-6)
 
 
@@ -152,7 +154,9 @@ def test_a_turned_hand_does_not_sag_and_its_sensors_feel_nothing(carrier, hand, 
     assert math.hypot(*rotvec_from_rotation(turned)) < 1e-5
     assert np.abs(rotvec_from_rotation(sample.arm.rotation_base_tip)).max() > 0.4
     for given in later.wrenches:
-        felt = contact_wrench(given.wrench, given.acceleration, Payload(hand.tip.mass, hand.tip.center_of_mass))
+        felt = contact_wrench(
+            given.wrench, given.acceleration, SensorPayload(hand.tip.mass, hand.tip.center_of_mass)
+        )
         assert felt == pytest.approx((0.0,) * 6, abs=1e-4)
 
 

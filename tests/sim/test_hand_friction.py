@@ -10,7 +10,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.kinematics.pose import Pose, rotvec_from_rotation, times, transposed
 from palpate.runtime.data import Command
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, Fidelity, Integrator, Lift, SphereObject, TurningStage, white_noise
 from palpate.sim.fidelity import GRAVITY
@@ -137,7 +137,7 @@ def test_what_each_fingertip_feels_is_what_happens():
     sample, truth = backend.step(Command()), backend.truth()
     palm = Pose(sample.arm.position_base_tip, sample.arm.rotation_base_tip)
     for i, (given, finger) in enumerate(zip(sample.wrenches, truth.fingers, strict=True)):
-        payload = Payload(hand.tip.mass, hand.tip.center_of_mass)
+        payload = SensorPayload(hand.tip.mass, hand.tip.center_of_mass)
         wrench = contact_wrench(given.wrench, given.acceleration, payload)
         contact = contact_from_wrench(hand.tip.surface, np.array(wrench))
         rotation = np.array((palm @ hand.pose_hand_sensor(i, finger.joint_position)).rotation)

@@ -10,7 +10,7 @@ import pytest
 from palpate.errors import InvalidValueError
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Command
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, CylinderObject, Fixed, Lift, SphereObject
 from palpate.sim.fidelity import GRAVITY, Fidelity
@@ -242,7 +242,7 @@ def test_what_each_fingertip_feels_is_what_happens(hand, shape, tip):
     backend = held(hand, shape, 4.0, 0.2, GraspContact(stiffness=40e3))
     sample, truth = backend.step(Command()), backend.truth()
     palm = Pose(sample.arm.position_base_tip, sample.arm.rotation_base_tip)
-    payload = Payload(tip.mass, tip.center_of_mass)
+    payload = SensorPayload(tip.mass, tip.center_of_mass)
     for i, (given, finger) in enumerate(zip(sample.wrenches, truth.fingers, strict=True)):
         wrench = contact_wrench(given.wrench, given.acceleration, payload)
         contact = contact_from_wrench(tip.surface, np.array(wrench))

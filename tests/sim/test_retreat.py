@@ -9,7 +9,7 @@ from palpate.controllers import LandingModel, series_stiffness, tracking_delay
 from palpate.runtime import Finger, Limits, Supervisor, Touch, run
 from palpate.runtime.data import Command, Phase
 from palpate.runtime.result import Ending, RunResult
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ArmCarrier, Box, ContactLaw, Fidelity, MujocoBackend, Stage, Tip, build_scene, white_noise
 from palpate.sim.objects.motion import DrivenJoint, JointKind, MovingTarget
 from palpate.surfaces import Sphere
@@ -66,7 +66,7 @@ def pressed_by(motion, arm, limits=None):
             forces.append(float(np.linalg.norm(backend.truth().force)))
             heights.append(sample.arm.position_base_tip[2])
 
-    finger = Finger(Sphere(TIP), Payload(scene.tip.mass))
+    finger = Finger(Sphere(TIP), SensorPayload(scene.tip.mass))
     result = run(backend, Touch(finger), Still(), supervisor, duration=1.0, observers=(watch,))
     if isinstance(carrier, ArmCarrier):
         servo = carrier.arm.push(carrier.joint_start(start), (0.0, 0.0, -1.0)) / carrier.arm.leash.distance

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.simulation import ImperfectSensor, PerfectSensor, simulated_sensor
 from palpate.sim.sensor.stages import (
@@ -178,7 +178,7 @@ def test_latency_is_exact_to_any_fraction_of_a_period(latency):
 @given(LAGS, st.floats(0.0, 5e-3), st.floats(50.0, 8000.0), st.floats(0.0, 1e-3))
 def test_weight_and_inertia_come_off_exactly_whatever_the_sensor_delays(lag, latency, rate, offset):
     """The acceleration of a sample belongs to its wrench: without contact, nothing is left of the payload."""
-    payload = Payload(0.2, (0.01, -0.02, 0.03))
+    payload = SensorPayload(0.2, (0.01, -0.02, 0.03))
     model = SensorModel(bandwidth=lag, latency=latency, clock=SampleClock(rate, offset))
     sensor = ImperfectSensor(model, 1e-3)
     for k in range(60):

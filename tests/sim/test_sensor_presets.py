@@ -11,14 +11,14 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.data import ArmSample, Sample
 from palpate.runtime.supervision.conditions import FreshSamples
 from palpate.runtime.touch import SensorFinger, Touch
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.ft import (
     CalibrationStatus,
     ContactEntry,
     CriticallyDamped,
     DriftStatus,
     FTPipeline,
-    Measure,
+    HealthCheck,
     PayloadEntry,
     PayloadStatus,
     average_bias,
@@ -150,7 +150,7 @@ def test_an_overloaded_preset_is_found_out(preset):
     load = (2.0 * model.rated[0], 0.0, 0.0, 0.0, 0.0, 0.0)
     for k in range(50):
         felt = pipeline.step(sensor.step(DT * k, load, REST).wrench, REST)
-    assert felt.health.measure is Measure.OVERLOAD_AXIS
+    assert felt.health.measure is HealthCheck.OVERLOAD_AXIS
     assert felt.health.where == "Fx"
 
 
@@ -232,7 +232,7 @@ def test_known_loads_find_the_cross_talk():
 
 
 def test_static_poses_find_the_payload_and_the_bias():
-    payload, bias = Payload(0.05, (0.002, -0.003, 0.01)), (0.1, -0.2, 0.3, 1e-3, -2e-3, 3e-3)
+    payload, bias = SensorPayload(0.05, (0.002, -0.003, 0.01)), (0.1, -0.2, 0.3, 1e-3, -2e-3, 3e-3)
     model = replace(nano17(), bias=bias, thermal_drift=None, cross_talk=None)
     directions = np.random.default_rng(3).normal(size=(20, 3))
     up = 9.81 * directions / np.linalg.norm(directions, axis=1)[:, None]
@@ -277,7 +277,7 @@ def test_the_supervisor_sees_lost_samples_by_their_stamps_and_only_those():
 def test_a_device_that_sends_nothing_any_more_is_found_frozen():
     model = replace(noisy_sensor(0.01, 1e-4), rated=alike(10.0, 1.0), dropouts=Dropouts(0.999))
     verdicts = {now.fingers[0].health.measure for now, _ in observed(model, 500)}
-    assert Measure.FROZEN in verdicts
+    assert HealthCheck.FROZEN in verdicts
 
 
 def test_without_a_range_or_without_noise_there_is_no_sensor_file():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.ft import HealthLimits, HealthMonitor, Measure
+from palpate.sensing.ft import HealthCheck, HealthLimits, HealthMonitor
 from palpate.sim.sensor.model import SensorModel, noisy_sensor
 from palpate.sim.sensor.simulation import ImperfectSensor, simulated_sensor
 from palpate.sim.sensor.stages import (
@@ -113,7 +113,7 @@ def test_an_overload_shows_as_a_limit_above_the_range_which_the_health_monitor_f
     model = SensorModel(rated=rated, saturation=Saturation(tuple(1.05 * x for x in rated)))
     shown = tuple(readings(model, 1, (0.0, -40.0, 0.0, 0.0, 0.0, 0.0))[0])
     verdict = HealthMonitor(HealthLimits(rated)).step(shown, shown)
-    assert (verdict.measure, verdict.where) == (Measure.OVERLOAD_AXIS, "Fy")
+    assert (verdict.measure, verdict.where) == (HealthCheck.OVERLOAD_AXIS, "Fy")
     assert verdict.value == pytest.approx(-12.6)
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from palpate.runtime.data import Command
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contact_from_wrench
 from palpate.sim import Box, ContactLaw, EllipsoidObject, MujocoBackend, SphereObject, Tip, build_scene
 from palpate.sim.fidelity import GRAVITY
@@ -58,7 +58,7 @@ def pressed_and_shaken(tip, target, seconds=0.4):
 
 
 def payload(tip):
-    return Payload(tip.mass, tip.center_of_mass)
+    return SensorPayload(tip.mass, tip.center_of_mass)
 
 
 @pytest.mark.slow

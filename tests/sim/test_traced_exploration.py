@@ -14,7 +14,7 @@ from palpate.controllers import (
 from palpate.controllers.paths import Follow
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.log import MemoryLog, Recorder
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ContactLaw, MujocoBackend, Stage, Tip, build_scene
 from palpate.sim.objects.heights import bumps
 from palpate.sim.objects.torus import Torus
@@ -32,7 +32,7 @@ def explored(target, raster, speed):
     delay = tracking_delay(PERIOD, STAGE.lag)
     gain = force_gain(series_stiffness(LAW.stiffness, STAGE.stiffness(tip.mass)), delay)
     parameters = ExploreParameters(force=FORCE, speed=speed, gain=gain, lead=delay)
-    finger = Finger(Sphere(RADIUS - FORCE / (2 * LAW.stiffness)), Payload(tip.mass))
+    finger = Finger(Sphere(RADIUS - FORCE / (2 * LAW.stiffness)), SensorPayload(tip.mass))
     memory, truth = MemoryLog(), []
     result = run(
         backend,

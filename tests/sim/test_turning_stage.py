@@ -11,7 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.kinematics import Leash
 from palpate.kinematics.pose import rotation_from_rotvec, rotvec_from_rotation, times, transposed
 from palpate.runtime.data import Command
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sim import Box, ContactLaw, Fidelity, MujocoBackend, SphereObject, Tip, TurningStage, build_scene
 from palpate.spatial import IDENTITY, ZERO
 from palpate.surfaces import Ellipsoid, Sphere
@@ -123,7 +123,7 @@ def test_turned_or_not_the_sensor_feels_the_whole_tip_and_nothing_else(rotvec):
     weight = np.array(sample.arm.rotation_base_tip).T @ (0.0, 0.0, -LONG.mass * 9.80665)
     given = sample.wrenches[0]
     assert given.wrench[:3] == pytest.approx(weight, abs=1e-9)
-    felt = contact_wrench(given.wrench, given.acceleration, Payload(LONG.mass, LONG.center_of_mass))
+    felt = contact_wrench(given.wrench, given.acceleration, SensorPayload(LONG.mass, LONG.center_of_mass))
     assert felt == pytest.approx((0.0,) * 6, abs=1e-9)
 
 

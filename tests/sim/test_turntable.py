@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.solver import contacts_from_wrenches
 from palpate.sim import Box, ContactLaw, Stage, Tip
 from palpate.sim.contact_law import pair_parameters
@@ -75,7 +75,7 @@ def ride(tip, law, speed, rate, steps=500):
         mujoco.mj_contactForce(model, data, 0, in_contact_frame)
         assert data.contact[0].geom[0] == model.geom(TIP_GEOM).id  # so its frame's x points into the object
         load = tuple(-entry for entry in s[6:12])
-        wrenches.append(contact_wrench(load, s[12:15], Payload(tip.mass, tip.center_of_mass)))
+        wrenches.append(contact_wrench(load, s[12:15], SensorPayload(tip.mass, tip.center_of_mass)))
         points.append(data.contact[0].pos - s[:3])
         contacts.append(in_contact_frame)
     return np.array(wrenches), np.array(points), np.array(contacts)

@@ -18,7 +18,7 @@ from palpate.controllers import (
 from palpate.controllers.paths import Follow
 from palpate.kinematics import UR5E
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import (
     ArmCarrier,
     Box,
@@ -45,7 +45,7 @@ def backend_on(target, law, corner):
 
 
 def go(backend, controller, observers=(), limits=None):
-    finger = Finger(Sphere(TIP - FORCE / 40e3), Payload(backend.scene.tip.mass))
+    finger = Finger(Sphere(TIP - FORCE / 40e3), SensorPayload(backend.scene.tip.mass))
     supervisor = Supervisor(limits or Limits(force=10.0))
     result = run(backend, Touch(finger), controller, supervisor, duration=30.0, observers=observers)
     assert result.ending is Ending.DONE, str(result)

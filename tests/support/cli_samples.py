@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.cli import Group, main, typed_commands
+from palpate.cli import CommandGroup, main, typed_commands
 from palpate.runtime.robot import shipped_robots
 
 WRENCHES = "fx,fy,fz,mx,my,mz\n0.3,0.1,-2,0.004,0.008,0.001\n"
@@ -99,7 +99,7 @@ SAMPLES = {
 def leaves() -> Iterator[str]:
     """Yield every command as typed, without the program's name."""
     for name, what in typed_commands().items():
-        yield from (f"{name} {word}" for word in what.commands) if isinstance(what, Group) else (name,)
+        yield from (f"{name} {word}" for word in what.commands) if isinstance(what, CommandGroup) else (name,)
 
 
 def prepared(folder: Path) -> dict[str, Any]:

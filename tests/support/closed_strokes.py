@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from palpate.friction.rubbing.stroke import Stroke, TwoWay
+from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
 
 RATE = 500.0
 
@@ -52,7 +52,7 @@ class Sensed:
         velocity = np.outer(run * speed, along)
         turning = np.outer(run * spin, normal)
         origin = velocity - np.cross(turning, self.arm)
-        return Stroke(
+        return RubbingStroke(
             t + self.clock,
             wrench,
             np.broadcast_to(self.rotation, (n, 3, 3)),

@@ -15,7 +15,7 @@ from palpate.controllers.paths import Strategy
 from palpate.runtime import Finger, Limits, Phase, Supervisor, Touch, run
 from palpate.runtime.log import MemoryLog, Record, Recorder
 from palpate.runtime.result import RunResult
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import ContactLaw, MujocoBackend, Stage, Tip, build_scene
 from palpate.surfaces import Sphere
 
@@ -103,7 +103,7 @@ def explored(target, strategy, start, *, law=LAW, speed=0.02, seconds=60.0, limi
     delay = tracking_delay(PERIOD, STAGE.lag)
     gain = force_gain(series_stiffness(LAW.stiffness, STAGE.stiffness(tip.mass)), delay)
     parameters = ExploreParameters(force=FORCE, speed=speed, gain=gain, lead=delay, **given)
-    finger = Finger(Sphere(RADIUS - FORCE / (2 * LAW.stiffness)), Payload(tip.mass))
+    finger = Finger(Sphere(RADIUS - FORCE / (2 * LAW.stiffness)), SensorPayload(tip.mass))
     memory, truth, watched = MemoryLog(), [], Legs(strategy)
     result = run(
         backend,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from palpate.controllers.paths import Circuit, Ended, Felt, Hop, LegEnd, Stroke, Touch
+from palpate.controllers.paths import Circuit, ContactPeriod, Ended, Hop, LegEnd, Stroke, TouchOnce
 from palpate.spatial import add_scaled, dot, unit
 
 STEP = 2e-4
@@ -26,18 +26,18 @@ class HeightWorld:
         hv = (self.height(u, v + d) - self.height(u, v - d)) / (2 * d)
         s = 1.0 / math.sqrt(1 + hu * hu + hv * hv)
         point = (u, v, self.height(u, v))
-        return Felt(point, point, (-hu * s, -hv * s, s))
+        return ContactPeriod(point, point, (-hu * s, -hv * s, s))
 
     def ended(self, how):
         return Ended(how, (*self.at, 0.0))
 
     def do(self, leg, strategy):
         self.legs.append(leg)
-        if isinstance(leg, Hop | Touch):
+        if isinstance(leg, Hop | TouchOnce):
             self.at = leg.to if isinstance(leg, Hop) else leg.at
             if self.missing(*self.at):
                 return self.ended(LegEnd.MISSED)
-            if isinstance(leg, Touch):  # a landing is not swept
+            if isinstance(leg, TouchOnce):  # a landing is not swept
                 strategy.feel(self.felt(*self.at))
             return self.ended(LegEnd.REACHED)
         assert isinstance(leg, Stroke)
@@ -98,7 +98,7 @@ class LevelSet:
 
     def felt(self, p):
         n = self.normal(p)
-        return Felt(p, add_scaled(p, -self.distance(p), n), n)
+        return ContactPeriod(p, add_scaled(p, -self.distance(p), n), n)
 
     def slide(self, p, direction, step=STEP):
         """Move along the surface, and back onto it as force control would."""

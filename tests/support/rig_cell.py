@@ -11,7 +11,7 @@ from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.simple_servo import SimpleServo
 from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
 from palpate.hw.emulators.ur import UrServer
-from palpate.hw.emulators.ur.arm import Mounting
+from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.kinematics.pose import Pose
 
@@ -44,7 +44,7 @@ class Cell:
         plane = ElasticPlane(PLACE[2] - self.above, self.stiffness)
         plant = SimplePlant(SimpleTip(Pose(PLACE), plane))
         arm = UrServer(
-            self.address, ControllerVersion(), mounting=Mounting(pose_flange_tip=Pose(rotation=FLANGE_TIP))
+            self.address, ControllerVersion(), mounting=ArmMounting(pose_flange_tip=Pose(rotation=FLANGE_TIP))
         )
         return Host(plant, [arm, NetFtServer(BoxSettings(self.address))], arm=arm)
 

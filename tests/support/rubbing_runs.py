@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.friction.rubbing.stroke import Stroke, TwoWay
+from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
 from palpate.runtime.data import Command
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sim import Box, ContactLaw, MujocoBackend, Tip, TurningStage, build_scene
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.sensor.model import SeededSensor, SensorModel
@@ -92,7 +92,7 @@ class Rubber:
         self.normal = _unit(np.array([-y, x, -1.0]))
         self.along = _unit(np.array([1.0, 0.0, 0.0]) - self.normal[0] * self.normal)
         self.across = np.cross(self.normal, self.along)
-        self.payload = Payload(TIP.mass, TIP.center_of_mass)
+        self.payload = SensorPayload(TIP.mass, TIP.center_of_mass)
         self.inner = 0.0
         self.sample = self.backend.start()
         self.stamp = -1.0
@@ -119,7 +119,7 @@ class Rubber:
             Command(tuple(velocity.tolist()), angular_velocity_base_tip=tuple(angular_velocity.tolist()))
         )
 
-    def rub(self, motion: Motion) -> Stroke:
+    def rub(self, motion: Motion) -> RubbingStroke:
         """Wait for 50 ms, then move; the stroke is recorded from the wait on."""
         rows, way = [], math.cos(motion.direction) * self.along + math.sin(motion.direction) * self.across
         wait = round(0.05 / PERIOD)
@@ -139,7 +139,7 @@ class Rubber:
             spin = moving * motion.spin * self.normal
             velocity = moving * motion.speed * way - np.cross(spin, rotation @ centroid)
             self.step(velocity + (2e-3 * miss + self.inner) * self.normal, spin)
-        return Stroke(*(np.array(column) for column in zip(*rows, strict=True)))
+        return RubbingStroke(*(np.array(column) for column in zip(*rows, strict=True)))
 
     def press(self, force):
         """Press with another force from now on."""

@@ -15,7 +15,7 @@ from palpate.friction.limit_surface import LimitSurface
 from palpate.kinematics.pose import Pose
 from palpate.runtime.data import Phase
 from palpate.runtime.touch import Finger, Touch
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import CylinderObject, Lift, SphereObject, white_noise
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.backend import HandBackend
@@ -35,7 +35,7 @@ SPHERE = HeldObject(SphereObject(RADIUS), MASS)
 
 def touch_of(hand):
     """What its fingers feel with."""
-    tip = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+    tip = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
     return Touch(*[tip] * hand.fingers)
 
 

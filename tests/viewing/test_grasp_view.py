@@ -18,7 +18,7 @@ from palpate.kinematics.posture import Posture
 from palpate.runtime import Ending, Finger, Phase, Supervisor, Touch, run
 from palpate.runtime.data import Command
 from palpate.runtime.log import LogWriter, Recorder, read_log
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Box, Lift, SphereObject
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import three_finger_hand, two_finger_hand
@@ -62,7 +62,7 @@ def grasped(hand, shape, folder):
     scene = build_grasp_scene(hand, HeldObject(shape), carrier=Lift(), table=Table(-0.03))
     backend, view = HandBackend(scene), scene_view("A grasp", scene.model)
     memory = FrameMemory(RowMaker(view, free_poses=free_poses_of(backend)))
-    finger = Finger(hand.tip.surface, Payload(hand.tip.mass, hand.tip.center_of_mass))
+    finger = Finger(hand.tip.surface, SensorPayload(hand.tip.mass, hand.tip.center_of_mass))
     log = LogWriter(folder / "grasp.mcap", {})
     result = run(
         backend,

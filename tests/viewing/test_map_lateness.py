@@ -11,7 +11,7 @@ from palpate.viewing import frames_of_log
 from palpate.viewing.surface_drawing import LATE, late
 from palpate.viewing.surface_grower import TIME, contacts_of
 from palpate.viewing.surface_view import GrownSurface
-from palpate.viewing.surface_worker import Answer, SurfaceFeed
+from palpate.viewing.surface_worker import SurfaceFeed, SurfaceUpdate
 
 
 @pytest.fixture
@@ -45,13 +45,13 @@ def test_a_surface_is_behind_by_what_was_felt_since_what_it_was_made_from(pipe, 
     feed.add(frames[half:])
     assert feed.behind == pytest.approx(times[-1] - times[0])
     theirs.recv()
-    theirs.send(Answer(0, nothing_grown(1)))
+    theirs.send(SurfaceUpdate(0, nothing_grown(1)))
     assert feed.take() is not None
     assert feed.behind == pytest.approx(times[-1] - sent_until)
     feed._due = 0.0
     feed.take()
     theirs.recv()
-    theirs.send(Answer(0, nothing_grown(2)))
+    theirs.send(SurfaceUpdate(0, nothing_grown(2)))
     assert feed.take() is not None
     assert feed.behind == 0.0
     feed.clear()

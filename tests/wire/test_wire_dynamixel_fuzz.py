@@ -13,7 +13,7 @@ from palpate.hw.dynamixel.packets import STATUS, Instruction, packet, stuffed
 from palpate.hw.dynamixel.port import Packets
 from palpate.hw.dynamixel.registers import BAUD_RATE, ID, OPERATING_MODE, STATUS_RETURN_LEVEL, XL330, XM430, Mode
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
-from palpate.hw.emulators.dynamixel.receiver import Receiver
+from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from support.emulated_bus import EmulatedBus, connected, new_sample, still
 from support.waiting import until
@@ -103,7 +103,7 @@ def test_an_emulator_takes_any_bytes(count):
         assert len(bus.answers) > count // 20
         for answer in bus.answers:
             if answer[4] != 0xFE:  # a fast answer is not stuffed
-                (found,) = Receiver().feed(answer, 0.0)
+                (found,) = PacketReceiver().feed(answer, 0.0)
                 assert found.instruction == STATUS
     finally:
         port.closePort()
@@ -113,7 +113,7 @@ def test_an_emulator_takes_any_bytes(count):
 @COUNT
 def test_a_receiver_accepts_only_what_somebody_sent(count):
     draw = np.random.default_rng(8)
-    receiver, tail, accepted = Receiver(), b"", 0
+    receiver, tail, accepted = PacketReceiver(), b"", 0
     for _ in range(count):
         chunk = harmed(draw, request(draw))
         tail = (tail + chunk)[-4096:]

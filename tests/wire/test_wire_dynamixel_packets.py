@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from palpate.hw.dynamixel.bus import Bus
 from palpate.hw.dynamixel.packets import FORBIDDEN, STATUS, Instruction, checksum, packet, stuffed, unstuffed
 from palpate.hw.dynamixel.port import Packets
-from palpate.hw.emulators.dynamixel.receiver import Receiver
+from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
 
 # bytes that make and break headers, much more often than chance has them
 NASTY = st.lists(st.sampled_from([0xFF, 0xFF, 0xFD, 0x00, 0x55, 0x01]) | st.integers(0, 255), max_size=24).map(
@@ -55,7 +55,7 @@ def test_packets_come_whole_out_of_any_stream(packets, pieces, noise):
     # noise that begins a packet swallows the next one, as it must: it cannot be told from a torn packet
     noise = noise.replace(b"\xff", b"\x00")
     stream = b"".join(noise + packet(servo_id, b"\x03" + data) for servo_id, data in packets)
-    receiver, found = Receiver(), []
+    receiver, found = PacketReceiver(), []
     for i in range(0, len(stream), pieces):
         found += receiver.feed(stream[i : i + pieces], 0.0)
     assert [(r.servo_id, r.instruction, r.parameters) for r in found] == [(i, 3, data) for i, data in packets]
@@ -66,14 +66,14 @@ def test_a_torn_packet_costs_at_most_itself(data, draw):
     whole = packet(1, b"\x03" + data)
     cut = draw.draw(st.integers(0, len(whole) - 1))
     torn = whole[:cut] + whole[cut + 1 :]
-    receiver = Receiver()
+    receiver = PacketReceiver()
     found = receiver.feed(torn + packet(2, b"\x01") + packet(3, b"\x01"), 0.0)
     ids = [r.servo_id for r in found]
     assert ids == [2, 3]
 
 
 def test_a_header_that_nothing_follows_is_given_up():
-    receiver = Receiver()
+    receiver = PacketReceiver()
     assert receiver.feed(bytes.fromhex("FFFFFD00 01 FF00 03"), 0.0) == []
     assert [r.servo_id for r in receiver.feed(packet(2, b"\x01"), 1.0)] == [2]
 
@@ -112,8 +112,8 @@ def test_the_library_alone_forgets_to_stuff_and_ours_does_not():
     wanted = packet(1, b"\x03\x74\x00" + NO_1)
     assert ours.sent == wanted
     assert theirs.sent != wanted
-    assert Receiver().feed(ours.sent, 0.0)[0].parameters == b"\x74\x00" + NO_1
-    assert Receiver().feed(theirs.sent, 0.0) == []
+    assert PacketReceiver().feed(ours.sent, 0.0)[0].parameters == b"\x74\x00" + NO_1
+    assert PacketReceiver().feed(theirs.sent, 0.0) == []
 
 
 @given(NASTY.filter(lambda data: len(data) > 0))
@@ -121,7 +121,7 @@ def test_what_is_sent_arrives_and_what_is_answered_is_read(data):
     port, packets = Loop(packet(7, bytes((STATUS, 0)) + data)), Packets()
     assert packets.readRx(port, 7, len(data)) == (list(data), COMM_SUCCESS, 0)
     packets.syncWriteTxOnly(port, 100, len(data), [1, *data], 1 + len(data))
-    got = Receiver().feed(port.sent, 0.0)
+    got = PacketReceiver().feed(port.sent, 0.0)
     assert [(r.instruction, r.parameters) for r in got] == [
         (Instruction.SYNC_WRITE, bytes((100, 0, len(data), 0, 1)) + data)
     ]
@@ -169,4 +169,4 @@ def test_no_answer_is_shorter_than_an_answer():
 
 def test_random_bytes_are_no_packet():
     rubbish = random.Random(0).randbytes(200_000)
-    assert Receiver().feed(rubbish, 0.0) == []
+    assert PacketReceiver().feed(rubbish, 0.0) == []

@@ -8,10 +8,10 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel import registers as reg
-from palpate.hw.dynamixel.packets import ALERT, Refusal, checksum
+from palpate.hw.dynamixel.packets import ALERT, DynamixelRefusal, checksum
 from palpate.hw.dynamixel.registers import XL330, XM430, HardwareError, Mode
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
-from palpate.hw.emulators.dynamixel.receiver import Request
+from palpate.hw.emulators.dynamixel.receiver import RequestPacket
 from palpate.hw.emulators.dynamixel.requests import answers
 from palpate.hw.emulators.dynamixel.servo import START_UP, EmulatedServo
 from palpate.hw.emulators.simple_plant import SimplePlant
@@ -125,20 +125,20 @@ def test_what_the_motor_measures_stands_in_the_table(client):
 @pytest.mark.parametrize(
     ("item", "value", "torque", "refusal"),
     [
-        (reg.OPERATING_MODE, 5, 1, Refusal.ACCESS),  # locked while the torque is on
-        (reg.PRESENT_POSITION, 0, 0, Refusal.ACCESS),
-        (reg.MODEL_NUMBER, 7, 0, Refusal.ACCESS),
-        (reg.Register(71, 1), 7, 0, Refusal.ACCESS),  # nothing there
-        (reg.Register(116, 2), 7, 0, Refusal.LENGTH),
-        (reg.Register(60_000, 2), 7, 0, Refusal.RANGE),
-        (reg.GOAL_CURRENT, 1751, 0, Refusal.LIMIT),
-        (reg.GOAL_CURRENT, -1751, 0, Refusal.LIMIT),
-        (reg.GOAL_POSITION, 4096, 0, Refusal.LIMIT),
-        (reg.OPERATING_MODE, 2, 0, Refusal.LIMIT),
-        (reg.BUS_WATCHDOG, 128, 0, Refusal.LIMIT),
-        (reg.GOAL_CURRENT, -1750, 0, Refusal.NONE),
-        (reg.GOAL_POSITION, 4095, 0, Refusal.NONE),
-        (reg.LED, 1, 1, Refusal.NONE),
+        (reg.OPERATING_MODE, 5, 1, DynamixelRefusal.ACCESS),  # locked while the torque is on
+        (reg.PRESENT_POSITION, 0, 0, DynamixelRefusal.ACCESS),
+        (reg.MODEL_NUMBER, 7, 0, DynamixelRefusal.ACCESS),
+        (reg.Register(71, 1), 7, 0, DynamixelRefusal.ACCESS),  # nothing there
+        (reg.Register(116, 2), 7, 0, DynamixelRefusal.LENGTH),
+        (reg.Register(60_000, 2), 7, 0, DynamixelRefusal.RANGE),
+        (reg.GOAL_CURRENT, 1751, 0, DynamixelRefusal.LIMIT),
+        (reg.GOAL_CURRENT, -1751, 0, DynamixelRefusal.LIMIT),
+        (reg.GOAL_POSITION, 4096, 0, DynamixelRefusal.LIMIT),
+        (reg.OPERATING_MODE, 2, 0, DynamixelRefusal.LIMIT),
+        (reg.BUS_WATCHDOG, 128, 0, DynamixelRefusal.LIMIT),
+        (reg.GOAL_CURRENT, -1750, 0, DynamixelRefusal.NONE),
+        (reg.GOAL_POSITION, 4095, 0, DynamixelRefusal.NONE),
+        (reg.LED, 1, 1, DynamixelRefusal.NONE),
     ],
 )
 def test_writes_are_refused_as_the_manual_says_and_then_change_nothing(client, item, value, torque, refusal):
@@ -146,14 +146,14 @@ def test_writes_are_refused_as_the_manual_says_and_then_change_nothing(client, i
     before = client.read(1, item)
     assert client.write(1, item, value) == (OK, refusal)
     after = client.read(1, item)
-    assert after == before or refusal is Refusal.NONE
-    if refusal is Refusal.NONE:
+    assert after == before or refusal is DynamixelRefusal.NONE
+    if refusal is DynamixelRefusal.NONE:
         assert after[0] == value
 
 
 def test_reads_outside_are_refused(client):
-    assert client.packets.readTxRx(client.port, 1, 200, 100)[1:] == (OK, Refusal.RANGE)
-    assert client.packets.readTxRx(client.port, 1, 132, 0)[1:] == (OK, Refusal.LENGTH)
+    assert client.packets.readTxRx(client.port, 1, 200, 100)[1:] == (OK, DynamixelRefusal.RANGE)
+    assert client.packets.readTxRx(client.port, 1, 132, 0)[1:] == (OK, DynamixelRefusal.LENGTH)
 
 
 def test_a_registered_write_waits_for_its_action(client):
@@ -167,7 +167,7 @@ def test_a_registered_write_waits_for_its_action(client):
 
 
 def test_an_action_without_a_registered_write_is_an_error(bus):
-    assert bus.servos[0].act() is Refusal.INSTRUCTION
+    assert bus.servos[0].act() is DynamixelRefusal.INSTRUCTION
 
 
 def test_sync_and_bulk_reads_and_writes(client):
@@ -197,7 +197,7 @@ def test_sync_and_bulk_reads_and_writes(client):
 
 def test_a_fast_answer_is_one_packet_whose_parts_have_running_checksums(bus):
     servos = {servo.servo_id: servo for servo in bus.servos}
-    (packet,) = answers(Request(0xFE, 0x8A, bytes((132, 0, 4, 0, 1, 2))), servos, 0.0)
+    (packet,) = answers(RequestPacket(0xFE, 0x8A, bytes((132, 0, 4, 0, 1, 2))), servos, 0.0)
     assert packet[:8] == bytes.fromhex("FFFFFD00 FE") + (1 + 2 * 8).to_bytes(2, "little") + b"\x55"
     for end in (len(packet) - 8, len(packet)):
         assert checksum(packet[: end - 2]) == int.from_bytes(packet[end - 2 : end], "little")
@@ -209,7 +209,7 @@ def test_indirect_data_are_what_their_addresses_say(client):
     assert client.value(1, reg.Register(208, 1)) == 30
     client.put(1, reg.Register(209, 1), 1)
     assert client.value(1, reg.LED) == 1
-    assert client.write(1, reg.Register(208, 1), 5) == (OK, Refusal.ACCESS)
+    assert client.write(1, reg.Register(208, 1), 5) == (OK, DynamixelRefusal.ACCESS)
 
 
 def test_the_status_return_level_says_who_answers(client):
@@ -251,7 +251,7 @@ def test_a_shutdown_takes_the_torque_and_only_a_reboot_gives_it_back(bus, client
     assert client.read(1, reg.TORQUE_ENABLE) == (0, OK, ALERT)
     assert client.read(1, reg.HARDWARE_ERROR_STATUS)[0] == HardwareError.OVERLOAD
     assert client.read(2, reg.TORQUE_ENABLE)[2] == 0
-    assert client.write(1, reg.TORQUE_ENABLE, 1) == (OK, ALERT | Refusal.RESULT)
+    assert client.write(1, reg.TORQUE_ENABLE, 1) == (OK, ALERT | DynamixelRefusal.RESULT)
     assert client.packets.reboot(client.port, 1) == (OK, ALERT)
     until(lambda: client.packets.ping(client.port, 1)[1] == OK)  # it starts up
     assert client.value(1, reg.HARDWARE_ERROR_STATUS) == 0
@@ -285,7 +285,7 @@ def test_the_watchdog_stops_a_servo_that_nobody_speaks_to():
         (reg.GOAL_POSITION, 4000),
         (reg.BUS_WATCHDOG, 3),  # 60 ms
     ):
-        assert servo.write(item.address, item.bytes_of(value)) is Refusal.NONE
+        assert servo.write(item.address, item.bytes_of(value)) is DynamixelRefusal.NONE
 
     def run(begin, end):
         for i in range(round(1e3 * begin), round(1e3 * end), 2):
@@ -303,14 +303,14 @@ def test_the_watchdog_stops_a_servo_that_nobody_speaks_to():
     stood = run(0.16, 0.26).position
     assert servo.table.get(reg.BUS_WATCHDOG) == 255
     assert run(0.26, 0.31).position == pytest.approx(stood, abs=1e-3)
-    assert servo.write(reg.GOAL_POSITION.address, reg.GOAL_POSITION.bytes_of(4000)) is Refusal.RANGE
+    assert servo.write(reg.GOAL_POSITION.address, reg.GOAL_POSITION.bytes_of(4000)) is DynamixelRefusal.RANGE
     for item, value in ((reg.BUS_WATCHDOG, 0), (reg.GOAL_POSITION, 4000)):
-        assert servo.write(item.address, item.bytes_of(value)) is Refusal.NONE
+        assert servo.write(item.address, item.bytes_of(value)) is DynamixelRefusal.NONE
 
 
 def test_an_expired_watchdog_locks_the_goals_until_it_is_reset(client):
     client.put(1, reg.BUS_WATCHDOG, 3)
-    until(lambda: client.write(1, reg.GOAL_POSITION, 4000) == (OK, Refusal.RANGE) or time.sleep(0.1))
+    until(lambda: client.write(1, reg.GOAL_POSITION, 4000) == (OK, DynamixelRefusal.RANGE) or time.sleep(0.1))
     assert client.value(1, reg.BUS_WATCHDOG) == 255
     client.put(1, reg.BUS_WATCHDOG, 0)
     client.put(1, reg.GOAL_POSITION, 4000)
@@ -328,7 +328,7 @@ def test_a_stalled_motor_draws_its_goal_current():
 
 def test_a_factory_reset_leaves_what_it_is_told_to_leave(client):
     client.put(1, reg.RETURN_DELAY, 0)
-    assert client.packets.factoryReset(client.port, 1, 7) == (OK, Refusal.RANGE)
+    assert client.packets.factoryReset(client.port, 1, 7) == (OK, DynamixelRefusal.RANGE)
     assert client.packets.factoryReset(client.port, 1, 2) == (OK, 0)
     until(lambda: client.packets.ping(client.port, 1)[1] == OK)
     assert client.value(1, reg.RETURN_DELAY) == 250  # and it still has its id and its rate, or nobody would say so

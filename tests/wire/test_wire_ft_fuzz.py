@@ -9,7 +9,7 @@ import pytest
 
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
-from palpate.hw.ft_stream import Record, StreamSettings
+from palpate.hw.ft_stream import StreamReading, StreamSettings
 from palpate.hw.netft import NetFtSettings, Scales
 from palpate.hw.netft.net_ft import MOST_AT_ONCE, RdtLink
 from palpate.hw.netft.rdt import CALIBRATION_REQUEST, RECORD, REQUEST
@@ -58,7 +58,7 @@ def test_a_netft_client_believes_only_the_records_of_its_stream(count: int) -> N
         link.request()
         _, client = box.recvfrom(100)
 
-        def rubbish_and(k: int) -> list[Record]:
+        def rubbish_and(k: int) -> list[StreamReading]:
             for _ in range(BURST):
                 box.sendto(any_datagram(g, k, 7 * k), client)
             box.sendto(RECORD.pack(k, 7 * k, 0, 1, 2, 3, 4, 5, 6), client)

@@ -13,7 +13,7 @@ import pytest
 
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import DeviceError
-from palpate.hw.emulators.control import Controls
+from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.plant import PlantState
 from palpate.hw.emulators.process import EmulatorProcess
@@ -75,7 +75,7 @@ class Running:
         self.host = Host(SimplePlant(), [self.mover], arm=self.mover)
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
-        self.control = Controls(self.host.control_port)
+        self.control = EmulatorControl(self.host.control_port)
 
     def close(self) -> None:
         self.control.close()

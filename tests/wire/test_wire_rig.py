@@ -16,7 +16,7 @@ from palpate.hw.rig.rig import GRAVITY
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.runtime.data import Command
 from palpate.runtime.pacing import SimulatedTime
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sim.hand.hand import Hand
 from palpate.spatial import ZERO
 from support.rig_devices import MadeUpArm, MadeUpHand, MadeUpSensor
@@ -45,7 +45,7 @@ class World:
         self.arm = MadeUpArm(self.diary, pose) if arm else None
         self.hand = MadeUpHand(self.diary) if hand else None
         self.sensor = MadeUpSensor(self.diary, self.arm, payload, **sensor)
-        self.finger = FingerSensor(self.sensor, payload or Payload())
+        self.finger = FingerSensor(self.sensor, payload or SensorPayload())
         self.rig = Rig(pacer or SimulatedTime(), SETTINGS, arm=self.arm, hand=self.hand, fingers=[self.finger])
 
     def calls(self, *kinds):
@@ -264,7 +264,7 @@ def test_sensors_of_a_hand_feel_gravity_as_its_kinematics_turns_them(rotvec, joi
 @settings(deadline=None, max_examples=30)
 @given(vectors, vectors, st.tuples(*[st.floats(-5.0, 5.0)] * 6))
 def test_after_a_tare_only_the_touch_is_felt_however_it_is_turned(rotvec, later, offset):
-    payload = Payload(0.3, (0.01, -0.02, 0.04))
+    payload = SensorPayload(0.3, (0.01, -0.02, 0.04))
     world = World(payload=payload, offset=offset, pose=Pose(ZERO, rotation_from_rotvec(rotvec)))
     first = FreshlyTared(world.rig).start()
     assert first.time == 0.0

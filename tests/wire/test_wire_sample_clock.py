@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.hw.ft_stream.sample_clock import LEARNING, SampleClock, line_below
+from palpate.hw.ft_stream.sample_clock import LEARNING, StreamClock, line_below
 
 LEAST_DELAY = 1e-4
 
@@ -29,13 +29,13 @@ def arrivals(
     return true, [int(c) for c in (first + k * per_count) % 2**32], arrived
 
 
-def stamps(counters: list[int], arrived: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], SampleClock]:
-    clock = SampleClock()
+def stamps(counters: list[int], arrived: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], StreamClock]:
+    clock = StreamClock()
     return stamps_of(clock, counters, arrived), clock
 
 
 def stamps_of(
-    clock: SampleClock, counters: list[int], arrived: npt.NDArray[np.float64]
+    clock: StreamClock, counters: list[int], arrived: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
     return np.array([clock.stamp(c, a) for c, a in zip(counters, arrived.tolist(), strict=True)])
 
@@ -73,7 +73,7 @@ def test_stamps_are_good_as_soon_as_the_clock_is_learned() -> None:
 def test_whatever_arrives_stamps_advance_and_are_not_ahead(
     first: int, steps: list[tuple[int, float]], other: int
 ) -> None:
-    clock, arrival, counter, last = SampleClock(), 50.0, first, -np.inf
+    clock, arrival, counter, last = StreamClock(), 50.0, first, -np.inf
     for advance, elapsed in steps:
         counter, arrival = (counter + advance) % 2**32, arrival + elapsed
         stamp = clock.stamp(counter, arrival)
@@ -97,7 +97,7 @@ def test_a_device_that_begins_anew_keeps_its_rate_and_loses_no_time(seed: int) -
 def test_a_counter_that_jumps_ahead_is_followed() -> None:
     true, counters, arrived = arrivals(7000.0, -5e-5, 6.0, 5, per_count=7)
     half = len(true) // 2
-    clock = SampleClock()
+    clock = StreamClock()
     stamps_of(clock, counters[:half], arrived[:half])
     stamped = stamps_of(clock, [c + 700 for c in counters[half:]], arrived[half:])
     error = stamped - true[half:] - LEAST_DELAY

@@ -11,7 +11,7 @@ from palpate.hw.devices import DeviceError, SensorDevice
 from palpate.hw.emulators.netft import BoxSettings, NetFtServer, OnRobotServer, onrobot_box
 from palpate.hw.emulators.serial_ft import BotaServer, ResenseServer
 from palpate.hw.emulators.server import Server
-from palpate.hw.ft_stream import Record, StreamCounts, StreamedSensor, StreamSettings, streamed_sensor
+from palpate.hw.ft_stream import StreamCounts, StreamedSensor, StreamReading, StreamSettings, streamed_sensor
 from palpate.hw.netft import NetFt, NetFtSettings, Scales
 from palpate.hw.serial_ft import Bota, Resense, SerialSensor
 from support.ft_host import state
@@ -64,7 +64,7 @@ class MadeUpLink:
     def request(self) -> None:
         self.asked.append(self.clock.now)
 
-    def receive(self) -> Sequence[Record]:
+    def receive(self) -> Sequence[StreamReading]:
         time.sleep(0.002)
         self.clock.now += 0.002
         if self.failure:
@@ -73,7 +73,7 @@ class MadeUpLink:
         if self.silent:
             return ()
         self.counts.records += 1
-        return (Record(self.clock.now, None, (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), 0, anew=False),)
+        return (StreamReading(self.clock.now, None, (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), 0, anew=False),)
 
     def problem(self, status: int) -> str:
         return ""
@@ -122,13 +122,13 @@ def test_a_device_that_begins_anew_is_stamped_by_its_new_count(clock: Clock) -> 
     class Counting(MadeUpLink):
         count, anew = 5_000_000, False
 
-        def receive(self) -> Sequence[Record]:
+        def receive(self) -> Sequence[StreamReading]:
             super().receive()
             self.count += 2000
             if anew := self.anew:
                 self.count, self.anew = 0, False
             arrivals.append(self.clock.now)
-            return (Record(self.clock.now, self.count, (0.0,) * 6, 0, anew),)
+            return (StreamReading(self.clock.now, self.count, (0.0,) * 6, 0, anew),)
 
     link, arrivals = Counting(clock), list[float]()
     ft = StreamedSensor(link, SETTINGS)
@@ -146,7 +146,7 @@ def test_a_device_that_begins_anew_is_stamped_by_its_new_count(clock: Clock) -> 
 
 def test_silence_is_told_after_its_time_and_not_before(clock: Clock) -> None:
     class Stopped(MadeUpLink):
-        def receive(self) -> Sequence[Record]:
+        def receive(self) -> Sequence[StreamReading]:
             if self.counts.records:
                 time.sleep(0.002)
                 return ()
@@ -211,7 +211,7 @@ def test_what_is_none_of_its_records_is_told_from_silence(clock: Clock) -> None:
 def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept(clock: Clock) -> None:
     """What has come meanwhile lies there: it is read before the device is taken for silent."""
 
-    class Asleep(tuple[Record, ...]):
+    class Asleep(tuple[StreamReading, ...]):
         """Records after which the reading thread is not run for a while."""
 
         def __getitem__(self, i):
@@ -221,7 +221,7 @@ def test_a_device_is_not_asked_to_begin_anew_because_this_computer_slept(clock: 
     class Held(MadeUpLink):
         sleeps = 0
 
-        def receive(self) -> Sequence[Record]:
+        def receive(self) -> Sequence[StreamReading]:
             records = super().receive()
             self.sleeps += 1
             return Asleep(records) if self.sleeps % 5 == 0 else records
@@ -243,7 +243,7 @@ def test_a_sensor_is_not_called_silent_because_this_computer_slept(
     class Gated(MadeUpLink):
         open_gate = threading.Event()
 
-        def receive(self) -> Sequence[Record]:
+        def receive(self) -> Sequence[StreamReading]:
             self.open_gate.wait()
             return super().receive()
 

@@ -45,7 +45,7 @@ from palpate.hw.devices import DeviceError, SensorDevice
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_tip import ElasticPlane
 from palpate.hw.emulators.ur import ControllerVersion, SimpleUr
-from palpate.hw.ur import ForceTask, Payload, UrArm, UrRawToolSensor, UrSettings, UrToolSensor
+from palpate.hw.ur import FlangePayload, ForceTask, UrArm, UrRawToolSensor, UrSettings, UrToolSensor
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.spatial import add
 from support import waiting
@@ -211,7 +211,7 @@ def test_freedrive_lets_go_and_holds_again(shared):
 def test_tool_payload_and_slider_are_set(shared):
     flange_tip = Pose((0.0, 0.0, 0.1), rotation_from_rotvec((0.0, 0.0, 0.5)))
     settings = UrSettings(
-        pose_flange_tip=flange_tip, payload=Payload(0.4, (0.0, 0.0, 0.05)), stale_after=2.0, watchdog=1.0
+        pose_flange_tip=flange_tip, payload=FlangePayload(0.4, (0.0, 0.0, 0.05)), stale_after=2.0, watchdog=1.0
     )
     with UrArm(address(shared), PATIENT) as arm:
         bare = arm.read()
@@ -222,7 +222,7 @@ def test_tool_payload_and_slider_are_set(shared):
         until(lambda: arm.read().position_base_tip == pytest.approx(wanted, abs=1e-6))
         arm.set_tool(Pose())
         until(lambda: arm.read().position_base_tip == pytest.approx(bare.position_base_tip, abs=1e-6))
-        arm.set_payload(Payload(0.0))
+        arm.set_payload(FlangePayload(0.0))
         arm.set_speed_slider(0.5)
         until(lambda: arm.state().speed_slider == pytest.approx(0.5))
         arm.set_speed_slider(1.0)

@@ -12,7 +12,7 @@ import pytest
 from palpate.hw.devices import DeviceError
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.emulators.simple_tip import ElasticPlane
-from palpate.hw.emulators.ur import ControllerVersion, Fault, SimpleUr
+from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, SimpleUr
 from palpate.hw.emulators.ur.arm import pose_of
 from support.ur_library import needs_ur
 from support.ur_wire_sessions import (
@@ -46,7 +46,7 @@ def shared() -> Iterator[EmulatorProcess]:
 @pytest.fixture
 def robot(shared: EmulatorProcess) -> Iterator[EmulatorProcess]:
     yield shared
-    for fault in Fault:
+    for fault in ControllerFault:
         shared.control.fault("ur", fault, 0.0)
 
 
@@ -234,7 +234,7 @@ def test_protective_stop_freezes_the_arm_until_it_is_recovered(robot: EmulatorPr
     try:
         assert client.hear() == "moving"
         time.sleep(0.3)
-        robot.control.fault("ur", Fault.PROTECTIVE_STOP)
+        robot.control.fault("ur", ControllerFault.PROTECTIVE_STOP)
         told = client.hear()
     finally:
         client.end()
@@ -250,9 +250,14 @@ def test_protective_stop_freezes_the_arm_until_it_is_recovered(robot: EmulatorPr
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "fault",
-    [Fault.REJECT_START, Fault.LOCAL_CONTROL, Fault.WITHHOLD_GREETING, Fault.STRAY_TEXT],
+    [
+        ControllerFault.REJECT_START,
+        ControllerFault.LOCAL_CONTROL,
+        ControllerFault.WITHHOLD_GREETING,
+        ControllerFault.STRAY_TEXT,
+    ],
 )
-def test_faults_of_the_start_reach_the_client(robot: EmulatorProcess, fault: Fault) -> None:
+def test_faults_of_the_start_reach_the_client(robot: EmulatorProcess, fault: ControllerFault) -> None:
     robot.control.fault("ur", fault)
     with pytest.raises(RuntimeError):
         told_by(hold, ADDRESS)
@@ -261,7 +266,7 @@ def test_faults_of_the_start_reach_the_client(robot: EmulatorProcess, fault: Fau
 @pytest.mark.slow
 @pytest.mark.parametrize(("late", "starts"), [(1.0, True), (7.0, False)])
 def test_script_that_starts_late(robot: EmulatorProcess, late: float, starts: bool) -> None:
-    robot.control.fault("ur", Fault.LATE_START, late)
+    robot.control.fault("ur", ControllerFault.LATE_START, late)
     client = ClientProcess(hold, ADDRESS)
     try:
         if starts:

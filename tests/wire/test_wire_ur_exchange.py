@@ -13,9 +13,18 @@ from hypothesis import strategies as st
 
 import support.fake_ur_library as fake
 from palpate.errors import InvalidValueError
-from palpate.hw.ur import ForceTask, Payload, UrSettings
+from palpate.hw.ur import FlangePayload, ForceTask, UrSettings
 from palpate.hw.ur.controller_clock import WINDOW, ControllerClock
-from palpate.hw.ur.exchange import COMMAND_NUMBERS, Exchange, Motion, Order, Phase, Status, UrState, new_memory
+from palpate.hw.ur.exchange import (
+    COMMAND_NUMBERS,
+    ClientPhase,
+    Exchange,
+    MotionCommand,
+    Order,
+    Status,
+    UrState,
+    new_memory,
+)
 from palpate.hw.ur.goals import checked_joints, checked_pose_goal, checked_velocity, six
 from palpate.hw.ur.problems import WORDS, Problem, SafetyBit, safety_problem
 from palpate.hw.ur.reception import ControllerRestartedError, ImpossibleStateError, Reception
@@ -80,10 +89,10 @@ def test_what_one_end_writes_the_other_reads_bit_for_bit(a, b, c, d, e, f, bits,
         )
         there.write_state(sent)
         assert here.state() == sent
-        order = Order(lost + 1, 2.5, Motion.FORCE, (a + b + c + d)[:COMMAND_NUMBERS])
+        order = Order(lost + 1, 2.5, MotionCommand.FORCE, (a + b + c + d)[:COMMAND_NUMBERS])
         here.write_command(order)
         assert there.command() == order
-        status = Status(1.5, 1.25, Phase.READY, Problem.PROTECTIVE_STOP, lost, 3)
+        status = Status(1.5, 1.25, ClientPhase.READY, Problem.PROTECTIVE_STOP, lost, 3)
         there.write_status(status)
         assert here.status() == status
     finally:
@@ -373,9 +382,9 @@ def test_settings_that_cannot_be_are_refused_by_name(wrong):
 
 def test_a_payload_must_be_one():
     with pytest.raises(InvalidValueError):
-        Payload(-0.1)
+        FlangePayload(-0.1)
     with pytest.raises(InvalidValueError):
-        Payload(0.1, (0.0, math.nan, 0.0))
+        FlangePayload(0.1, (0.0, math.nan, 0.0))
 
 
 # -- what the controller's safety says --

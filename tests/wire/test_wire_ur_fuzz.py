@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from palpate.hw.devices import DeviceError
-from palpate.hw.emulators.control import Controls
+from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.ur import UrServer
@@ -72,12 +72,12 @@ def any_line(g: np.random.Generator) -> bytes:
 
 
 @contextlib.contextmanager
-def served() -> Iterator[tuple[Controls, UrServer]]:
+def served() -> Iterator[tuple[EmulatorControl, UrServer]]:
     server = UrServer(ADDRESS)
     host = Host(SimplePlant(), [server], arm=server)
     thread = threading.Thread(target=host.run)
     thread.start()
-    control = Controls(host.control_port)
+    control = EmulatorControl(host.control_port)
     try:
         yield control, server
     finally:
@@ -87,7 +87,7 @@ def served() -> Iterator[tuple[Controls, UrServer]]:
         assert not thread.is_alive()
 
 
-def clients(control: Controls) -> object:
+def clients(control: EmulatorControl) -> object:
     devices = control.state()["devices"]
     assert isinstance(devices, dict)
     return devices["ur"]["clients"]

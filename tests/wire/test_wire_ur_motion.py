@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
-from palpate.hw.emulators.ur.arm import HOME, Mounting, numbers_of, pose_of
+from palpate.hw.emulators.ur.arm import HOME, ArmMounting, numbers_of, pose_of
 from palpate.hw.emulators.ur.control_script import BLOCKING, REAL_TIME, control_script
 from palpate.hw.emulators.ur.motions import NO_WAY, Profile
 from palpate.hw.emulators.ur.registers import DONE, READY, Registers
-from palpate.hw.emulators.ur.robot import Robot
+from palpate.hw.emulators.ur.robot import EmulatedController
 from palpate.hw.emulators.ur.script import Script
 from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.kinematics import UR5E, ArmKinematics, Pose
@@ -29,12 +29,12 @@ STOP_SCRIPT = 255
 class Bench:
     """A robot with a running control script, and hands on its registers."""
 
-    def __init__(self, mounting: Mounting | None = None, plane: ElasticPlane | None = None) -> None:
-        mounting = mounting or Mounting()
+    def __init__(self, mounting: ArmMounting | None = None, plane: ElasticPlane | None = None) -> None:
+        mounting = mounting or ArmMounting()
         flange = ArmKinematics(UR5E).pose(HOME)
         tip = mounting.pose_base_foot @ flange @ mounting.pose_flange_tip
         self.plant = SimplePlant(SimpleTip(tip, plane))
-        self.robot = Robot(ControllerVersion(), mounting, unlock_delay=5.0)
+        self.robot = EmulatedController(ControllerVersion(), mounting, unlock_delay=5.0)
         self.robot.measure(self.plant.start())
         self.registers = Registers(self.robot.inputs, self.robot.outputs)
         self.robot.start_program(control_script(Script(self.robot, self.registers)), "control")
@@ -229,8 +229,8 @@ def test_the_foot_and_the_tool_may_be_anywhere(
     foot: tuple[float, ...], tip: tuple[float, ...], twist: tuple[float, ...]
 ) -> None:
     """What the client sees is in the foot's frame and of the TCP, wherever the plant's frames are."""
-    plain = Bench(Mounting(pose_flange_tip=pose_of(tip)))
-    moved = Bench(Mounting(pose_base_foot=pose_of(foot), pose_flange_tip=pose_of(tip)))
+    plain = Bench(ArmMounting(pose_flange_tip=pose_of(tip)))
+    moved = Bench(ArmMounting(pose_base_foot=pose_of(foot), pose_flange_tip=pose_of(tip)))
     tcp = (0.01, 0.02, 0.1, 0.3, 0.0, 0.1)
     for bench in (plain, moved):
         bench.wait(SET_TCP, tcp)
@@ -407,7 +407,7 @@ def test_not_a_number_ends_the_program_and_never_reaches_the_plant() -> None:
 
 
 def test_a_start_out_of_reach_is_refused() -> None:
-    robot = Robot(ControllerVersion(), Mounting(), 5.0)
+    robot = EmulatedController(ControllerVersion(), ArmMounting(), 5.0)
     with pytest.raises(InvalidValueError, match="reach"):
         robot.measure(SimplePlant(SimpleTip(Pose((2.0, 0.0, 0.0)))).start())
 
@@ -415,10 +415,10 @@ def test_a_start_out_of_reach_is_refused() -> None:
 def test_joints_of_the_plant_are_taken_if_they_hold_its_tip() -> None:
     start = SimplePlant(SimpleTip(ArmKinematics(UR5E).pose(HOME))).start()
     told = replace(start, arm=replace(start.arm, joint_position=HOME))
-    robot = Robot(ControllerVersion(), Mounting(), 5.0)
+    robot = EmulatedController(ControllerVersion(), ArmMounting(), 5.0)
     robot.measure(told)
     assert robot.outputs["actual_q"] == HOME
-    wrong = Robot(ControllerVersion(), Mounting(pose_flange_tip=Pose((0.0, 0.0, 0.1))), 5.0)
+    wrong = EmulatedController(ControllerVersion(), ArmMounting(pose_flange_tip=Pose((0.0, 0.0, 0.1))), 5.0)
     with pytest.raises(InvalidValueError, match=r"0\.1000 m.*pose_flange_tip"):
         wrong.measure(told)
 

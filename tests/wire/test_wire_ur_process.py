@@ -15,8 +15,8 @@ import pytest
 import palpate.hw.ur.arm
 from palpate.errors import InvalidValueError
 from palpate.hw.devices import ArmDevice, DeviceError
-from palpate.hw.ur import Payload, UrArm, UrSettings
-from palpate.hw.ur.requests import Request, Task
+from palpate.hw.ur import FlangePayload, UrArm, UrSettings
+from palpate.hw.ur.requests import UrRequest, UrTask
 from palpate.kinematics.pose import Pose
 from support import waiting
 from support.waiting import WITHIN, until
@@ -251,10 +251,10 @@ def test_a_call_that_never_comes_back_is_given_up(tmp_path, monkeypatch):
 def test_an_answer_that_nobody_waited_for_is_not_the_next_ones(tmp_path):
     """As after Ctrl-C in the middle of a request."""
     with arm_on(tmp_path) as arm:
-        arm._client._pipe.send(Request(Task.TARE))
+        arm._client._pipe.send(UrRequest(UrTask.TARE))
         spoil(tmp_path, "refuse")
         with pytest.raises(DeviceError, match="setPayload"):
-            arm.set_payload(Payload(0.1))
+            arm.set_payload(FlangePayload(0.1))
 
 
 def test_local_control_is_refused_with_the_way_out(tmp_path):

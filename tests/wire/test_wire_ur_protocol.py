@@ -11,29 +11,29 @@ from hypothesis import strategies as st
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.plant import PlantState
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.ur.arm import Mounting
+from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.channels import Channels
 from palpate.hw.emulators.ur.control_script import BLOCKING, REAL_TIME, STOP
-from palpate.hw.emulators.ur.dashboard import Dashboard
-from palpate.hw.emulators.ur.faults import Fault
+from palpate.hw.emulators.ur.dashboard import DashboardServer
+from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.framing import HEADER, FramingError, PackageReader, PackageType, package, text_message
 from palpate.hw.emulators.ur.programs import program_of
 from palpate.hw.emulators.ur.recipes import requested_names
-from palpate.hw.emulators.ur.robot import Robot
+from palpate.hw.emulators.ur.robot import EmulatedController
 from palpate.hw.emulators.ur.rtde_session import RtdeSession
 from palpate.hw.emulators.ur.script_text import ProgramKind, ProgramReader
 from palpate.hw.emulators.ur.variables import INPUTS, outputs_of
 from palpate.hw.emulators.ur.version import ControllerVersion
 
 
-def standing(version: ControllerVersion | None = None) -> tuple[Robot, SimplePlant]:
+def standing(version: ControllerVersion | None = None) -> tuple[EmulatedController, SimplePlant]:
     """A robot that has measured once."""
-    robot, plant = Robot(version or ControllerVersion(), Mounting(), 5.0), SimplePlant()
+    robot, plant = EmulatedController(version or ControllerVersion(), ArmMounting(), 5.0), SimplePlant()
     robot.measure(plant.start())
     return robot, plant
 
 
-def session(robot: Robot | None = None, owners: dict[str, RtdeSession] | None = None) -> RtdeSession:
+def session(robot: EmulatedController | None = None, owners: dict[str, RtdeSession] | None = None) -> RtdeSession:
     return RtdeSession(robot or standing()[0], {} if owners is None else owners, set())
 
 
@@ -278,7 +278,7 @@ def test_script_port_takes_anything(pieces: list[bytes]) -> None:
 
 @given(st.text(max_size=60))
 def test_dashboard_answers_any_line_with_one_line(line: str) -> None:
-    answer = Dashboard(standing_robot).answer(line)
+    answer = DashboardServer(standing_robot).answer(line)
     assert answer
     assert "\n" not in answer.replace(line, "")
 
@@ -344,16 +344,16 @@ def test_another_script_writes_its_registers() -> None:
 
 def test_faults_of_a_session() -> None:
     robot, _ = standing()
-    faults: set[Fault] = set()
+    faults: set[ControllerFault] = set()
     one = RtdeSession(robot, {}, faults)
     one.feed(outputs(500.0, "timestamp") + package(PackageType.START, b""))
-    faults.add(Fault.REFUSE_VERSION)
+    faults.add(ControllerFault.REFUSE_VERSION)
     assert one.feed(bytes.fromhex("0005 56 0002")) == bytes.fromhex("0004 56 00")
-    faults.add(Fault.SHORT_DATA)
+    faults.add(ControllerFault.SHORT_DATA)
     assert len(one.stream()) == 3 + 1 + 8 - 1
-    faults.add(Fault.STRAY_TEXT)
+    faults.add(ControllerFault.STRAY_TEXT)
     kinds = [kind for kind, _ in PackageReader().feed(one.feed(package(PackageType.PAUSE, b"")))]
     assert kinds == [PackageType.TEXT, PackageType.PAUSE]
     one.feed(package(PackageType.START, b""))
-    faults.add(Fault.STALL_STREAM)
+    faults.add(ControllerFault.STALL_STREAM)
     assert one.stream() == b""

@@ -12,10 +12,10 @@ from itertools import pairwise
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.control import Controls
+from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.simple_plant import SimplePlant
-from palpate.hw.emulators.ur import ControllerVersion, Fault, UrServer
+from palpate.hw.emulators.ur import ControllerFault, ControllerVersion, UrServer
 from palpate.hw.emulators.ur.framing import PackageReader, PackageType, package
 from palpate.hw.emulators.ur.server import DASHBOARD_PORT, RTDE_PORT, SCRIPT_PORT
 from support.ur_wire_sessions import own_address
@@ -33,7 +33,7 @@ class Serving:
         self.host = Host(SimplePlant(period=period), [server], arm=server)
         self.thread = threading.Thread(target=self.host.run)
         self.thread.start()
-        self.control = Controls(self.host.control_port)
+        self.control = EmulatorControl(self.host.control_port)
 
     def close(self) -> None:
         self.control.close()
@@ -153,9 +153,11 @@ def test_the_controller_keeps_its_cycle_whatever_the_plants_step(period: float, 
     assert max(b - a for a, b in pairwise(times)) < cycle + period
 
 
-@pytest.mark.parametrize(("fault", "end"), [(Fault.DROP_FIN, EOFError), (Fault.DROP_RST, ConnectionResetError)])
+@pytest.mark.parametrize(
+    ("fault", "end"), [(ControllerFault.DROP_FIN, EOFError), (ControllerFault.DROP_RST, ConnectionResetError)]
+)
 def test_connections_are_dropped_either_way(
-    serving: Serving, rtde: Rtde, fault: Fault, end: type[Exception]
+    serving: Serving, rtde: Rtde, fault: ControllerFault, end: type[Exception]
 ) -> None:
     rtde.stream("timestamp")
     assert serving.control.fault("ur", fault) == "1 connections closed"
@@ -169,13 +171,13 @@ def test_connections_are_dropped_either_way(
 
 def test_a_stalled_stream_keeps_its_connection(serving: Serving, rtde: Rtde) -> None:
     rtde.stream("timestamp")
-    serving.control.fault("ur", Fault.STALL_STREAM)
+    serving.control.fault("ur", ControllerFault.STALL_STREAM)
     rtde.socket.settimeout(0.2)
     with pytest.raises(TimeoutError):
         rtde.until_it_ends()
     rtde.socket.settimeout(WITHIN)
     assert rtde.ask(PackageType.VERSION, b"\x00\x02") == b"\x01"
-    serving.control.fault("ur", Fault.STALL_STREAM, 0.0)
+    serving.control.fault("ur", ControllerFault.STALL_STREAM, 0.0)
     assert rtde.next()[0] == PackageType.DATA
 
 
@@ -221,9 +223,9 @@ def test_inputs_are_free_again_when_their_client_is_gone(serving: Serving, rtde:
 def test_programs_start_and_are_killed(serving: Serving) -> None:
     upload()
     serving.becomes(runtime="PLAYING")
-    serving.control.fault("ur", Fault.KILL_PROGRAM)
+    serving.control.fault("ur", ControllerFault.KILL_PROGRAM)
     serving.becomes(runtime="STOPPED")
-    serving.control.fault("ur", Fault.LATE_START, 0.3)
+    serving.control.fault("ur", ControllerFault.LATE_START, 0.3)
     upload()
     serving.becomes(runtime="PLAYING")
 
@@ -232,7 +234,7 @@ def test_a_program_starts_as_late_as_was_asked_for() -> None:
     server = UrServer(ADDRESS)
     try:
         server.take(SimplePlant().start())
-        server.inject(Fault.LATE_START, 0.3)
+        server.inject(ControllerFault.LATE_START, 0.3)
         upload()
         while not any("uploaded" in line for line in server.lines()):
             for file in select.select(server.files(), [], [], WITHIN)[0]:
@@ -249,7 +251,7 @@ def test_a_program_starts_as_late_as_was_asked_for() -> None:
 def test_a_protective_stop_is_unlocked_by_the_dashboard_later(serving: Serving) -> None:
     upload()
     serving.becomes(runtime="PLAYING")
-    serving.control.fault("ur", Fault.PROTECTIVE_STOP)
+    serving.control.fault("ur", ControllerFault.PROTECTIVE_STOP)
     assert serving.told()["safety"] == "PROTECTIVE_STOP"
     assert talk("unlock protective stop")[1].startswith("Cannot unlock")
     upload()
@@ -264,12 +266,12 @@ def test_a_protective_stop_is_unlocked_by_the_dashboard_later(serving: Serving) 
 
 
 def test_an_emergency_stop_needs_all_steps_back(serving: Serving) -> None:
-    serving.control.fault("ur", Fault.E_STOP)
+    serving.control.fault("ur", ControllerFault.E_STOP)
     assert talk("power on", "robotmode", "safetymode")[2:] == [
         "Robotmode: POWER_OFF",
         "Safetymode: ROBOT_EMERGENCY_STOP",
     ]
-    serving.control.fault("ur", Fault.E_STOP, 0.0)
+    serving.control.fault("ur", ControllerFault.E_STOP, 0.0)
     assert talk("robotmode", "power on", "robotmode", "brake release", "robotmode")[1:] == [
         "Robotmode: POWER_OFF",
         "Powering on",

@@ -9,8 +9,8 @@ import numpy as np
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel import registers as reg
 from palpate.hw.dynamixel.registers import HardwareError
-from palpate.hw.emulators.dynamixel.faults import Fault, LineFaults, fault_named
-from palpate.hw.emulators.dynamixel.receiver import Receiver
+from palpate.hw.emulators.dynamixel.faults import BusFault, LineFaults, fault_named
+from palpate.hw.emulators.dynamixel.receiver import PacketReceiver
 from palpate.hw.emulators.dynamixel.requests import Servos, answers
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.plant import PlantState, ServoGoal
@@ -46,7 +46,7 @@ class DynamixelBus:
         self._name, self._servos, self._link = name, tuple(servos), link
         self._terminal: Terminal | None = Terminal(link)
         self._address = self._terminal.path
-        self._receiver = Receiver()
+        self._receiver = PacketReceiver()
         self._line = LineFaults(np.random.default_rng(seed))
         self._silent: set[int] = set()
         self._queue: list[tuple[float, bytes]] = []
@@ -89,7 +89,7 @@ class DynamixelBus:
         rate = terminal.baud_rate()
         for request in self._receiver.feed(data, now):
             for answer in answers(request, self._hearing(rate, now), now):
-                if not self._line.values.get(Fault.MUTE):
+                if not self._line.values.get(BusFault.MUTE):
                     self._send(answer, now)
 
     def due(self) -> float:
@@ -97,7 +97,7 @@ class DynamixelBus:
         soonest = min((servo.watchdog_due() for servo in self._servos), default=math.inf)
         if self._queue:
             soonest = min(soonest, self._queue[0][0])
-        if self._line.values.get(Fault.BABBLE) and self._terminal is not None:
+        if self._line.values.get(BusFault.BABBLE) and self._terminal is not None:
             soonest = min(soonest, self._babbled + BABBLE_TIME)
         return soonest
 
@@ -108,7 +108,7 @@ class DynamixelBus:
             servo.tick(now)
         while self._queue and self._queue[0][0] <= now:
             self._out(self._queue.pop(0)[1])
-        babble = self._line.values.get(Fault.BABBLE, 0.0)
+        babble = self._line.values.get(BusFault.BABBLE, 0.0)
         if babble and now >= self._babbled + BABBLE_TIME:
             self._babbled = now
             self._out(self._line.random.bytes(max(1, round(babble * BABBLE_TIME))))
@@ -131,24 +131,24 @@ class DynamixelBus:
         return tuple(servo.goal() for servo in self._servos)
 
     def inject(self, fault: str, value: float) -> str:
-        """See `Server`; `Fault` says what there is.
+        """See `Server`; `BusFault` says what there is.
 
         Raises:
             InvalidValueError: No such fault, or a number that it cannot have.
         """
         kind = fault_named(fault)
         match kind:
-            case Fault.SILENT:
+            case BusFault.SILENT:
                 self._silent = set() if value < 0 else self._silent | {self._servo(value).servo_id}
-            case Fault.OVERLOAD:
+            case BusFault.OVERLOAD:
                 self._servo(value).fail(HardwareError.OVERLOAD)
-            case Fault.BROWN_OUT:
+            case BusFault.BROWN_OUT:
                 self._servo(value).reboot(self._now)
-            case Fault.TEMPERATURE:
+            case BusFault.TEMPERATURE:
                 self._measure(reg.PRESENT_TEMPERATURE, value)
-            case Fault.VOLTAGE:
+            case BusFault.VOLTAGE:
                 self._measure(reg.PRESENT_VOLTAGE, 10.0 * value)
-            case Fault.UNPLUGGED:
+            case BusFault.UNPLUGGED:
                 self._plug(plugged=not value)
             case _:
                 self._line.set(kind, value)
@@ -208,12 +208,12 @@ class DynamixelBus:
         elif plugged and self._terminal is None:
             self._terminal = Terminal(self._link)
             self._address = self._terminal.path
-            self._receiver = Receiver()
+            self._receiver = PacketReceiver()
 
     def _send(self, answer: bytes, now: float) -> None:
         values = self._line.values
-        distorted, at = self._line.distorted(answer), now + values.get(Fault.LATE, 0.0)
-        size = int(values.get(Fault.PIECES, 0.0)) or len(distorted)
+        distorted, at = self._line.distorted(answer), now + values.get(BusFault.LATE, 0.0)
+        size = int(values.get(BusFault.PIECES, 0.0)) or len(distorted)
         if self._queue:
             at = max(at, self._queue[-1][0])
         if at <= now and size >= len(distorted):

@@ -5,7 +5,7 @@ limits 6.
 """
 
 from palpate.hw.dynamixel import registers as reg
-from palpate.hw.dynamixel.packets import LARGEST_ID, Refusal
+from palpate.hw.dynamixel.packets import LARGEST_ID, DynamixelRefusal
 from palpate.hw.dynamixel.registers import Mode, Register, ServoKind
 from palpate.kinematics.servo_model import PWM_UNITS
 
@@ -65,35 +65,35 @@ class ControlTable:
         """Set a value from inside, whatever anybody may write."""
         self._bytes[item.address : item.end] = item.bytes_of(value)
 
-    def read(self, address: int, length: int) -> tuple[Refusal, bytes]:
+    def read(self, address: int, length: int) -> tuple[DynamixelRefusal, bytes]:
         """Return what a read instruction gets; bytes that nothing is at are 0."""
         if length == 0:
-            return Refusal.LENGTH, b""
+            return DynamixelRefusal.LENGTH, b""
         if address + length > self.kind.table_end:
-            return Refusal.RANGE, b""
+            return DynamixelRefusal.RANGE, b""
         places = (self.place(at) for at in range(address, address + length))
-        return Refusal.NONE, bytes(self._bytes[at] for at in places)
+        return DynamixelRefusal.NONE, bytes(self._bytes[at] for at in places)
 
-    def check(self, address: int, data: bytes) -> Refusal:
+    def check(self, address: int, data: bytes) -> DynamixelRefusal:
         """Return why a write must be refused, if it must."""
         if not data:
-            return Refusal.LENGTH
+            return DynamixelRefusal.LENGTH
         if address + len(data) > self.kind.table_end:
-            return Refusal.RANGE
+            return DynamixelRefusal.RANGE
         at, rest = address, data
         while rest:
             place = self.place(at)
             item = self._item_at.get(place)
             if item is None or not self._writable[place]:
-                return Refusal.ACCESS
+                return DynamixelRefusal.ACCESS
             if item.address < reg.EEPROM_END and self.get(reg.TORQUE_ENABLE):
-                return Refusal.ACCESS
+                return DynamixelRefusal.ACCESS
             if len(rest) < item.size:
-                return Refusal.LENGTH
+                return DynamixelRefusal.LENGTH
             if not self._within(item, item.value(rest[: item.size])):
-                return Refusal.LIMIT
+                return DynamixelRefusal.LIMIT
             at, rest = at + item.size, rest[item.size :]
-        return Refusal.NONE
+        return DynamixelRefusal.NONE
 
     def write(self, address: int, data: bytes) -> list[tuple[Register, int]]:
         """Write what `check` has admitted; returns what was written, in order."""

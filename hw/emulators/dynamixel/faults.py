@@ -8,7 +8,7 @@ import numpy as np
 from palpate.errors import InvalidValueError
 
 
-class Fault(StrEnum):
+class BusFault(StrEnum):
     """What `inject` takes, with what its number means.
 
     SILENT: the servo of this id hears and says nothing; -1 ends it.
@@ -41,19 +41,19 @@ class Fault(StrEnum):
     UNPLUGGED = "unplugged"
 
 
-def fault_named(name: str) -> Fault:
+def fault_named(name: str) -> BusFault:
     """Return the fault of this name.
 
     Raises:
         InvalidValueError: There is none.
     """
     try:
-        return Fault(name)
+        return BusFault(name)
     except ValueError:
-        raise InvalidValueError(f"fault = {name!r}: must be one of {', '.join(Fault)}") from None
+        raise InvalidValueError(f"fault = {name!r}: must be one of {', '.join(BusFault)}") from None
 
 
-SHARES = (Fault.WRONG_CHECKSUM, Fault.LOST_BYTES, Fault.NOISE)
+SHARES = (BusFault.WRONG_CHECKSUM, BusFault.LOST_BYTES, BusFault.NOISE)
 """Those whose number is a share of all answers."""
 
 
@@ -68,10 +68,10 @@ class LineFaults:
     """
 
     random: np.random.Generator
-    values: dict[Fault, float] = field(default_factory=dict)
+    values: dict[BusFault, float] = field(default_factory=dict)
     harmed: int = 0
 
-    def set(self, fault: Fault, value: float) -> None:
+    def set(self, fault: BusFault, value: float) -> None:
         """Switch one on or off.
 
         Raises:
@@ -86,17 +86,17 @@ class LineFaults:
     def distorted(self, answer: bytes) -> bytes:
         """Return what becomes of an answer on the wire."""
         draw, result = self.random, answer
-        if self._happens(Fault.WRONG_CHECKSUM):
+        if self._happens(BusFault.WRONG_CHECKSUM):
             at = int(draw.integers(4, len(result)))  # behind the header, so that somebody looks at the checksum
             result = result[:at] + bytes([result[at] ^ (1 << int(draw.integers(8)))]) + result[at + 1 :]
-        if self._happens(Fault.LOST_BYTES):
+        if self._happens(BusFault.LOST_BYTES):
             at = int(draw.integers(len(result)))
             result = result[:at] + result[at + 1 :]
-        if self._happens(Fault.NOISE):
+        if self._happens(BusFault.NOISE):
             result = draw.bytes(int(draw.integers(1, 20))) + result
         self.harmed += result != answer
         return result
 
-    def _happens(self, fault: Fault) -> bool:
+    def _happens(self, fault: BusFault) -> bool:
         share = self.values.get(fault, 0.0)
         return share > 0.0 and self.random.random() < share

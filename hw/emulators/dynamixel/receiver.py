@@ -12,7 +12,7 @@ PATIENCE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class RequestPacket:
     """A packet with a right checksum.
 
     Attributes:
@@ -26,7 +26,7 @@ class Request:
     parameters: bytes
 
 
-class Receiver:
+class PacketReceiver:
     """Collects bytes and gives back whole packets; `rejected` counts those whose checksum was wrong."""
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Receiver:
         self._last = 0.0
         self.rejected = 0
 
-    def feed(self, data: bytes, now: float) -> list[Request]:
+    def feed(self, data: bytes, now: float) -> list[RequestPacket]:
         """Take what has arrived and return the packets that are complete.
 
         Args:
@@ -47,7 +47,7 @@ class Receiver:
             held.clear()
         self._last = now
         held += data
-        found: list[Request] = []
+        found: list[RequestPacket] = []
         while True:
             start = held.find(HEADER[:3])
             if start < 0:
@@ -76,5 +76,5 @@ class Receiver:
                 del held[:3]
                 continue
             content = unstuffed(bytes(held[OVERHEAD : whole - 2]))
-            found.append(Request(held[4], content[0], content[1:]))
+            found.append(RequestPacket(held[4], content[0], content[1:]))
             del held[:whole]

@@ -7,12 +7,12 @@ from palpate.hw.dynamixel.packets import (
     BROADCAST_ID,
     HEADER,
     STATUS,
+    DynamixelRefusal,
     Instruction,
-    Refusal,
     checksum,
     packet,
 )
-from palpate.hw.emulators.dynamixel.receiver import LONGEST, Request
+from palpate.hw.emulators.dynamixel.receiver import LONGEST, RequestPacket
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 
 CLEAR_TURNS = b"\x01\x44\x58\x4c\x22"
@@ -22,7 +22,7 @@ Servos = Mapping[int, EmulatedServo]
 """Those that hear a request, by id, in the order of their ids."""
 
 
-def answers(request: Request, servos: Servos, now: float) -> list[bytes]:
+def answers(request: RequestPacket, servos: Servos, now: float) -> list[bytes]:
     """Carry out a request and return what comes back, in order.
 
     Args:
@@ -38,7 +38,9 @@ def answers(request: Request, servos: Servos, now: float) -> list[bytes]:
         if request.instruction == STATUS:
             return []  # somebody else's answer
         known = servos.get(request.servo_id)
-        return [_status(known, Refusal.INSTRUCTION)] if known is not None and known.status_level == 2 else []
+        return (
+            [_status(known, DynamixelRefusal.INSTRUCTION)] if known is not None and known.status_level == 2 else []
+        )
     several = _SEVERAL.get(instruction)
     if several is not None:
         return several(request.parameters, servos) if request.servo_id == BROADCAST_ID else []
@@ -59,58 +61,58 @@ def answers(request: Request, servos: Servos, now: float) -> list[bytes]:
     return found
 
 
-def _addressed(request: Request, servos: Servos) -> Iterator[EmulatedServo]:
+def _addressed(request: RequestPacket, servos: Servos) -> Iterator[EmulatedServo]:
     if request.servo_id == BROADCAST_ID:
         yield from servos.values()
     elif request.servo_id in servos:
         yield servos[request.servo_id]
 
 
-def _status(servo: EmulatedServo, refusal: Refusal, data: bytes = b"") -> bytes:
+def _status(servo: EmulatedServo, refusal: DynamixelRefusal, data: bytes = b"") -> bytes:
     return packet(servo.servo_id, bytes((STATUS, refusal | servo.alert)) + data)
 
 
 def _ping(servo: EmulatedServo) -> bytes:
     table = servo.table
     number = reg.MODEL_NUMBER.bytes_of(table.get(reg.MODEL_NUMBER))
-    return _status(servo, Refusal.NONE, number + bytes((table.get(reg.FIRMWARE),)))
+    return _status(servo, DynamixelRefusal.NONE, number + bytes((table.get(reg.FIRMWARE),)))
 
 
-def _read(servo: EmulatedServo, parameters: bytes) -> tuple[Refusal, bytes]:
+def _read(servo: EmulatedServo, parameters: bytes) -> tuple[DynamixelRefusal, bytes]:
     if len(parameters) != 4:
-        return Refusal.LENGTH, b""
+        return DynamixelRefusal.LENGTH, b""
     return servo.table.read(_word(parameters, 0), _word(parameters, 2))
 
 
-def _write(servo: EmulatedServo, parameters: bytes, now: float) -> Refusal:
-    return servo.write(_word(parameters, 0), parameters[2:]) if len(parameters) > 2 else Refusal.LENGTH
+def _write(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
+    return servo.write(_word(parameters, 0), parameters[2:]) if len(parameters) > 2 else DynamixelRefusal.LENGTH
 
 
-def _reg_write(servo: EmulatedServo, parameters: bytes, now: float) -> Refusal:
-    return servo.register(_word(parameters, 0), parameters[2:]) if len(parameters) > 2 else Refusal.LENGTH
+def _reg_write(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
+    return servo.register(_word(parameters, 0), parameters[2:]) if len(parameters) > 2 else DynamixelRefusal.LENGTH
 
 
-def _action(servo: EmulatedServo, parameters: bytes, now: float) -> Refusal:
+def _action(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
     return servo.act()
 
 
-def _reboot(servo: EmulatedServo, parameters: bytes, now: float) -> Refusal:
+def _reboot(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
     servo.reboot(now)
-    return Refusal.NONE
+    return DynamixelRefusal.NONE
 
 
-def _factory_reset(servo: EmulatedServo, parameters: bytes, now: float) -> Refusal:
-    return servo.reset(parameters[0], now) if len(parameters) == 1 else Refusal.LENGTH
+def _factory_reset(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
+    return servo.reset(parameters[0], now) if len(parameters) == 1 else DynamixelRefusal.LENGTH
 
 
-def _clear(servo: EmulatedServo, parameters: bytes, now: float) -> Refusal:
+def _clear(servo: EmulatedServo, parameters: bytes, now: float) -> DynamixelRefusal:
     if parameters != CLEAR_TURNS:
-        return Refusal.RANGE
+        return DynamixelRefusal.RANGE
     servo.clear_turns()
-    return Refusal.NONE
+    return DynamixelRefusal.NONE
 
 
-_CHANGES: dict[Instruction, Callable[[EmulatedServo, bytes, float], Refusal]] = {
+_CHANGES: dict[Instruction, Callable[[EmulatedServo, bytes, float], DynamixelRefusal]] = {
     Instruction.WRITE: _write,
     Instruction.REG_WRITE: _reg_write,
     Instruction.ACTION: _action,

@@ -3,7 +3,7 @@
 import math
 
 from palpate.hw.dynamixel import registers as reg
-from palpate.hw.dynamixel.packets import ALERT, Refusal
+from palpate.hw.dynamixel.packets import ALERT, DynamixelRefusal
 from palpate.hw.dynamixel.registers import (
     BAUD_RATES,
     MIDDLE,
@@ -80,26 +80,26 @@ class EmulatedServo:
         # milliseconds of its own clock, however fast the plant runs
         self.table.put(reg.REALTIME_TICK, int(1000.0 * now) % 32768)
 
-    def write(self, address: int, data: bytes) -> Refusal:
+    def write(self, address: int, data: bytes) -> DynamixelRefusal:
         """Do what a write instruction asks, all of it or nothing."""
         refusal = self._refusal(address, data)
-        if refusal is Refusal.NONE:
+        if refusal is DynamixelRefusal.NONE:
             for item, value in self.table.write(address, data):
                 self._written(item, value)
         return refusal
 
-    def register(self, address: int, data: bytes) -> Refusal:
+    def register(self, address: int, data: bytes) -> DynamixelRefusal:
         """Keep a write for later."""
         refusal = self._refusal(address, data)
-        if refusal is Refusal.NONE:
+        if refusal is DynamixelRefusal.NONE:
             self._registered = (address, data)
             self.table.put(reg.REGISTERED_INSTRUCTION, 1)
         return refusal
 
-    def act(self) -> Refusal:
+    def act(self) -> DynamixelRefusal:
         """Do what was kept."""
         if self._registered is None:
-            return Refusal.INSTRUCTION
+            return DynamixelRefusal.INSTRUCTION
         kept, self._registered = self._registered, None
         self.table.put(reg.REGISTERED_INSTRUCTION, 0)
         return self.write(*kept)
@@ -111,13 +111,13 @@ class EmulatedServo:
         self._deaf_until = now + START_UP
         self.clear_turns()
 
-    def reset(self, option: int, now: float) -> Refusal:
+    def reset(self, option: int, now: float) -> DynamixelRefusal:
         """Become as new: all (0xFF), all but the id (1), all but id and baud rate (2)."""
         if option not in (0xFF, 1, 2):
-            return Refusal.RANGE
+            return DynamixelRefusal.RANGE
         table = self.table
         if table.get(reg.TORQUE_ENABLE):
-            return Refusal.RESULT
+            return DynamixelRefusal.RESULT
         servo_id, baud = table.get(reg.ID), table.get(reg.BAUD_RATE)
         table.factory_reset()
         if option != 0xFF:
@@ -125,7 +125,7 @@ class EmulatedServo:
         if option == 2:
             table.put(reg.BAUD_RATE, baud)
         self.reboot(now)
-        return Refusal.NONE
+        return DynamixelRefusal.NONE
 
     def clear_turns(self) -> None:
         """Count turns from here: the position is within one again."""
@@ -207,20 +207,20 @@ class EmulatedServo:
         if table.get(reg.PRESENT_TEMPERATURE) > table.get(reg.TEMPERATURE_LIMIT):
             self.fail(HardwareError.OVERHEATING)
 
-    def _refusal(self, address: int, data: bytes) -> Refusal:
+    def _refusal(self, address: int, data: bytes) -> DynamixelRefusal:
         table = self.table
         refusal = table.check(address, data)
-        if refusal is not Refusal.NONE:
+        if refusal is not DynamixelRefusal.NONE:
             return refusal
         written = {table.place(address + i): byte for i, byte in enumerate(data)}
         if table.get(reg.BUS_WATCHDOG) == WATCHDOG_EXPIRED and (
             any(item.address in written for item in GOALS) or written.get(reg.BUS_WATCHDOG.address)
         ):
-            return Refusal.RANGE
+            return DynamixelRefusal.RANGE
         failed = HardwareError(table.get(reg.HARDWARE_ERROR_STATUS))
         if written.get(reg.TORQUE_ENABLE.address) and failed & table.get(reg.SHUTDOWN):
-            return Refusal.RESULT
-        return Refusal.NONE
+            return DynamixelRefusal.RESULT
+        return DynamixelRefusal.NONE
 
     def _written(self, item: Register, value: int) -> None:
         table = self.table

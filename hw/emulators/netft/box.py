@@ -14,7 +14,7 @@ from palpate.hw.emulators.netft.faults import ActiveFaults, NetFtFault, fault_na
 from palpate.hw.emulators.netft.record_stream import RecordStream
 from palpate.hw.emulators.plant import PlantState
 from palpate.hw.netft.calibration import BoxCalibration
-from palpate.hw.netft.rdt import CALIBRATION_PORT, HEADER, RDT_PORT, REQUEST, Command
+from palpate.hw.netft.rdt import CALIBRATION_PORT, HEADER, RDT_PORT, REQUEST, RdtCommand
 from palpate.hw.netft.settings import Scales
 from palpate.hw.netft.status import NET_BOX, StatusWords
 from palpate.spatial import Wrench
@@ -235,15 +235,15 @@ class NetFtServer:
         if self._faults.silent:
             return True
         match command:
-            case Command.STOP:
+            case RdtCommand.STOP:
                 self._stop()
-            case Command.STREAM | Command.STREAM_MULTI_UNIT:
+            case RdtCommand.STREAM | RdtCommand.STREAM_MULTI_UNIT:
                 self._start(sender, now, value, 1)
-            case Command.STREAM_BUFFERED:
+            case RdtCommand.STREAM_BUFFERED:
                 self._start(sender, now, value, PER_DATAGRAM)
-            case Command.RESET_LATCH:
+            case RdtCommand.RESET_LATCH:
                 pass  # no monitor conditions here
-            case Command.BIAS:
+            case RdtCommand.BIAS:
                 self._take_bias()
             case _:
                 return False

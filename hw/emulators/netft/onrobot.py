@@ -2,7 +2,7 @@
 
 from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
 from palpate.hw.emulators.netft.calibration_port import CalibrationPort
-from palpate.hw.netft.rdt import RDT_PORT, Command, OnRobotCommand
+from palpate.hw.netft.rdt import RDT_PORT, OnRobotCommand, RdtCommand
 from palpate.hw.netft.settings import ONROBOT_FILTERS, ONROBOT_PERIODS, ONROBOT_SCALES, Scales
 
 BIAS_ON, BIAS_OFF = 255, 0
@@ -40,7 +40,7 @@ class OnRobotServer(NetFtServer):
                 self._stream.set_rate(1e3 / value, now)
             case OnRobotCommand.FILTER:
                 return 0 <= value < len(ONROBOT_FILTERS)  # the plant's wrench has no noise to filter
-            case Command.BIAS:
+            case RdtCommand.BIAS:
                 if value not in (BIAS_ON, BIAS_OFF):
                     return False
                 self._take_bias(on=value == BIAS_ON)

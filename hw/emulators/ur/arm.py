@@ -48,7 +48,7 @@ _ACCURACY = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Mounting:
+class ArmMounting:
     """How the arm stands in the plant's scene and what of it the plant moves.
 
     Attributes:
@@ -87,7 +87,7 @@ class Arm:
         sensed: Wrench on the sensor's tip side, its own frame, about its origin [N, N m]: what `Tool` starts from.
     """
 
-    def __init__(self, mounting: Mounting) -> None:
+    def __init__(self, mounting: ArmMounting) -> None:
         """Know nothing yet."""
         self.mounting = mounting
         self.kinematics = ArmKinematics(mounting.arm)

@@ -6,7 +6,7 @@ Source: Universal Robots, "Dashboard Server e-Series"; the wording is what ur_rt
 from collections.abc import Callable
 
 from palpate.hw.emulators.ur.programs import loaded_program
-from palpate.hw.emulators.ur.robot import Robot
+from palpate.hw.emulators.ur.robot import EmulatedController
 from palpate.hw.emulators.ur.status import RobotMode, RuntimeState, SafetyMode
 
 GREETING = "Connected: Universal Robots Dashboard Server"
@@ -14,14 +14,14 @@ GREETING = "Connected: Universal Robots Dashboard Server"
 _STATES = {RuntimeState.STOPPED: "STOPPED", RuntimeState.PLAYING: "PLAYING", RuntimeState.PAUSED: "PAUSED"}
 
 
-class Dashboard:
+class DashboardServer:
     """What people press on the screen, as text.
 
     Attributes:
         remote: Whether the robot is in remote control.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: EmulatedController) -> None:
         """Stand before a controller."""
         self._robot = robot
         self.remote = True

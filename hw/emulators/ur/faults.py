@@ -3,7 +3,7 @@
 from enum import StrEnum
 
 
-class Fault(StrEnum):
+class ControllerFault(StrEnum):
     """Switches of `UrServer.inject`; but where said otherwise, value 1 switches on and 0 off.
 
     Attributes:

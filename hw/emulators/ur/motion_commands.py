@@ -10,12 +10,12 @@ from palpate.errors import InvalidValueError
 from palpate.hw.emulators.ur.arm import Joints, Twist, difference, pose_of
 from palpate.hw.emulators.ur.force_mode import Compliance
 from palpate.hw.emulators.ur.motions import (
+    ArmMotion,
     Braking,
     JointMove,
     JointServo,
     JointSpeed,
     LinearMove,
-    Motion,
     PoseServo,
     ToolSpeed,
 )
@@ -129,7 +129,7 @@ def brake(script: Script, deceleration: float) -> Program:
     yield from until_finished(script, robot.motion)
 
 
-def until_finished(script: Script, motion: Motion) -> Program:
+def until_finished(script: Script, motion: ArmMotion) -> Program:
     """Wait until a motion is over, or another has taken its place."""
     yield
     while not motion.finished and script.robot.motion is motion:
@@ -166,7 +166,7 @@ move_tool = _move(_from_registers(joint_space=False, is_pose=True))
 move_tool_to_joints = _move(_from_registers(joint_space=False, is_pose=False))
 
 
-def begin(script: Script, step: PathStep) -> Motion:
+def begin(script: Script, step: PathStep) -> ArmMotion:
     """Start a move and return it; a target out of reach is a protective stop, as on a robot."""
     robot = script.robot
     arm = robot.arm

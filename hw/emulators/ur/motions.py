@@ -24,7 +24,7 @@ NO_WAY = 1e-9
 """Ways [m, rad] below this are none."""
 
 
-class Motion(Protocol):
+class ArmMotion(Protocol):
     """What the arm is doing."""
 
     @property

@@ -2,12 +2,12 @@
 
 from palpate.hw.emulators.ur.control_script import control_script
 from palpate.hw.emulators.ur.registers import Registers
-from palpate.hw.emulators.ur.robot import Program, Robot
+from palpate.hw.emulators.ur.robot import EmulatedController, Program
 from palpate.hw.emulators.ur.script import Script
 from palpate.hw.emulators.ur.script_text import ProgramKind, UploadedProgram
 
 
-def program_of(uploaded: UploadedProgram, robot: Robot) -> Program:
+def program_of(uploaded: UploadedProgram, robot: EmulatedController) -> Program:
     """Return what an uploaded program does, one `yield` per cycle."""
     if uploaded.kind is ProgramKind.CONTROL:
         registers = Registers(robot.inputs, robot.outputs, uploaded.int_offset, uploaded.double_offset)
@@ -15,7 +15,7 @@ def program_of(uploaded: UploadedProgram, robot: Robot) -> Program:
     return _statements(uploaded, robot)
 
 
-def _statements(uploaded: UploadedProgram, robot: Robot) -> Program:
+def _statements(uploaded: UploadedProgram, robot: EmulatedController) -> Program:
     """Write registers and sleep; a cycle for each line."""
     for statement in uploaded.statements:
         if statement.register:

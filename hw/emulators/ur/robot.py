@@ -6,10 +6,10 @@ from collections.abc import Generator, Mapping
 
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.plant import PlantState
-from palpate.hw.emulators.ur.arm import STILL, Arm, Mounting, Twist, numbers_of
+from palpate.hw.emulators.ur.arm import STILL, Arm, ArmMounting, Twist, numbers_of
 from palpate.hw.emulators.ur.channels import Channels
 from palpate.hw.emulators.ur.force_mode import Compliance
-from palpate.hw.emulators.ur.motions import Braking, Motion, Rest
+from palpate.hw.emulators.ur.motions import ArmMotion, Braking, Rest
 from palpate.hw.emulators.ur.status import (
     JOINT_RUNNING,
     POWER_ON,
@@ -46,7 +46,7 @@ HISTORY = 500
 """Cycles of which joint positions are remembered: one second [A]."""
 
 
-class Robot:
+class EmulatedController:
     """All that the three servers of a controller share.
 
     Attributes:
@@ -68,7 +68,7 @@ class Robot:
         twist: Of the TCP that is asked of the plant.
     """
 
-    def __init__(self, version: ControllerVersion, mounting: Mounting, unlock_delay: float) -> None:
+    def __init__(self, version: ControllerVersion, mounting: ArmMounting, unlock_delay: float) -> None:
         """Power on, at rest, no program.
 
         Args:
@@ -80,7 +80,7 @@ class Robot:
         self.arm, self.tool, self.channels = Arm(mounting), Tool(), Channels()
         self.inputs, self.outputs = nothing(INPUTS), nothing(outputs_of(version))
         self.outputs |= _steady(self.outputs)
-        self.motion: Motion = Rest()
+        self.motion: ArmMotion = Rest()
         self.compliance: Compliance | None = None
         self.mode, self.safety, self.runtime = RobotMode.RUNNING, SafetyMode.NORMAL, RuntimeState.STOPPED
         self.watchdog = Watchdog()

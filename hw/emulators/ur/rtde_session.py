@@ -5,10 +5,10 @@ import struct
 from collections.abc import Collection, MutableMapping
 
 from palpate.errors import InvalidValueError
-from palpate.hw.emulators.ur.faults import Fault
+from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.framing import PackageReader, PackageType, package, text_message
 from palpate.hw.emulators.ur.recipes import IN_USE, NOT_FOUND, Recipe, recipe, requested_names
-from palpate.hw.emulators.ur.robot import Robot
+from palpate.hw.emulators.ur.robot import EmulatedController
 from palpate.hw.emulators.ur.variables import INPUTS, outputs_of
 
 PROTOCOL = 2
@@ -28,7 +28,7 @@ class RtdeSession:
         dropped: Packages that were not understood, and were ignored.
     """
 
-    def __init__(self, robot: Robot, owners: Owners, faults: Collection[Fault]) -> None:
+    def __init__(self, robot: EmulatedController, owners: Owners, faults: Collection[ControllerFault]) -> None:
         """Begin with nothing agreed on.
 
         Args:
@@ -61,20 +61,20 @@ class RtdeSession:
                 self._robot.note("dropped", kind=kind, why=error)
                 continue
             if answer:
-                if Fault.STRAY_TEXT in self._faults:
+                if ControllerFault.STRAY_TEXT in self._faults:
                     answers += package(PackageType.TEXT, text_message("stray text", "emulator", _INFO))
                 answers += answer
         return bytes(answers)
 
     def stream(self) -> bytes:
         """Return the data package of this cycle; empty if there is none."""
-        if not self._streaming or self._output is None or Fault.STALL_STREAM in self._faults:
+        if not self._streaming or self._output is None or ControllerFault.STALL_STREAM in self._faults:
             return b""
         self._cycle += 1
         if self._cycle % self._every:
             return b""
         payload = self._output.pack(self._robot.outputs)
-        if Fault.SHORT_DATA in self._faults:
+        if ControllerFault.SHORT_DATA in self._faults:
             payload = payload[:-1]
         return package(PackageType.DATA, payload)
 
@@ -90,7 +90,7 @@ class RtdeSession:
                 return b""
             case PackageType.VERSION:
                 (version,) = _numbers(">H", payload)
-                accepted = version == PROTOCOL and Fault.REFUSE_VERSION not in self._faults
+                accepted = version == PROTOCOL and ControllerFault.REFUSE_VERSION not in self._faults
                 return package(PackageType.VERSION, _YES if accepted else _NO)
             case PackageType.CONTROLLER_VERSION:
                 _numbers("", payload)
@@ -103,7 +103,7 @@ class RtdeSession:
                 return package(PackageType.INPUTS, self._add_input(payload))
             case PackageType.START:
                 _numbers("", payload)
-                self._streaming = self._output is not None and Fault.REJECT_START not in self._faults
+                self._streaming = self._output is not None and ControllerFault.REJECT_START not in self._faults
                 return package(PackageType.START, _YES if self._streaming else _NO)
             case PackageType.PAUSE:
                 _numbers("", payload)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from palpate.hw.emulators.ur.registers import Registers
-from palpate.hw.emulators.ur.robot import Program, Robot
+from palpate.hw.emulators.ur.robot import EmulatedController, Program
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Script:
         detecting: The direction in which contacts are looked for; None: not at all.
     """
 
-    robot: Robot
+    robot: EmulatedController
     registers: Registers
     path: tuple[PathStep, ...] = ()
     scaling: float = 1.0

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 from palpate.errors import InvalidValueError
 from palpate.hw.emulators.plant import PlantState
-from palpate.hw.emulators.ur.arm import STILL, Mounting
+from palpate.hw.emulators.ur.arm import STILL, ArmMounting
 from palpate.hw.emulators.ur.connection import Connection
-from palpate.hw.emulators.ur.dashboard import GREETING, Dashboard
-from palpate.hw.emulators.ur.faults import Fault
+from palpate.hw.emulators.ur.dashboard import GREETING, DashboardServer
+from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.framing import FramingError
 from palpate.hw.emulators.ur.programs import program_of
-from palpate.hw.emulators.ur.robot import Robot
+from palpate.hw.emulators.ur.robot import EmulatedController
 from palpate.hw.emulators.ur.rtde_session import RtdeSession
 from palpate.hw.emulators.ur.script_text import ProgramReader, UploadedProgram
 from palpate.hw.emulators.ur.version import ControllerVersion
@@ -62,7 +62,7 @@ class UrServer:
         self,
         address: str = "127.0.0.2",
         version: ControllerVersion | None = None,
-        mounting: Mounting | None = None,
+        mounting: ArmMounting | None = None,
         name: str = "ur",
         unlock_delay: float = 5.0,
     ) -> None:
@@ -81,9 +81,9 @@ class UrServer:
         """
         self._name, self._address = name, address
         version = ControllerVersion() if version is None else version
-        self._robot = Robot(version, Mounting() if mounting is None else mounting, unlock_delay)
-        self._dashboard = Dashboard(self._robot)
-        self._faults: set[Fault] = set()
+        self._robot = EmulatedController(version, ArmMounting() if mounting is None else mounting, unlock_delay)
+        self._dashboard = DashboardServer(self._robot)
+        self._faults: set[ControllerFault] = set()
         self._owners: dict[str, RtdeSession] = {}
         self._clients: dict[int, _Client] = {}
         self._listeners: dict[int, socket.socket] = {}
@@ -167,40 +167,40 @@ class UrServer:
         return STILL if robot.twist == STILL else robot.arm.tip_velocity(robot.twist)
 
     def inject(self, fault: str, value: float) -> str:
-        """Switch one of `Fault`.
+        """Switch one of `ControllerFault`.
 
         Raises:
             InvalidValueError: There is no such fault; the message lists those that there are.
         """
-        if fault not in list(Fault):
-            raise InvalidValueError(f"fault = {fault!r}: {self._name} has {', '.join(Fault)}")
-        switch = Fault(fault)
+        if fault not in list(ControllerFault):
+            raise InvalidValueError(f"fault = {fault!r}: {self._name} has {', '.join(ControllerFault)}")
+        switch = ControllerFault(fault)
         robot = self._robot
         robot.note("fault", fault=fault, value=value)
         match switch:
-            case Fault.DROP_FIN | Fault.DROP_RST:
+            case ControllerFault.DROP_FIN | ControllerFault.DROP_RST:
                 dropped = [file for file, client in self._clients.items() if isinstance(client, _RtdeClient)]
                 for file in dropped:
-                    self._drop(file, reset=switch is Fault.DROP_RST)
+                    self._drop(file, reset=switch is ControllerFault.DROP_RST)
                 return f"{len(dropped)} connections closed"
-            case Fault.LATE_START:
+            case ControllerFault.LATE_START:
                 self._late = max(0.0, value)
                 return f"programs start {self._late:g} s late"
-            case Fault.PROTECTIVE_STOP:
+            case ControllerFault.PROTECTIVE_STOP:
                 if value:
                     robot.protective_stop("fault")
                 else:
                     robot.unlock(by_hand=True)
                 return robot.safety.name
-            case Fault.E_STOP:
+            case ControllerFault.E_STOP:
                 robot.press_emergency_stop(bool(value))
                 return robot.safety.name
-            case Fault.KILL_PROGRAM:
+            case ControllerFault.KILL_PROGRAM:
                 robot.end_program("killed")
                 return robot.runtime.name
             case _:
                 (self._faults.add if value else self._faults.discard)(switch)
-                self._dashboard.remote = Fault.LOCAL_CONTROL not in self._faults
+                self._dashboard.remote = ControllerFault.LOCAL_CONTROL not in self._faults
                 return f"{switch} {'on' if value else 'off'}"
 
     def told(self) -> dict[str, object]:
@@ -247,7 +247,7 @@ class UrServer:
                 client = _ScriptClient(connection, ProgramReader())
             else:
                 client = _DashboardClient(connection)
-                if Fault.WITHHOLD_GREETING not in self._faults:
+                if ControllerFault.WITHHOLD_GREETING not in self._faults:
                     connection.send(f"{GREETING}\n".encode())
             self._clients[connection.file] = client
 

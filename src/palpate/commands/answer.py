@@ -25,7 +25,7 @@ class ExitCode(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class CommandResult:
     """What a command has to say when it is over.
 
     Attributes:
@@ -120,7 +120,7 @@ def report_answer(
     shown: Iterable["KeyFigure"],
     files: tuple[Path, ...],
     **facts: object,
-) -> Answer:
+) -> CommandResult:
     """Return the answer of an experiment with a report.
 
     Args:
@@ -132,7 +132,7 @@ def report_answer(
         facts: Everything else.
     """
     values, notes = shown_figures(shown)
-    return Answer(exit_code, outcome, measured, notes, {**facts, "report": values}, files)
+    return CommandResult(exit_code, outcome, measured, notes, {**facts, "report": values}, files)
 
 
 def _number(value: float | str) -> float | None:

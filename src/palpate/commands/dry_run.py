@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.answer import Answer, ExitCode, shown_figures
+from palpate.commands.answer import CommandResult, ExitCode, shown_figures
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.run import plan_for
 from palpate.commands.said import say
@@ -21,7 +21,7 @@ LOG = "<date>_<time>.mcap"
 """How the log will be called, beside `latest.mcap`, a link to it."""
 
 
-def dry_run_experiment(experiment: Experiment, config: Any) -> Answer:
+def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     """Plan a run, and say what it would do.
 
     Raises:
@@ -46,7 +46,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> Answer:
     say(console, f"Would be written: {', '.join(map(str, files))}")
     values, notes = shown_figures(would.figures)
     facts = {"dry_run": True, "task": would.task, "robot": robot}
-    return Answer(ExitCode.DONE, outcome, values, notes, facts, files, warnings)
+    return CommandResult(ExitCode.DONE, outcome, values, notes, facts, files, warnings)
 
 
 def _robot_text(name: str, robot: Robot) -> str:

@@ -8,7 +8,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.answer import CommandResult, ExitCode
 from palpate.version import __version__
 
 SCHEMA = 1
@@ -22,7 +22,7 @@ STATUS: Mapping[int, str] = {
 }
 
 
-def document(command: str, answer: Answer) -> str:
+def document(command: str, answer: CommandResult) -> str:
     """Return an answer as text, one line end at its end.
 
     Args:

@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import Any, Protocol
 
-from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.answer import CommandResult, ExitCode
 from palpate.commands.json_document import document
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.extras import MissingLibraryError
 
-Run = Callable[[], Answer | int]
+Run = Callable[[], CommandResult | int]
 """Carries out a command. What returns no more than an exit code has no figures."""
 
 KEPT = 200
@@ -66,16 +66,16 @@ class JsonDocument:
             os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
         return int(answer.exit_code)
 
-    def _answer(self, run: Run, heard: "_Heard") -> Answer:
+    def _answer(self, run: Run, heard: "_Heard") -> CommandResult:
         try:
             answer = _answered(run)
         except SystemExit as left:  # the parser has refused what was typed, and has said so
-            return Answer(ExitCode.MISTAKE if left.code else ExitCode.DONE, error=unboxed(heard.text))
+            return CommandResult(ExitCode.MISTAKE if left.code else ExitCode.DONE, error=unboxed(heard.text))
         except BrokenPipeError:
             raise
         except Exception as error:
             traceback.print_exc()
-            return Answer(ExitCode.UNFINISHED, error=f"{type(error).__name__}: {error}")
+            return CommandResult(ExitCode.UNFINISHED, error=f"{type(error).__name__}: {error}")
         _say(answer.error)
         return answer
 
@@ -91,24 +91,24 @@ def unboxed(text: str) -> str:
     return re.sub(r"^Error parsing palpate[a-z ]*: ", "", said)
 
 
-def _answered(run: Run) -> Answer:
+def _answered(run: Run) -> CommandResult:
     """Carry out a command; what it raises on purpose becomes an answer."""
     try:
         found = run()
     except (InvalidValueError, MissingLibraryError) as error:
-        return Answer(ExitCode.MISTAKE, error=_line(error))
+        return CommandResult(ExitCode.MISTAKE, error=_line(error))
     except PalpateError as error:
-        return Answer(ExitCode.UNFINISHED, error=f"{_line(error)}; the robot was stopped")
+        return CommandResult(ExitCode.UNFINISHED, error=f"{_line(error)}; the robot was stopped")
     except BrokenPipeError:
         # whoever read the output has had enough; nothing more to say, at exit neither
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return Answer()
+        return CommandResult()
     except OSError as error:
-        return Answer(ExitCode.UNFINISHED, error=_line(error))
+        return CommandResult(ExitCode.UNFINISHED, error=_line(error))
     except KeyboardInterrupt as error:
         # a run that is interrupted says that the robot was stopped; without a run, none moved
-        return Answer(ExitCode.INTERRUPTED, error=_line(error) or "interrupted")
-    return found if isinstance(found, Answer) else Answer(int(found))
+        return CommandResult(ExitCode.INTERRUPTED, error=_line(error) or "interrupted")
+    return found if isinstance(found, CommandResult) else CommandResult(int(found))
 
 
 def _line(error: BaseException) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.answer import Answer, ExitCode, report_answer
+from palpate.commands.answer import CommandResult, ExitCode, report_answer
 from palpate.commands.earlier_run import earlier_told
 from palpate.commands.progress import doing, run_progress
 from palpate.commands.run_shown import kept_if_interrupted, run_shown, tell_of
@@ -39,7 +39,7 @@ def plan_for(experiment: Experiment, config: Any) -> Plan:
     return experiment.plan(config, robot, {})
 
 
-def run_experiment(experiment: Experiment, config: Any) -> Answer:
+def run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     """Prepare, run, record, write the files and print the summary, also after a Ctrl-C.
 
     Args:
@@ -114,13 +114,13 @@ def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:
         return None, True
 
 
-def _untold(console: Console, result: RunResult, error: InvalidValueError, *, interrupted: bool) -> Answer:
+def _untold(console: Console, result: RunResult, error: InvalidValueError, *, interrupted: bool) -> CommandResult:
     """Say how a run went that tells nothing, and what is kept of it: its log."""
     files = written(result, ())
     say(console, str(result))
     tell_of(console, result, files)
     kept = f"its log is kept: {files[0]} (palpate view shows it)" if files else "there is no log"
-    return Answer(
+    return CommandResult(
         ExitCode.INTERRUPTED if interrupted else ExitCode.UNFINISHED,
         outcome=str(result),
         facts={"ending": result.ending.value},

@@ -30,7 +30,7 @@ class How(StrEnum):
     """Nobody has measured it: the usual value and its range."""
 
 
-class Finding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class FrictionEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A number, how far it may be off, and where it comes from."""
 
     value: float
@@ -54,16 +54,16 @@ class LoadFinding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     """What was found at one load."""
 
     normal_force: float = msgspec.field(name="normal_force_N")
-    friction: Finding
-    spin_length: Finding | None = msgspec.field(name="spin_length_m", default=None)
-    torque_ratio: Finding | None = msgspec.field(name="torque_ratio_m", default=None)
+    friction: FrictionEstimate
+    spin_length: FrictionEstimate | None = msgspec.field(name="spin_length_m", default=None)
+    torque_ratio: FrictionEstimate | None = msgspec.field(name="torque_ratio_m", default=None)
 
 
 class SpeedFinding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What was found at one slip speed."""
 
     speed: float = msgspec.field(name="speed_m_per_s")
-    friction: Finding
+    friction: FrictionEstimate
     creeping: bool = False
 
 
@@ -86,12 +86,12 @@ class FrictionFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
     palpate_friction: int
     provenance: str
-    friction: Finding
+    friction: FrictionEstimate
     speed: float = msgspec.field(name="speed_m_per_s")
-    spin_length: Finding | None = msgspec.field(name="spin_length_m")
-    load_exponent: Finding
-    norm_exponent: Finding
-    static_friction: Finding | None = None
+    spin_length: FrictionEstimate | None = msgspec.field(name="spin_length_m")
+    load_exponent: FrictionEstimate
+    norm_exponent: FrictionEstimate
+    static_friction: FrictionEstimate | None = None
     loads: tuple[LoadFinding, ...] = ()
     speeds: tuple[SpeedFinding, ...] = ()
 

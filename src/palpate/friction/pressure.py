@@ -46,7 +46,7 @@ _FROM_END = _NODES[::-1]  # 1 - nodes, without cancellation: the nodes are symme
 
 
 @dataclass(frozen=True, slots=True)
-class FittedSurface:
+class PressureEquivalent:
     """A limit surface that stands for a distribution of pressure.
 
     Attributes:
@@ -62,7 +62,7 @@ class FittedSurface:
 
 def fitted_limit_surface(
     pressure_exponent: float, contact_radius: float, load_exponent: float, friction: float
-) -> FittedSurface:
+) -> PressureEquivalent:
     """Return the limit surface of a round contact whose pressure is known.
 
     Args:
@@ -82,7 +82,7 @@ def fitted_limit_surface(
 
     best = minimize_scalar(error, bounds=(1.0, 2.0), method="bounded", options={"xatol": 1e-8})
     p = float(best.x)
-    return FittedSurface(LimitSurface(friction, spin_length, load_exponent, p), error(p), error(2.0))
+    return PressureEquivalent(LimitSurface(friction, spin_length, load_exponent, p), error(p), error(2.0))
 
 
 def spin_radius(pressure_exponent: float) -> float:

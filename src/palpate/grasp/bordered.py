@@ -17,7 +17,7 @@ from typing import Any
 
 import casadi
 
-from palpate.grasp.record import Record
+from palpate.grasp.record import RecordLayout
 
 __all__ = ["Bordered", "symmetric"]
 
@@ -53,11 +53,11 @@ class Bordered:
     def __init__(self, has_theta: bool) -> None:
         """Say whether there is a theta."""
         self._has_theta = has_theta
-        self.matrix = Record(m=21, g=SIZE, p=SIZE, l=SIZE, c=4, moves=1)
+        self.matrix = RecordLayout(m=21, g=SIZE, p=SIZE, l=SIZE, c=4, moves=1)
         rest = SIZE - 1
         parts = {"axis": SIZE, "beta": 1, "first": 1, "across": rest, "over": 1} if has_theta else {}
         self._free = rest if has_theta else SIZE
-        self.factor = Record(
+        self.factor = RecordLayout(
             **parts, lower=self._free * (self._free + 1) // 2, y_tau=SIZE, theta_tau=1, over_tau=1
         )
 

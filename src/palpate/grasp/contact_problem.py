@@ -10,7 +10,7 @@ from typing import Any
 
 import casadi
 
-from palpate.grasp.record import Record
+from palpate.grasp.record import RecordLayout
 from palpate.grasp.statement import CONTACT, FORCES, WRENCH, ContactStatement
 
 __all__ = ["ContactProblem", "kernel"]
@@ -50,10 +50,10 @@ class ContactProblem:
         self.bounds = [i for i in range(self.rows) if self._reach[i, 1:].nnz() == 0]
         self.others = [i for i in range(self.rows) if i not in self.bounds]
         m = self.rows
-        self.data = Record(pushes=WRENCH * FORCES, weights=2, reach=self._reach.nnz(), h=m, units=m)
-        self.point = Record(v=FORCES, s=m, z=FORCES + m, r_v=FORCES, r_s=m)
-        self.steps = Record(v=FORCES, s=m, z=FORCES + m)
-        self.direction = Record(y=WRENCH, theta=1, tau=1)
+        self.data = RecordLayout(pushes=WRENCH * FORCES, weights=2, reach=self._reach.nnz(), h=m, units=m)
+        self.point = RecordLayout(v=FORCES, s=m, z=FORCES + m, r_v=FORCES, r_s=m)
+        self.steps = RecordLayout(v=FORCES, s=m, z=FORCES + m)
+        self.direction = RecordLayout(y=WRENCH, theta=1, tau=1)
 
     @property
     def limits(self) -> int:

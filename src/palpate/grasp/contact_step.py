@@ -13,7 +13,7 @@ from palpate.grasp.cone_scaling import SQUARES, back, back_acting, barrier, jord
 from palpate.grasp.contact_problem import ContactProblem, kernel
 from palpate.grasp.elimination import Eliminated, Elimination, along_f, combined
 from palpate.grasp.pivots import solved
-from palpate.grasp.record import Record
+from palpate.grasp.record import RecordLayout
 from palpate.grasp.statement import FORCES, ContactStatement
 
 __all__ = ["ContactStep"]
@@ -35,7 +35,7 @@ class ContactStep:
         self.problem = ContactProblem(one)
         self.elimination = Elimination(self.problem)
         m = self.problem.rows
-        self.aims = Record(correction=FORCES + m, centering=FORCES + m)
+        self.aims = RecordLayout(correction=FORCES + m, centering=FORCES + m)
 
     def aimed(self) -> Any:
         """(data, point, kept, direction, mu) -> (aims, right sides of correction and centering, 1 / step)."""

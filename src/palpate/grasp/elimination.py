@@ -21,7 +21,7 @@ import casadi
 from palpate.grasp.cone_scaling import SQUARES, ConeScaling, reciprocal, scaling, turn
 from palpate.grasp.contact_problem import ContactProblem, kernel
 from palpate.grasp.pivots import forward, solved, update, with_pivots
-from palpate.grasp.record import Record
+from palpate.grasp.record import RecordLayout
 from palpate.grasp.statement import FORCES, WRENCH
 
 __all__ = ["Eliminated", "Elimination", "along_f", "combined"]
@@ -63,15 +63,15 @@ class Elimination:
     def __init__(self, problem: ContactProblem) -> None:
         """Take a contact."""
         self._problem, m = problem, problem.rows
-        self.kept = Record(
+        self.kept = RecordLayout(
             frame=9, three=3, inverse=3, det=1, pushes=WRENCH * FORCES, lower=10, along=FORCES, inside=1, share=1,
             stiff=2, on_theta=FORCES, on_tau=FORCES, by_theta=FORCES, by_tau=FORCES, slope=FORCES, weight=m,
             held=m, row_theta=m, row_tau=m,
         )  # fmt: skip
-        self.sums = Record(
+        self.sums = RecordLayout(
             m=21, a_theta=WRENCH, a_tau=WRENCH, a_slope=WRENCH, theta_theta=1, theta_tau=1, tau_theta=1, tau_tau=1
         )
-        self.right = Record(y=WRENCH, theta=1, tau=1)
+        self.right = RecordLayout(y=WRENCH, theta=1, tau=1)
 
     def eliminated(self) -> Any:
         """(data, point, tau) -> (kept, sums, right side of the predictor)."""

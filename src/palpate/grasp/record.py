@@ -6,10 +6,10 @@ from typing import Any
 
 import casadi
 
-__all__ = ["Record"]
+__all__ = ["RecordLayout"]
 
 
-class Record:
+class RecordLayout:
     """Where each part of a vector lies.
 
     Attributes:

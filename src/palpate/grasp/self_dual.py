@@ -27,7 +27,7 @@ from palpate.grasp.bordered import Bordered
 from palpate.grasp.contact_problem import kernel
 from palpate.grasp.contact_step import ContactStep
 from palpate.grasp.objective import Objective
-from palpate.grasp.record import Record
+from palpate.grasp.record import RecordLayout
 from palpate.grasp.statement import CONTACT, FORCES, WRENCH, state_contact
 
 __all__ = ["SelfDual", "self_dual"]
@@ -70,13 +70,13 @@ class SelfDual:
     begin: Any
     iterate: Any
     finish: Any
-    shared: Record
+    shared: RecordLayout
     data: int
     points: int
     multipliers: int
 
 
-SHARED = Record(
+SHARED = RecordLayout(
     y=WRENCH, theta=1, tau=1, kappa=1, r_y=WRENCH, r_theta=1, r_tau=1, mu=1, quadratic=1, load=WRENCH, push=WRENCH,
     idle=21, scale=1, shy=1, primal=1, gap=1, error=1, doubt=1, drift=1,
 )  # fmt: skip

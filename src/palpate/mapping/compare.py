@@ -39,7 +39,7 @@ class TouchedMap:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class DistanceSpread:
     """Of absolute distances [m].
 
     Attributes:
@@ -59,7 +59,7 @@ class Spread:
     largest: float
 
     @classmethod
-    def of(cls, distance: FloatArray) -> "Spread":
+    def of(cls, distance: FloatArray) -> "DistanceSpread":
         """Return that of `distance` (n,), n at least 1."""
         size = np.abs(distance)
         p50, p95, p99 = np.percentile(size, [50.0, 95.0, 99.0]).tolist()
@@ -90,8 +90,8 @@ class Comparison:
     distance: FloatArray
     points: FloatArray
     normal_error: FloatArray | None
-    map_to_reference: Spread
-    reference_to_map: Spread
+    map_to_reference: DistanceSpread
+    reference_to_map: DistanceSpread
     reference_points: FloatArray
     reference_distance: FloatArray
     bias: float
@@ -160,8 +160,8 @@ def compare(
         distance=near.distance,
         points=points,
         normal_error=error,
-        map_to_reference=Spread.of(near.distance),
-        reference_to_map=Spread.of(back),
+        map_to_reference=DistanceSpread.of(near.distance),
+        reference_to_map=DistanceSpread.of(back),
         reference_points=targets,
         reference_distance=back,
         bias=float(near.distance.mean()) if reference.is_watertight else float("nan"),

@@ -6,7 +6,7 @@ from palpate.sim import Carrier, Lift, SeededSensor
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.contact import GraspContact
 from palpate.sim.hand.hand import Hand
-from palpate.sim.hand.load import Load
+from palpate.sim.hand.load import ObjectLoad
 from palpate.sim.hand.scene import GraspScene, HeldObject, build_grasp_scene
 from palpate.sim.objects.table import Table
 
@@ -37,7 +37,7 @@ class HandTask:
     carrier: Carrier = field(default_factory=Lift)
     rubbing: FrictionLaw | None = None
     sensor: SeededSensor = field(default_factory=SeededSensor)
-    load: Load | None = None
+    load: ObjectLoad | None = None
     period: float = PERIOD
 
     def scene(self) -> GraspScene:

@@ -19,7 +19,7 @@ from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.runtime.robot_rig import RigEntry
 from palpate.runtime.robot_surface import SphereEntry
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.hand import Hand, three_finger_hand, two_finger_hand
 from palpate.surfaces import Sphere
@@ -67,7 +67,7 @@ def simulated_hand(fingers: int) -> HandDescription:
     """Return the simulated hand with two or three fingers."""
     geometry = two_finger_hand() if fingers == 2 else three_finger_hand()
     tip = geometry.tip
-    return HandDescription(geometry, (Finger(tip.surface, Payload(tip.mass, tip.center_of_mass)),) * fingers)
+    return HandDescription(geometry, (Finger(tip.surface, SensorPayload(tip.mass, tip.center_of_mass)),) * fingers)
 
 
 def described_hand(robot: Robot) -> HandDescription:

@@ -3,16 +3,14 @@
 import numpy as np
 
 from palpate.hw.dynamixel.settings import HandSettings, ServoCalibration
-from palpate.hw.ur import Payload as UrPayload
-from palpate.hw.ur import UrSettings
+from palpate.hw.ur import FlangePayload, UrSettings
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import DynamixelEntry, PoseEntry, SlideFingerEntry, UrEntry
 from palpate.runtime.robot_surface import SphereEntry
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim import Tip
-from palpate.sim.hand.finger import Finger as FingerGeometry
-from palpate.sim.hand.finger import HingeFinger, SlideFinger
+from palpate.sim.hand.finger import FingerJoint, HingeFinger, SlideFinger
 from palpate.sim.hand.hand import Hand
 from palpate.spatial import Wrench
 from palpate.surfaces import Sphere
@@ -29,7 +27,7 @@ def pose_of(entry: PoseEntry) -> Pose:
     return Pose(entry.position, rotation_from_rotvec(entry.rotvec))
 
 
-def payload_of(robot: Robot, i: int) -> Payload:
+def payload_of(robot: Robot, i: int) -> SensorPayload:
     """Return what the sensor of finger i carries."""
     finger, sensor = robot.file.fingers[i], robot.sensors[i]
     entry = finger.payload if sensor is None else sensor.payload
@@ -57,7 +55,7 @@ def ur_settings(robot: Robot, entry: UrEntry) -> UrSettings:
     limits, payload = robot.file.limits, entry.payload
     return UrSettings(
         pose_flange_tip=pose_of(entry.tcp),
-        payload=None if payload is None else UrPayload(payload.mass, payload.center_of_mass),
+        payload=None if payload is None else FlangePayload(payload.mass, payload.center_of_mass),
         speed=limits.speed,
         angular_speed=limits.angular_speed,
         joint_speed=entry.joint_speed,
@@ -89,7 +87,7 @@ def hand_settings(robot: Robot, entry: DynamixelEntry) -> HandSettings:
     )
 
 
-def _finger_geometry(entry: DynamixelEntry) -> FingerGeometry:
+def _finger_geometry(entry: DynamixelEntry) -> FingerJoint:
     if isinstance(entry.finger, SlideFingerEntry):
         return SlideFinger(pinion=entry.finger.pinion)
     return HingeFinger(length=entry.finger.length)

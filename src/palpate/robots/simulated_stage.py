@@ -14,7 +14,7 @@ from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import StageEntry
 from palpate.runtime.robot_file import FingerEntry
 from palpate.runtime.robot_surface import EllipsoidEntry, SphereEntry
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.sensor_file import PayloadEntry, SensorFile
 from palpate.sim import (
     Carrier,
@@ -147,7 +147,7 @@ def on_a_carrier(
     described: FingerDescription
     if sensor is None:
         touch_force = task.touch_force
-        described = Finger(sensed, Payload(tip.mass, tip.center_of_mass), touch_force, touch_force / 2.0)
+        described = Finger(sensed, SensorPayload(tip.mass, tip.center_of_mass), touch_force, touch_force / 2.0)
     else:
         touch_force = sensor.contact.touch_force
         described = SensorFinger(sensed, sensor)

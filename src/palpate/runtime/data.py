@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from palpate.sensing.contact import Contact, ContactStatus
-from palpate.sensing.ft.health import HEALTHY, Verdict
+from palpate.sensing.ft.health import HEALTHY, SampleHealth
 from palpate.spatial import ZERO, Matrix, Vector, Wrench
 
 
@@ -101,7 +101,7 @@ class FingerObservation:
     wrench: Wrench
     contact: Contact
     touching: bool
-    health: Verdict = HEALTHY
+    health: SampleHealth = HEALTHY
 
     @property
     def believed(self) -> bool:

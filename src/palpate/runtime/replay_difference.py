@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.log import Log
-from palpate.runtime.log.fields import Field, Group, path_of, walk
+from palpate.runtime.log.fields import LogField, LogGroup, path_of, walk
 from palpate.runtime.log.period_codec import PeriodCodec
 from palpate.runtime.replay import Replay
 
@@ -80,7 +80,7 @@ def difference_of_commands(log: Log, count: int, replay: Replay, replayed: int) 
 def difference_of_sensing(log: Log, count: int, replay: Replay, replayed: int) -> Difference:
     """Return likewise how what was sensed differs: wrenches, contacts, touches, health."""
 
-    def is_sensed(group: Group, quantity: Field) -> bool:
+    def is_sensed(group: LogGroup, quantity: LogField) -> bool:
         return group.name.startswith("finger_") and quantity.name not in _NOT_SENSED
 
     return _difference(log, count, replay, replayed, is_sensed)
@@ -106,7 +106,7 @@ def rows_as_numbered_by(codec: PeriodCodec, log: Log) -> FloatArray:
 
 
 def _difference(
-    log: Log, count: int, replay: Replay, replayed: int, chosen: Callable[[Group, Field], bool]
+    log: Log, count: int, replay: Replay, replayed: int, chosen: Callable[[LogGroup, LogField], bool]
 ) -> Difference:
     codec, common = replay.codec, min(count, replayed)
     before, after = rows_as_numbered_by(codec, log)[:common], replay.rows[:common]
@@ -136,7 +136,7 @@ def _bits(values: FloatArray) -> npt.NDArray[np.uint64]:
     return np.ascontiguousarray(values).view(np.uint64)
 
 
-def _shown(value: float, quantity: Field, unit: str) -> str:
+def _shown(value: float, quantity: LogField, unit: str) -> str:
     if quantity.codes:
         return quantity.codes[int(value)].lower().replace("_", " ")
     if quantity.ros_type in ("bool", "int8"):

@@ -8,10 +8,10 @@ import numpy as np
 
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import FingerObservation, Observation, Sample
-from palpate.sensing.compensation import Payload, contact_wrench
+from palpate.sensing.compensation import SensorPayload, contact_wrench
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.ft.health import HEALTHY
-from palpate.sensing.ft.pipeline import Felt, FTPipeline
+from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.touch_detector import ContactDetector
 from palpate.sensing.solver import Surface, contact_from_wrench
@@ -30,7 +30,7 @@ class WrenchPipeline(Protocol):
         """Forget all samples so far."""
         ...
 
-    def step(self, reading: Sequence[float], acceleration: Vector) -> Felt:
+    def step(self, reading: Sequence[float], acceleration: Vector) -> PipelineOutput:
         """Return what a sample says."""
         ...
 
@@ -53,7 +53,7 @@ class PlainPipeline:
 
     delay = 0.0
 
-    def __init__(self, payload: Payload, touch_force: float, release_force: float) -> None:
+    def __init__(self, payload: SensorPayload, touch_force: float, release_force: float) -> None:
         """Take what the sensor carries, and the thresholds of a touch [N]."""
         self._payload = payload
         self._detector = ContactDetector(
@@ -64,11 +64,11 @@ class PlainPipeline:
         """Forget whether it touches."""
         self._detector.restart()
 
-    def step(self, reading: Sequence[float], acceleration: Vector) -> Felt:
+    def step(self, reading: Sequence[float], acceleration: Vector) -> PipelineOutput:
         """Return what a sample says."""
         a, b, c, d, e, f = reading
         wrench: Wrench = contact_wrench((a, b, c, d, e, f), acceleration, self._payload)
-        return Felt(wrench, self._detector.step(norm(wrench[:3])), HEALTHY)
+        return PipelineOutput(wrench, self._detector.step(norm(wrench[:3])), HEALTHY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class Finger:
     """
 
     surface: Surface
-    payload: Payload = field(default_factory=Payload)
+    payload: SensorPayload = field(default_factory=SensorPayload)
     touch_force: float = 0.2
     release_force: float = 0.1
 

@@ -7,7 +7,7 @@ from palpate.spatial import Vector, Wrench, cross, scale
 
 
 @dataclass(frozen=True, slots=True)
-class Payload:
+class SensorPayload:
     """What is mounted on the tip side of a sensor.
 
     Attributes:
@@ -22,7 +22,7 @@ class Payload:
         not_negative("mass", self.mass, "kg")
 
 
-def contact_wrench(load: Wrench, acceleration: Vector, payload: Payload) -> Wrench:
+def contact_wrench(load: Wrench, acceleration: Vector, payload: SensorPayload) -> Wrench:
     """Return what the object exerts on the finger, from the load on the sensor's tip side.
 
     Newton for the payload, which does not turn: load = contact - m a, where a is the specific force that an

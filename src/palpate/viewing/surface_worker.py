@@ -47,7 +47,7 @@ class Batch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Answer:
+class SurfaceUpdate:
     """What comes back.
 
     Attributes:
@@ -160,7 +160,7 @@ class SurfaceFeed:
     def _hear(self) -> GrownSurface | None:
         if not (self._busy and self._pipe.poll()):
             return None
-        answer: Answer = self._pipe.recv()
+        answer: SurfaceUpdate = self._pipe.recv()
         now = monotonic()
         self._busy, self._due = False, now + max(INTERVAL, now - self._asked)
         if answer.run != self._run:
@@ -193,6 +193,6 @@ def _serve(pipe: Connection, view: SurfaceView) -> None:
         except Exception as error:
             surface = f"{type(error).__name__}: {error}"  # whoever watches is told; a map is worth no run
         try:
-            pipe.send(Answer(run, surface))
+            pipe.send(SurfaceUpdate(run, surface))
         except OSError:
             return

@@ -19,7 +19,7 @@ from palpate.runtime.data import (
 )
 from palpate.runtime.log import Layout, Level, LogWriter, Recorder
 from palpate.sensing.contact import Contact, ContactStatus
-from palpate.sensing.ft.health import HEALTHY, Measure, Verdict
+from palpate.sensing.ft.health import HEALTHY, HealthCheck, SampleHealth
 
 PERIOD = 1e-3
 ONE_FINGER = Layout(6, None, (6,), 2)
@@ -56,7 +56,7 @@ def one_period(rng, layout, time):
         contact = Contact(
             arrays(3), arrays(3), arrays(3), *numbers(1), arrays(3), *numbers(2), ContactStatus(status)
         )
-        health = HEALTHY if rng.integers(2) else Verdict(rng.choice(list(Measure)))
+        health = HEALTHY if rng.integers(2) else SampleHealth(rng.choice(list(HealthCheck)))
         fingers.append(FingerObservation(wrench.time, numbers(6), contact, bool(rng.integers(2)), health))
     now = Observation(time, arm, tuple(fingers), hand)
     grip = None if rng.integers(2) else numbers(int(rng.integers(0, layout.grips + 1)))

@@ -15,7 +15,7 @@ from mcap_ros2.decoder import DecoderFactory
 from palpate.runtime.data import Phase
 from palpate.runtime.log import Change, Event, Layout, Level, LogWriter, MemoryLog, Recorder, read_log
 from palpate.sensing.contact import ContactStatus
-from palpate.sensing.ft.health import Measure
+from palpate.sensing.ft.health import HealthCheck
 from runtime.log.log_examples import ONE_FINGER, PERIOD, SMALL, TWO_FINGERS_AND_A_HAND, a_run, bits, feed, write
 
 
@@ -61,7 +61,7 @@ def test_what_touch_made_of_it_comes_back_too(layout, tmp_path):
                 assert found[name].tobytes() == struct.pack("<d", getattr(contact, name))
             assert found["status"] == contact.status
             assert found["touching"] == finger.touching
-            assert list(Measure)[found["health"]] is finger.health.measure
+            assert list(HealthCheck)[found["health"]] is finger.health.measure
 
 
 def test_memory_and_file_give_the_same_record(tmp_path):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.payload import TWO_SIDED, PayloadStatus, identify_payload
 from palpate.sensing.ft.poses import specific_force_from_rotations
 
@@ -17,7 +17,7 @@ from palpate.sensing.ft.poses import specific_force_from_rotations
 @dataclass(frozen=True)
 class Sensor:
     name: str
-    payload: Payload
+    payload: SensorPayload
     force_sd: float
     moment_sd: float
     center_limit: float
@@ -26,7 +26,7 @@ class Sensor:
 WRIST = Sensor(
     # Residuals of an ATI sensor on an arm, 100 static poses after least squares: 0.29 N and 1.25 mNm, rounded up.
     "1.5 kg on a wrist sensor, 0.3 N, 1.3 mNm",
-    Payload(1.5, (0.005, -0.012, 0.045)),
+    SensorPayload(1.5, (0.005, -0.012, 0.045)),
     0.3,
     1.3e-3,
     1e-3,
@@ -34,7 +34,7 @@ WRIST = Sensor(
 NANO17 = Sensor(
     # Resolution of ATI's Nano17, calibration SI-12-0.12, as one standard deviation: 1/320 N, 1/64 N mm.
     "30 g fingertip on a Nano17, 1/320 N, 1/64 Nmm",
-    Payload(0.030, (0.0005, 0.001, 0.018)),
+    SensorPayload(0.030, (0.0005, 0.001, 0.018)),
     1 / 320,
     1e-3 / 64,
     2e-3,

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthLimits, HealthMonitor, Measure
+from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor
 from palpate.sensing.ft.touch_detector import ContactDetector
 
 AXIS = (12.0, 12.0, 17.0, 0.12, 0.12, 0.12)
@@ -35,7 +35,7 @@ def test_an_overloaded_axis_is_named_with_value_and_limit(axis, sign):
     load = [0.0] * 6
     load[axis] = 1.01 * sign * AXIS[axis]
     verdict = judge(tuple(load))
-    assert verdict.measure is Measure.OVERLOAD_AXIS
+    assert verdict.measure is HealthCheck.OVERLOAD_AXIS
     assert verdict.where == ("Fx", "Fy", "Fz", "Mx", "My", "Mz")[axis]
     assert verdict.value == load[axis]
     assert verdict.limit == AXIS[axis]
@@ -44,26 +44,26 @@ def test_an_overloaded_axis_is_named_with_value_and_limit(axis, sign):
 
 def test_loads_add_up():
     verdict = judge((9.0, 9.0, 9.0, 0.0, 0.0, 0.0))
-    assert verdict.measure is Measure.OVERLOAD_COMBINED
+    assert verdict.measure is HealthCheck.OVERLOAD_COMBINED
     assert verdict.value == pytest.approx(math.hypot(0.75, 0.75, 9 / 17))
     box = HealthLimits(AXIS, combined=math.sqrt(6.0))
     assert judge(tuple(0.999 * x for x in AXIS), limits=box) is HEALTHY
-    assert judge((12.1, 0.0, 0.0, 0.0, 0.0, 0.0), limits=box).measure is Measure.OVERLOAD_AXIS
+    assert judge((12.1, 0.0, 0.0, 0.0, 0.0, 0.0), limits=box).measure is HealthCheck.OVERLOAD_AXIS
     tight = HealthLimits(AXIS, combined=0.5)
-    assert judge((7.0, 0.0, 0.0, 0.0, 0.0, 0.0), limits=tight).measure is Measure.OVERLOAD_COMBINED
+    assert judge((7.0, 0.0, 0.0, 0.0, 0.0, 0.0), limits=tight).measure is HealthCheck.OVERLOAD_COMBINED
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_what_is_no_number_is_said_first(value):
     verdict = judge((99.0, 0.0, 0.0, 0.0, 0.0, 0.0), raw=(0.0, 0.0, value, 0.0, 0.0, 9.0))
-    assert verdict.measure is Measure.NON_FINITE
+    assert verdict.measure is HealthCheck.NON_FINITE
     assert verdict.where == "channel 3"
 
 
 @pytest.mark.parametrize(("value", "limit"), [(5.0, 5.0), (-5.1, -5.0)])
 def test_saturation_is_named(value, limit):
     verdict = judge(raw=(0.0, value, 0.0, 0.0, 0.0, 0.0))
-    assert (verdict.measure, verdict.where) == (Measure.SATURATED, "channel 2")
+    assert (verdict.measure, verdict.where) == (HealthCheck.SATURATED, "channel 2")
     assert (verdict.value, verdict.limit) == (value, limit)
     assert judge(raw=(0.0, 0.999 * limit, 0.0, 0.0, 0.0, 0.0)) is HEALTHY
 
@@ -71,11 +71,11 @@ def test_saturation_is_named(value, limit):
 def test_a_device_that_repeats_itself_is_frozen_until_it_moves():
     monitor = HealthMonitor(LIMITS)
     measures = [monitor.step(RAW, NOTHING).measure for _ in range(7)]
-    assert measures == [Measure.HEALTHY] * 4 + [Measure.FROZEN] * 3
+    assert measures == [HealthCheck.HEALTHY] * 4 + [HealthCheck.FROZEN] * 3
     moved = (0.0, 0.0, 1e-9, 0.0, 0.0, 0.0)
     measures = [monitor.step(moved, NOTHING).measure for _ in range(6)]
     # One channel moved: it alone counts anew, and the others are not stuck before 20.
-    assert measures == [Measure.HEALTHY] * 4 + [Measure.FROZEN] * 2
+    assert measures == [HealthCheck.HEALTHY] * 4 + [HealthCheck.FROZEN] * 2
     monitor.restart()
     assert all(monitor.step(RAW, NOTHING) is HEALTHY for _ in range(4))
 
@@ -90,7 +90,7 @@ def test_one_stuck_channel_is_found_and_noise_is_not():
         raw[4] = 0.7
         stuck.append(monitor.step(tuple(raw), NOTHING))
     assert all(v is HEALTHY for v in stuck[:19])
-    assert all(v.measure is Measure.STUCK and v.where == "channel 5" for v in stuck[19:])
+    assert all(v.measure is HealthCheck.STUCK and v.where == "channel 5" for v in stuck[19:])
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_drift_is_seen_through_noise_and_noise_is_no_drift():
     noise[:, 3] += np.linspace(0.0, 5e-4, 6000)
     verdicts = [watch.step(tuple(row)) for row in noise]
     first = next(i for i, v in enumerate(verdicts) if not v.ok)
-    assert verdicts[first].measure is Measure.DRIFT
+    assert verdicts[first].measure is HealthCheck.DRIFT
     assert verdicts[first].where == "Mx"
     # The limit is reached after 1200 samples; the mean lags by its memory of 1000.
     assert 1200 < first < 3200

@@ -14,7 +14,7 @@ from palpate.sensing.ft import (
     Butterworth,
     ContactEntry,
     FTPipeline,
-    Measure,
+    HealthCheck,
     PayloadEntry,
     average_bias,
     fit_calibration,
@@ -91,11 +91,11 @@ def test_a_bad_number_is_reported_and_leaves_no_trace(bad):
         before = clean.step(raw, UP)
         assert hit.step(raw, UP) == before
     felt = hit.step((0.0, bad, 0.0, 0.0, 0.0, 0.0), UP)
-    assert felt.health.measure is Measure.NON_FINITE
+    assert felt.health.measure is HealthCheck.NON_FINITE
     assert felt.wrench == before.wrench
     assert hit.step((0.0, 1e300, 0.0, 0.0, 0.0, 0.0), UP).wrench == before.wrench
     felt = hit.step(readings[0], (0.0, bad, 0.0))
-    assert felt.health.measure is Measure.IMPOSSIBLE
+    assert felt.health.measure is HealthCheck.IMPOSSIBLE
     assert felt.health.where == "acceleration"
     assert felt.wrench == before.wrench
     for raw in readings[25:]:
@@ -111,7 +111,7 @@ def test_no_reading_makes_a_wrench_that_is_not_finite(raw, acceleration):
         assert all(map(math.isfinite, felt.wrench))
         assert felt.health is HEALTHY or not felt.health.ok
         if not all(map(math.isfinite, sample)):
-            assert felt.health.measure is Measure.NON_FINITE
+            assert felt.health.measure is HealthCheck.NON_FINITE
 
 
 @pytest.mark.slow
@@ -119,17 +119,17 @@ def test_overload_saturation_and_drift_reach_the_caller():
     sensor, rng = fingertip(), np.random.default_rng(0)
     pipeline = FTPipeline(sensor)
     felt = pipeline.step(reading(sensor, (0.0, 0.0, -20.0, 0.0, 0.0, 0.0), UP, rng), UP)
-    assert felt.health.measure is Measure.SATURATED
+    assert felt.health.measure is HealthCheck.SATURATED
     wrenches = msgspec.structs.replace(sensor, calibration=None)
     felt = FTPipeline(wrenches).step(reading(wrenches, (0.0, 0.0, -20.0, 0.0, 0.0, 0.0), UP, rng), UP)
-    assert (felt.health.measure, felt.health.where) == (Measure.OVERLOAD_AXIS, "Fz")
+    assert (felt.health.measure, felt.health.where) == (HealthCheck.OVERLOAD_AXIS, "Fz")
     pipeline.restart()
     found = [
         pipeline.step(reading(sensor, (0.07, 0.0, 0.0, 0.0, 0.0, 0.0), UP, rng), UP).health.measure
         for _ in range(5001)
     ]
-    assert found[:4999] == [Measure.HEALTHY] * 4999
-    assert found[-1] is Measure.DRIFT
+    assert found[:4999] == [HealthCheck.HEALTHY] * 4999
+    assert found[-1] is HealthCheck.DRIFT
 
 
 def test_what_does_not_fit_is_refused_when_built_or_called():

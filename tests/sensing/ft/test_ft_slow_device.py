@@ -13,7 +13,7 @@ from palpate.sensing.ft import (
     CriticallyDamped,
     FirstOrder,
     FTPipeline,
-    Measure,
+    HealthCheck,
     WrenchFilter,
     read_sensor,
     sensor_text,
@@ -51,18 +51,18 @@ def test_each_sample_is_read_at_most_so_often(rate):
 @pytest.mark.parametrize("rate", [488.0, 125.0, 100.0, 20.0])
 def test_a_healthy_slow_device_is_not_dead_even_if_every_other_sample_gets_lost(rate):
     times = 2 * repeats(1000.0, rate)
-    assert set(healths(slow(rate), times)) == {Measure.HEALTHY}
+    assert set(healths(slow(rate), times)) == {HealthCheck.HEALTHY}
 
 
 @pytest.mark.slow
 def test_a_dead_one_is_found_after_as_many_of_its_own_samples_as_a_quick_one():
-    found = {rate: healths(slow(rate), 100_000 // 40).index(Measure.FROZEN) for rate in (None, 100.0, 500.0)}
+    found = {rate: healths(slow(rate), 100_000 // 40).index(HealthCheck.FROZEN) for rate in (None, 100.0, 500.0)}
     assert found[100.0] + 1 == 10 * (found[None] + 1)
     assert found[500.0] + 1 == 2 * (found[None] + 1)
 
 
 def test_one_that_is_said_to_be_quick_is_dead_if_it_repeats_itself():
-    assert Measure.FROZEN in healths(slow(None), 20)
+    assert HealthCheck.FROZEN in healths(slow(None), 20)
 
 
 @settings(max_examples=30, deadline=None)

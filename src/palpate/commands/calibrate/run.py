@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from palpate.atomic_file import replacing
-from palpate.commands.answer import Answer
+from palpate.commands.answer import CommandResult
 from palpate.commands.calibrate.answer import bias_figures, calibration_figures, payload_figures
 from palpate.commands.calibrate.config import (
     CalibrateConfig,
@@ -60,7 +60,7 @@ LONGEST_PROVENANCE = 1000
 """Characters, of a sensor file."""
 
 
-def run_calibrate(config: CalibrateConfig) -> Answer:
+def run_calibrate(config: CalibrateConfig) -> CommandResult:
     """Find out what is asked, print it and update the sensor file; returns what was found.
 
     Raises:
@@ -82,20 +82,22 @@ def run_calibrate(config: CalibrateConfig) -> Answer:
 # --- a first file ------------------------------------------------------------------------------------------------
 
 
-def _new(config: NewSensorConfig, console: Console) -> Answer:
+def _new(config: NewSensorConfig, console: Console) -> CommandResult:
     sensor = preset_sensor(config.preset, config.serial_number)
     if config.file.exists():
         raise InvalidValueError(f"{config.file} is there already: give another name, or remove it first")
     check_file(config.file, option=None)
     save_sensor_file(config.file, sensor)
     console.print(Text(f"Written: {config.file}. Read its provenance, and edit what your sensor differs in."))
-    return Answer(facts={"model": sensor.model, "serial_number": sensor.serial_number}, files=(config.file,))
+    return CommandResult(
+        facts={"model": sensor.model, "serial_number": sensor.serial_number}, files=(config.file,)
+    )
 
 
 # --- calibration matrix ------------------------------------------------------------------------------------------
 
 
-def _matrix(config: MatrixConfig, console: Console) -> Answer:
+def _matrix(config: MatrixConfig, console: Console) -> CommandResult:
     sensor = _loaded(config.sensor)
     check_file(_target(config))
     _refuse_overwriting(config.out, config.loads)
@@ -137,13 +139,13 @@ def _matrix(config: MatrixConfig, console: Console) -> Answer:
     files, warnings = _write(_target(config), updated, console)
     if fit.status is CalibrationStatus.ILL_CONDITIONED:
         warnings += _noted("the sensor hardly feels some direction; errors there are large.", console)
-    return Answer(outcome=fit.status.name, figures=calibration_figures(fit), files=files, warnings=warnings)
+    return CommandResult(outcome=fit.status.name, figures=calibration_figures(fit), files=files, warnings=warnings)
 
 
 # --- payload -----------------------------------------------------------------------------------------------------
 
 
-def _payload(config: PayloadConfig, console: Console) -> Answer:
+def _payload(config: PayloadConfig, console: Console) -> CommandResult:
     sensor = _loaded(config.sensor)
     check_file(_target(config))
     _refuse_overwriting(config.out, config.poses)
@@ -178,7 +180,7 @@ def _payload(config: PayloadConfig, console: Console) -> Answer:
     if found.status is PayloadStatus.UNRESOLVED:
         lost = "the mass is lost in the noise; the file now says that the sensor carries nothing."
         warnings += _noted(lost, console)
-    return Answer(outcome=found.status.name, figures=payload_figures(found), files=files, warnings=warnings)
+    return CommandResult(outcome=found.status.name, figures=payload_figures(found), files=files, warnings=warnings)
 
 
 def _other_order(identify: Callable[[RotationOrder], IdentifiedPayload], config: PayloadConfig) -> str:
@@ -193,7 +195,7 @@ def _other_order(identify: Callable[[RotationOrder], IdentifiedPayload], config:
 # --- tare --------------------------------------------------------------------------------------------------------
 
 
-def _tare(config: TareConfig, console: Console) -> Answer:
+def _tare(config: TareConfig, console: Console) -> CommandResult:
     sensor = _loaded(config.sensor)
     check_file(_target(config))
     if config.readings is not None:
@@ -229,7 +231,7 @@ def _tare(config: TareConfig, console: Console) -> Answer:
     files, warnings = _write(_target(config), updated, console)
     if not any(found.sd):
         warnings += _noted("the readings do not change at all; is the sensor alive?", console)
-    return Answer(figures=bias_figures(found, drift, updated), files=files, warnings=warnings)
+    return CommandResult(figures=bias_figures(found, drift, updated), files=files, warnings=warnings)
 
 
 def _specific_force(config: TareConfig, sensor: SensorFile) -> Vector:

@@ -11,14 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.atomic_file import replacing
-from palpate.commands.answer import Answer
+from palpate.commands.answer import CommandResult
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.said import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.output_folder import check_folder, make_folder
 
 if TYPE_CHECKING:
-    from palpate.mapping.compare import Comparison, Spread
+    from palpate.mapping.compare import Comparison, DistanceSpread
     from palpate.mapping.compare_surface import TriangleSurface
 
 _METRES = {"m": 1.0, "mm": 1e-3}
@@ -32,7 +32,7 @@ ELSEWHERE = (
 )
 
 
-def run_compare(config: CompareConfig) -> Answer:
+def run_compare(config: CompareConfig) -> CommandResult:
     """Compare, say the figures, and write report and result.
 
     Returns:
@@ -95,7 +95,7 @@ def run_compare(config: CompareConfig) -> Answer:
     files = (folder / "compare.html", folder / "compare.json")
     for path in files:
         say(console, f"Written: {path}")
-    return Answer(figures=result(found, reference, config), files=files, warnings=warnings)
+    return CommandResult(figures=result(found, reference, config), files=files, warnings=warnings)
 
 
 def _refuse_options_of_maps(config: CompareConfig) -> None:
@@ -151,6 +151,6 @@ def result(found: "Comparison", reference: "TriangleSurface", config: CompareCon
     }
 
 
-def _spread(spread: "Spread") -> dict[str, float]:
+def _spread(spread: "DistanceSpread") -> dict[str, float]:
     names = ("mean", "rms", "p50", "p95", "p99", "largest")
     return {name: float(getattr(spread, name)) for name in names}

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.answer import Answer, figure_name
+from palpate.commands.answer import CommandResult, figure_name
 from palpate.commands.compare.runs_compared import read_runs
 from palpate.commands.compare.runs_compared_report import (
     ComparedFigure,
@@ -26,7 +26,7 @@ FILE_NAME = "comparison.html"
 """Of the report, in the output folder."""
 
 
-def compare_runs(places: Sequence[Path], out: Path | None) -> Answer:
+def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
     """Compare runs, say the figures, and write the report.
 
     Args:
@@ -53,7 +53,7 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> Answer:
     with doing(console, "drawing the report"):
         write_report(report, path)
     say(console, f"Written: {path}")
-    return Answer(
+    return CommandResult(
         outcome=report.outcome,
         figures={f.column or figure_name(f.name, f.unit): list(f.values) for f in figures},
         facts={

@@ -72,7 +72,7 @@ class TableFormat(Protocol):
         ...
 
 
-class CsvTable:
+class ContactTable:
     """One column per number; empty where there is none."""
 
     def __init__(self, copied: Sequence[str], has_deviations: bool) -> None:

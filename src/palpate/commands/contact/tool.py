@@ -14,9 +14,9 @@ from typing import BinaryIO, Protocol, cast
 import numpy as np
 
 from palpate.atomic_file import replacing
-from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.answer import CommandResult, ExitCode
 from palpate.commands.contact.config import STANDARD_STREAM, ContactConfig
-from palpate.commands.contact.table import CsvTable, JsonLines, TableFormat
+from palpate.commands.contact.table import ContactTable, JsonLines, TableFormat
 from palpate.commands.wrench_csv import ByteSource, WrenchReader
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.output_folder import check_file
@@ -51,7 +51,7 @@ def run_contact(config: ContactConfig) -> int:
     counts: Counter[str] = Counter()
     try:
         with _destination(config) as sink:
-            _carry_out(config, CsvTable if config.format == "csv" else JsonLines, sink, counts)
+            _carry_out(config, ContactTable if config.format == "csv" else JsonLines, sink, counts)
         for warning in unexplained(counts):
             sys.stderr.write(f"Note: {warning}\n")
     except BrokenPipeError:
@@ -63,7 +63,7 @@ def run_contact(config: ContactConfig) -> int:
     return ExitCode.DONE
 
 
-def answer_contact(config: ContactConfig) -> Answer:
+def answer_contact(config: ContactConfig) -> CommandResult:
     """Read wrenches; return how many contacts of each status there are, and all of them unless a file gets them.
 
     They wait in memory until the last one has been found right; a Ctrl-C ends a live source, with what there was.
@@ -80,15 +80,15 @@ def answer_contact(config: ContactConfig) -> Answer:
             _carry_out(config, JsonLines, rows, counts)
         else:
             with _destination(config) as sink:
-                _carry_out(config, CsvTable if config.format == "csv" else JsonLines, sink, counts)
+                _carry_out(config, ContactTable if config.format == "csv" else JsonLines, sink, counts)
     except KeyboardInterrupt:
         code = ExitCode.INTERRUPTED
     figures = {"wrenches": counts.total(), **{f"status_{name.lower()}": n for name, n in counts.items()}}
     if config.out != STANDARD_STREAM:
         files = (config.out,) if code is ExitCode.DONE or config.source == STANDARD_STREAM else ()
-        return Answer(code, figures=figures, files=files, warnings=unexplained(counts))
+        return CommandResult(code, figures=figures, files=files, warnings=unexplained(counts))
     found = [json.loads(line) for line in rows.getvalue().splitlines()]
-    return Answer(code, figures=figures, facts={"contacts": found}, warnings=unexplained(counts))
+    return CommandResult(code, figures=figures, facts={"contacts": found}, warnings=unexplained(counts))
 
 
 def unexplained(counts: Mapping[str, int]) -> tuple[str, ...]:
@@ -109,7 +109,7 @@ def unexplained(counts: Mapping[str, int]) -> tuple[str, ...]:
 
 
 def _carry_out(
-    config: ContactConfig, form: type[CsvTable] | type[JsonLines], sink: _ByteSink, counts: "Counter[str]"
+    config: ContactConfig, form: type[ContactTable] | type[JsonLines], sink: _ByteSink, counts: "Counter[str]"
 ) -> None:
     surface = fingertip(config)
     with _opened(config) as source:
@@ -160,7 +160,7 @@ def _convert(
     config: ContactConfig,
     surface: Surface,
     reader: WrenchReader,
-    form: type[CsvTable] | type[JsonLines],
+    form: type[ContactTable] | type[JsonLines],
     sink: _ByteSink,
     counts: "Counter[str]",
 ) -> None:

@@ -5,7 +5,7 @@ from time import monotonic, sleep
 
 import numpy as np
 
-from palpate.commands.doctor.finding import Finding, Verdict, judged
+from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.commands.doctor.watched import GLANCE, SLOW_SHARE, Watched, timing_findings
 from palpate.hw.ur import UrArm
 from palpate.hw.ur.exchange import UrState
@@ -17,7 +17,7 @@ AT_REST = 1e-3
 """[m/s] of an arm that stands; as the loop has it."""
 
 
-def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[Finding]:
+def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[DoctorFinding]:
     """Tell how an arm is that was started.
 
     Raises:
@@ -27,7 +27,7 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[Finding]:
     shown = ".".join(map(str, arm.version))
     oldest = OLDEST.get(arm.version[0])
     wanted = "" if oldest is None else f"{oldest[0]}.{oldest[1]} or newer"
-    yield Finding(name, "PolyScope", shown, "", wanted)
+    yield DoctorFinding(name, "PolyScope", shown, "", wanted)
     begin, first = monotonic(), arm.state()
     times, ages, values = [first.time], [], [first.tool_velocity[:3]]
     while monotonic() - begin < seconds:
@@ -58,11 +58,11 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[Finding]:
         f"at least {1e3 / cycles:g}, its cycle",
         robot.file.period * cycles > 1.0 - 1e-6,
         f"write period_s: {1.0 / cycles:g}",
-        Verdict.NOTE,
+        DoctorVerdict.NOTE,
     )
     lost = last.lost - first.lost
     share = 100.0 * lost / max(1.0, cycles * seconds)
-    yield judged(name, "states lost", share, "%", "at most 1", share <= 1.0, network, Verdict.NOTE)
+    yield judged(name, "states lost", share, "%", "at most 1", share <= 1.0, network, DoctorVerdict.NOTE)
     yield from _state(name, last)
     speed = float(np.linalg.norm(watched.values, axis=1).max())
     fix = "is its payload right (backend.arm.payload)? Is it led by hand?"
@@ -76,10 +76,10 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[Finding]:
         fix = "lead it there, or correct limits.joint_lower_rad and joint_upper_rad"
         yield judged(name, "joints within the robot's limits", words, "", "inside", not outside, fix)
     x, y, z = last.tool_pose[:3]
-    yield Finding(name, "tip in its own base frame", f"{x:.4f} {y:.4f} {z:.4f}", "m")
+    yield DoctorFinding(name, "tip in its own base frame", f"{x:.4f} {y:.4f} {z:.4f}", "m")
 
 
-def _state(name: str, last: UrState) -> Iterator[Finding]:
+def _state(name: str, last: UrState) -> Iterator[DoctorFinding]:
     """What the controller says of itself."""
     problem = safety_problem(last.robot_mode, last.safety_bits)
     yield judged(name, "safety", problem.name.lower(), "", "none", not problem, "see the pendant")
@@ -103,4 +103,4 @@ def _state(name: str, last: UrState) -> Iterator[Finding]:
     )
     full = last.speed_scaling > 0.99
     fix = "move the speed slider to 100 %, or backend.arm.speed_slider: 1.0: all velocities are scaled by it"
-    yield judged(name, "speed scaling", 100.0 * last.speed_scaling, "%", "100", full, fix, Verdict.NOTE)
+    yield judged(name, "speed scaling", 100.0 * last.speed_scaling, "%", "100", full, fix, DoctorVerdict.NOTE)

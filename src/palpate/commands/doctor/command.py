@@ -6,11 +6,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.answer import CommandResult, ExitCode
 from palpate.commands.doctor.arm import arm_findings
 from palpate.commands.doctor.computer import COMPUTER, computer_findings
 from palpate.commands.doctor.config import DoctorConfig
-from palpate.commands.doctor.finding import Finding, Verdict
+from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict
 from palpate.commands.doctor.hand import hand_findings
 from palpate.commands.doctor.sensor import sensor_findings
 from palpate.commands.doctor.watched import failure
@@ -24,14 +24,14 @@ from palpate.robots.values import load_named_robot
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_rig import RigEntry
 
-STYLES = {Verdict.GOOD: "green", Verdict.NOTE: "yellow", Verdict.BAD: "bold red"}
+STYLES = {DoctorVerdict.GOOD: "green", DoctorVerdict.NOTE: "yellow", DoctorVerdict.BAD: "bold red"}
 
 FIT, UNFIT = "Fit to run.", "Not fit to run."
 
 Tell = Callable[[str], None]
 
 
-def run_doctor(config: DoctorConfig) -> Answer:
+def run_doctor(config: DoctorConfig) -> CommandResult:
     """Look at all devices and print what was found.
 
     Returns:
@@ -47,21 +47,23 @@ def run_doctor(config: DoctorConfig) -> Answer:
         return _examine(config, rig)
 
 
-def _examine(config: DoctorConfig, robot: Robot) -> Answer:
+def _examine(config: DoctorConfig, robot: Robot) -> CommandResult:
     console = Console()
     parts = parts_of(robot)
     with step_progress(console, _steps(robot, parts)) as tell:
         found = tuple(examined(robot, parts, config.seconds, tell))
-    fit = all(finding.verdict is not Verdict.BAD for finding in found)
+    fit = all(finding.verdict is not DoctorVerdict.BAD for finding in found)
     _print(console, robot, found, fit)
-    return Answer(
+    return CommandResult(
         ExitCode.DONE if fit else ExitCode.UNFINISHED,
         FIT if fit else UNFIT,
         facts={"robot": robot.file.name, "fit": fit, "findings": found},
     )
 
 
-def examined(robot: Robot, parts: RigParts, seconds: float, tell: Tell = lambda step: None) -> Iterator[Finding]:
+def examined(
+    robot: Robot, parts: RigParts, seconds: float, tell: Tell = lambda step: None
+) -> Iterator[DoctorFinding]:
     """Look at this computer, then at one device after the other: each is closed before the next one.
 
     Args:
@@ -98,7 +100,7 @@ def examined(robot: Robot, parts: RigParts, seconds: float, tell: Tell = lambda 
         except DeviceError as error:
             yield failure(parts.arm.name, error)
         except MissingLibraryError as error:
-            yield Finding(parts.arm.name, "client library", "missing", "", "", Verdict.BAD, str(error))
+            yield DoctorFinding(parts.arm.name, "client library", "missing", "", "", DoctorVerdict.BAD, str(error))
         finally:
             parts.arm.close()
 
@@ -108,7 +110,7 @@ def _steps(robot: Robot, parts: RigParts) -> list[str]:
     return [COMPUTER, *names, *(device.name for device in (parts.hand, parts.arm) if device is not None)]
 
 
-def _print(console: Console, robot: Robot, found: tuple[Finding, ...], fit: bool) -> None:
+def _print(console: Console, robot: Robot, found: tuple[DoctorFinding, ...], fit: bool) -> None:
     table = Table(title=Text(robot.file.name), show_edge=False)
     for column in ("device", "what", "value", "unit", "should be", ""):
         table.add_column(column, justify="right" if column == "value" else "left")
@@ -121,7 +123,7 @@ def _print(console: Console, robot: Robot, found: tuple[Finding, ...], fit: bool
         table.add_row(*(Text(cell) for cell in cells), Text(one.verdict, style=style))
     console.print(table)
     to_do = [one for one in found if one.fix]
-    for one in sorted(to_do, key=lambda each: each.verdict is not Verdict.BAD):
-        word = "Fix" if one.verdict is Verdict.BAD else "Note"
+    for one in sorted(to_do, key=lambda each: each.verdict is not DoctorVerdict.BAD):
+        word = "Fix" if one.verdict is DoctorVerdict.BAD else "Note"
         say(console, f"{word}: {one.device}, {one.what}: {one.fix}")
     say(console, FIT if fit else UNFIT)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.commands.doctor.finding import Finding, Verdict, judged
+from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.runtime.real_time import Overrun, RealTime
 from palpate.runtime.robot_file import RobotFile
 from palpate.runtime.robot_pace import RealTimePaceEntry
@@ -25,7 +25,7 @@ WANTED_BUFFER = 1 << 22
 """[bytes] That clients of Ethernet sensors ask for: 0.7 s of records at 7000 Hz."""
 
 
-def computer_findings(file: RobotFile, seconds: float) -> Iterator[Finding]:
+def computer_findings(file: RobotFile, seconds: float) -> Iterator[DoctorFinding]:
     """Measure wake-ups as the loop will have them, and ask the system what it grants.
 
     Args:
@@ -35,21 +35,30 @@ def computer_findings(file: RobotFile, seconds: float) -> Iterator[Finding]:
     yield from _wake_ups(file, seconds)
     yield _load()
     if sys.platform != "linux":
-        yield Finding(COMPUTER, "system", sys.platform, "", "linux", Verdict.NOTE, "real time is for Linux")
+        yield DoctorFinding(
+            COMPUTER, "system", sys.platform, "", "linux", DoctorVerdict.NOTE, "real time is for Linux"
+        )
         return
     granted = urgency_granted()
     fix = "add `@realtime - nice -20` to /etc/security/limits.d/realtime.conf and join that group"
     words = "granted" if granted else "refused"
-    yield judged(COMPUTER, "urgent reading threads", words, "", "granted", granted, fix, Verdict.NOTE)
+    yield judged(COMPUTER, "urgent reading threads", words, "", "granted", granted, fix, DoctorVerdict.NOTE)
     kernel = "real-time" if REAL_TIME_KERNEL.is_file() else "ordinary"
     fix = "with a real-time kernel (PREEMPT_RT) the largest lateness goes down to tenths of a millisecond"
-    yield judged(COMPUTER, "kernel", kernel, "", "real-time", kernel == "real-time", fix, Verdict.NOTE)
+    yield judged(COMPUTER, "kernel", kernel, "", "real-time", kernel == "real-time", fix, DoctorVerdict.NOTE)
     governors = {path.read_text().strip() for path in Path("/").glob(GOVERNORS[1:])}
     if governors:
         words = ", ".join(sorted(governors))
         fix = "`sudo cpupower frequency-set -g performance`: cores that sleep deeply wake up late"
         yield judged(
-            COMPUTER, "CPU governor", words, "", "performance", governors == {"performance"}, fix, Verdict.NOTE
+            COMPUTER,
+            "CPU governor",
+            words,
+            "",
+            "performance",
+            governors == {"performance"},
+            fix,
+            DoctorVerdict.NOTE,
         )
     if LARGEST_BUFFER.is_file():
         size = int(LARGEST_BUFFER.read_text())
@@ -62,11 +71,11 @@ def computer_findings(file: RobotFile, seconds: float) -> Iterator[Finding]:
             f"{WANTED_BUFFER >> 10} for fast Ethernet sensors",
             size >= WANTED_BUFFER,
             fix,
-            Verdict.NOTE,
+            DoctorVerdict.NOTE,
         )
 
 
-def _wake_ups(file: RobotFile, seconds: float) -> Iterator[Finding]:
+def _wake_ups(file: RobotFile, seconds: float) -> Iterator[DoctorFinding]:
     pace = file.pace if isinstance(file.pace, RealTimePaceEntry) else RealTimePaceEntry()
     pacer = RealTime(file.period, Overrun.SKIP, spin=pace.spin, priority=pace.priority)
     pacer.start()
@@ -85,21 +94,21 @@ def _wake_ups(file: RobotFile, seconds: float) -> Iterator[Finding]:
             "granted",
             granted,
             kept.note,
-            Verdict.NOTE,
+            DoctorVerdict.NOTE,
         )
     half, most, worst = (
         1e3 * float(x) for x in (*np.percentile(kept.lateness, [50.0, 99.0]), kept.lateness.max())
     )
     limit = 1e3 * LATE_SHARE * file.period
     fix = "real-time priority (pace.priority), a quieter computer, or a longer period_s"
-    yield Finding(COMPUTER, "wakes up late by, median", half, "ms")
+    yield DoctorFinding(COMPUTER, "wakes up late by, median", half, "ms")
     yield judged(COMPUTER, "wakes up late by, 99 %", most, "ms", f"at most {limit:g}", most <= limit, fix)
-    yield Finding(COMPUTER, "wakes up late by, at worst", worst, "ms")
+    yield DoctorFinding(COMPUTER, "wakes up late by, at worst", worst, "ms")
     share = 100.0 * kept.overruns / max(1, len(kept.lateness))
     yield judged(COMPUTER, "periods left out", share, "%", "at most 1", share <= 1.0, fix)
 
 
-def _load() -> Finding:
+def _load() -> DoctorFinding:
     load, cores = os.getloadavg()[0], os.cpu_count() or 1
     fix = "close what else runs: devices are answered late when all cores are busy"
-    return judged(COMPUTER, "load", load, "", f"below its {cores} cores", load < cores, fix, Verdict.NOTE)
+    return judged(COMPUTER, "load", load, "", f"below its {cores} cores", load < cores, fix, DoctorVerdict.NOTE)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class Verdict(StrEnum):
+class DoctorVerdict(StrEnum):
     """What a value means."""
 
     GOOD = "good"
@@ -14,7 +14,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class DoctorFinding:
     """One line of a doctor's table.
 
     Attributes:
@@ -32,7 +32,7 @@ class Finding:
     value: float | str
     unit: str = ""
     wanted: str = ""
-    verdict: Verdict = Verdict.GOOD
+    verdict: DoctorVerdict = DoctorVerdict.GOOD
     fix: str = ""
 
 
@@ -44,9 +44,9 @@ def judged(
     wanted: str,
     good: bool,
     fix: str,
-    otherwise: Verdict = Verdict.BAD,
-) -> Finding:
+    otherwise: DoctorVerdict = DoctorVerdict.BAD,
+) -> DoctorFinding:
     """Return a finding that is good, or `otherwise` with what to do."""
     if good:
-        return Finding(device, what, value, unit, wanted)
-    return Finding(device, what, value, unit, wanted, otherwise, fix)
+        return DoctorFinding(device, what, value, unit, wanted)
+    return DoctorFinding(device, what, value, unit, wanted, otherwise, fix)

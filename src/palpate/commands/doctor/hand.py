@@ -5,7 +5,7 @@ from time import monotonic
 
 import numpy as np
 
-from palpate.commands.doctor.finding import Finding, Verdict, judged
+from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.hw.dynamixel.care import ServoHealth
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.runtime.robot import Robot
@@ -15,7 +15,9 @@ HOT, LOW = 10.0, 0.3
 """[degrees C, V] from the limit at which a servo shuts down."""
 
 
-def hand_findings(robot: Robot, entry: DynamixelEntry, hand: DynamixelHand, seconds: float) -> Iterator[Finding]:
+def hand_findings(
+    robot: Robot, entry: DynamixelEntry, hand: DynamixelHand, seconds: float
+) -> Iterator[DoctorFinding]:
     """Tell how a hand is that was started.
 
     Raises:
@@ -34,7 +36,9 @@ def hand_findings(robot: Robot, entry: DynamixelEntry, hand: DynamixelHand, seco
     cable = "check cables, baud rate and the adapter's latency"
     yield judged(
         hand.name, "exchange, median", half, "ms", f"at most backend.hand.poll_s, {1e3 * entry.poll:g}",
-        half <= 1e3 * entry.poll, f"write poll_s: {1e-3 * half * 1.3:.3f}, or raise the baud rate", Verdict.NOTE,
+        half <= 1e3 * entry.poll,
+        f"write poll_s: {1e-3 * half * 1.3:.3f}, or raise the baud rate",
+        DoctorVerdict.NOTE,
     )  # fmt: skip
     yield judged(
         hand.name, "exchange, 99 %", most, "ms", f"well below limits.sample_age_s, {oldest:g} ms",
@@ -44,12 +48,12 @@ def hand_findings(robot: Robot, entry: DynamixelEntry, hand: DynamixelHand, seco
     yield judged(hand.name, "exchanges missed", share, "%", "at most 1", share <= 1.0, cable)
 
 
-def _servo(hand: str, servo: ServoHealth, model: str | None) -> Iterator[Finding]:
+def _servo(hand: str, servo: ServoHealth, model: str | None) -> Iterator[DoctorFinding]:
     name = f"{hand}, servo {servo.servo_id}"
     if model is not None:
         fix = f"write model: {servo.model}, or see which servo has which id"
         yield judged(name, "model", servo.model, "", model, model in servo.model, fix)
-    yield Finding(name, "firmware", float(servo.firmware))
+    yield DoctorFinding(name, "firmware", float(servo.firmware))
     limit = servo.temperature_limit
     fix = f"let it cool down: at {limit:g} it shuts down, and lets go"
     yield judged(

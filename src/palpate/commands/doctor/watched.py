@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.commands.doctor.finding import Finding, Verdict, judged
+from palpate.commands.doctor.finding import DoctorFinding, DoctorVerdict, judged
 from palpate.errors import FloatArray
 from palpate.hw.devices import DeviceError
 from palpate.runtime.robot import Robot
@@ -43,18 +43,18 @@ class Watched:
         return np.diff(self.time)
 
 
-def timing_findings(robot: Robot, name: str, watched: Watched) -> Iterator[Finding]:
+def timing_findings(robot: Robot, name: str, watched: Watched) -> Iterator[DoctorFinding]:
     """Tell how old samples are, and how regular."""
     half, most = (1e3 * float(x) for x in np.percentile(watched.age, [50.0, 99.0]))
     oldest = 1e3 * robot.file.limits.sample_age
     fix = "check the network and what else runs here, or allow more (limits.sample_age_s)"
-    yield Finding(name, "age, median", half, "ms")
+    yield DoctorFinding(name, "age, median", half, "ms")
     yield judged(name, "age, 99 %", most, "ms", f"at most {oldest:g}", most <= oldest, fix)
     if len(watched.time) > 2:
-        yield Finding(name, "jitter of samples", 1e3 * float(watched.gaps.std()), "ms")
-        yield Finding(name, "largest gap between samples", 1e3 * float(watched.gaps.max()), "ms")
+        yield DoctorFinding(name, "jitter of samples", 1e3 * float(watched.gaps.std()), "ms")
+        yield DoctorFinding(name, "largest gap between samples", 1e3 * float(watched.gaps.max()), "ms")
 
 
-def failure(device: str, error: DeviceError) -> Finding:
+def failure(device: str, error: DeviceError) -> DoctorFinding:
     """Return what a device itself says is wrong."""
-    return Finding(device, "connection", error.problem, "", "", Verdict.BAD, error.remedy)
+    return DoctorFinding(device, "connection", error.problem, "", "", DoctorVerdict.BAD, error.remedy)

@@ -7,7 +7,7 @@ from types import FrameType
 
 from rich.console import Console
 
-from palpate.commands.answer import Answer
+from palpate.commands.answer import CommandResult
 from palpate.commands.emulate.config import (
     EmulateConfig,
     EmulateDynamixelConfig,
@@ -19,9 +19,9 @@ from palpate.commands.emulate.config import (
 from palpate.commands.said import say
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.registers import BAUD_RATES, KINDS
-from palpate.hw.emulators.control import Controls
+from palpate.hw.emulators.control import EmulatorControl
 from palpate.hw.emulators.dynamixel.bus import DynamixelBus
-from palpate.hw.emulators.dynamixel.faults import Fault as BusFault
+from palpate.hw.emulators.dynamixel.faults import BusFault
 from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.load_plant import LoadPlant, steady_plant
@@ -32,7 +32,7 @@ from palpate.hw.emulators.server import Server
 from palpate.hw.emulators.simple_plant import SimplePlant
 from palpate.hw.emulators.simple_servo import ElasticWall, SimpleServo
 from palpate.hw.emulators.simple_tip import ElasticPlane, SimpleTip
-from palpate.hw.emulators.ur.faults import Fault as UrFault
+from palpate.hw.emulators.ur.faults import ControllerFault
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.emulators.ur.version import ControllerVersion
 from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT
@@ -40,7 +40,7 @@ from palpate.hw.netft.rdt import CALIBRATION_PORT, RDT_PORT
 PORTS = "RTDE 30004, script 30003, dashboard 29999"
 
 
-def run_emulate(config: EmulateConfig) -> Answer:
+def run_emulate(config: EmulateConfig) -> CommandResult:
     """Emulate a device until Ctrl-C or another signal that ends a process; returns what it was.
 
     Raises:
@@ -71,17 +71,17 @@ def run_emulate(config: EmulateConfig) -> Answer:
         say(console, "Runs until Ctrl-C.")
         host.run()
     say(console, "Ended.")
-    return Answer(outcome="Ended.", facts=facts)
+    return CommandResult(outcome="Ended.", facts=facts)
 
 
-def run_fault(config: EmulateFaultConfig) -> Answer:
+def run_fault(config: EmulateFaultConfig) -> CommandResult:
     """Switch a fault of a device that is being emulated, and print and return what was done.
 
     Raises:
         InvalidValueError: Nobody emulates anything there, or there is no such device or fault.
     """
     try:
-        controls = Controls(config.port)
+        controls = EmulatorControl(config.port)
     except OSError as error:
         raise InvalidValueError(
             f"port = {config.port}: no emulator is there ({error.strerror}); it says its port when it begins"
@@ -91,7 +91,9 @@ def run_fault(config: EmulateFaultConfig) -> Answer:
     finally:
         controls.close()
     Console(soft_wrap=True, highlight=False).print(done)
-    return Answer(outcome=done, facts={"device": config.device, "fault": config.fault, "value": config.value})
+    return CommandResult(
+        outcome=done, facts={"device": config.device, "fault": config.fault, "value": config.value}
+    )
 
 
 def _device(config: EmulateConfig) -> tuple[Server, str, tuple[str, ...]]:
@@ -101,7 +103,7 @@ def _device(config: EmulateConfig) -> tuple[Server, str, tuple[str, ...]]:
             version = ControllerVersion(*version_numbers(config.version))
             arm = UrServer(config.address, version)
             told = f"UR controller {version} at {arm.address} ({PORTS}): connect to this address."
-            return arm, told, tuple(UrFault)
+            return arm, told, tuple(ControllerFault)
         case EmulateDynamixelConfig():
             if config.baud_rate not in BAUD_RATES:
                 rates = ", ".join(map(str, BAUD_RATES))

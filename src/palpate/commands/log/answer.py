@@ -5,14 +5,14 @@ from datetime import datetime
 
 import numpy as np
 
-from palpate.commands.answer import Answer
+from palpate.commands.answer import CommandResult
 from palpate.commands.log.times import log_duration, log_spreads
 from palpate.errors import FloatArray
 from palpate.runtime.log import Log
 from palpate.strict_yaml import read_yaml
 
 
-def log_answer(log: Log, size: int, versions: str) -> Answer:
+def log_answer(log: Log, size: int, versions: str) -> CommandResult:
     """Return what there is to say about a log.
 
     Args:
@@ -31,7 +31,7 @@ def log_answer(log: Log, size: int, versions: str) -> Answer:
         figures["duration_s"] = log_duration(log)
         for name, values in log_spreads(log).items():
             figures |= _spread(name.replace(" ", "_"), values)
-    return Answer(
+    return CommandResult(
         outcome="damaged" if log.damage is not None else "complete" if log.complete else "not finished",
         figures=figures,
         facts={

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from palpate.commands.answer import Answer
+from palpate.commands.answer import CommandResult
 from palpate.commands.log.answer import log_answer
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
 from palpate.commands.log.export import CsvWriter, ParquetWriter, TableWriter, tables_of
@@ -22,7 +22,7 @@ PATIENCE = 2.0
 """Work that takes no longer [s] needs no progress bar."""
 
 
-def run_log_info(config: LogInfoConfig) -> Answer:
+def run_log_info(config: LogInfoConfig) -> CommandResult:
     """Print and return what is in a log.
 
     Raises:
@@ -35,7 +35,7 @@ def run_log_info(config: LogInfoConfig) -> Answer:
     return log_answer(log, size, VERSIONS)
 
 
-def run_log_export(config: LogExportConfig) -> Answer:
+def run_log_export(config: LogExportConfig) -> CommandResult:
     """Write the tables of a log; returns which.
 
     Raises:
@@ -59,7 +59,7 @@ def run_log_export(config: LogExportConfig) -> Answer:
     damage = () if log.damage is None else (f"The log is damaged, its tables have gaps: {log.damage}",)
     for warning in damage:
         say(console, warning)
-    return Answer(facts={"log": log.path, "tables": tables}, files=tuple(files), warnings=damage)
+    return CommandResult(facts={"log": log.path, "tables": tables}, files=tuple(files), warnings=damage)
 
 
 def _read(place: Path) -> Log:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from palpate.atomic_file import replacing
 from palpate.extras import require
 from palpate.runtime.log import Level, Log
-from palpate.runtime.log.fields import Field, path_of, walk
+from palpate.runtime.log.fields import LogField, path_of, walk
 
 Progress = Callable[[float], None]
 """Is told which fraction is done."""
@@ -126,7 +126,7 @@ def _period_table(log: Log) -> Table:
     return tuple(columns)
 
 
-def _columns(name: str, quantity: Field, values: npt.NDArray[np.float64]) -> Iterator[Column]:
+def _columns(name: str, quantity: LogField, values: npt.NDArray[np.float64]) -> Iterator[Column]:
     if quantity.codes:
         yield Column(name, np.array(quantity.codes, object)[values[:, 0].astype(int)])
         return

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from palpate.commands.log.times import log_duration, log_spreads
 from palpate.runtime.log import Level, Log
-from palpate.runtime.log.fields import Field
+from palpate.runtime.log.fields import LogField
 
 VERSIONS = "versions.yaml"
 """The attachment that is shown whole."""
@@ -87,7 +87,7 @@ def _topics(log: Log) -> Table:
     return table
 
 
-def _named(quantity: Field) -> str:
+def _named(quantity: LogField) -> str:
     shape = f"({quantity.count})" if quantity.is_vector else ""
     units = ", ".join(dict.fromkeys(unit for unit in quantity.units if unit))
     return f"{quantity.name}{shape}" + (f" [{units}]" if units else "")

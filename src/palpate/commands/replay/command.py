@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from palpate.commands.answer import Answer, ExitCode, shown_figures
+from palpate.commands.answer import CommandResult, ExitCode, shown_figures
 from palpate.commands.progress import doing, lively
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.replay.controller import load_controller_maker
@@ -37,7 +37,7 @@ SHOWN_EVERY = 500
 """Periods between two updates of the progress bar: a few times a second."""
 
 
-def run_replay(config: ReplayConfig) -> Answer:
+def run_replay(config: ReplayConfig) -> CommandResult:
     """Replay a log, say how its commands come out, and draw the difference.
 
     Returns:
@@ -85,11 +85,11 @@ def run_replay(config: ReplayConfig) -> Answer:
     return _answer(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, (report,))
 
 
-def _answer(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> Answer:
+def _answer(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
     """All that was found out, in figures and facts."""
     figures, notes = shown_figures(key_figures(found))
     differing = found.commands.first is not None or found.sensing.first is not None
-    return Answer(
+    return CommandResult(
         code,
         verdict(found),
         {

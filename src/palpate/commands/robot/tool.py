@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import msgspec
 
-from palpate.commands.answer import Answer
+from palpate.commands.answer import CommandResult
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit
@@ -20,17 +20,19 @@ from palpate.strict_refusal import shown_path
 from palpate.strict_yaml import Key, read_yaml
 
 
-def run_list(config: RobotListConfig) -> Answer:
+def run_list(config: RobotListConfig) -> CommandResult:
     """Print the name and the first line of every robot that comes with palpate."""
     robots = {name: load_robot(name).file for name in shipped_robots()}
     widest = max(map(len, robots))
     for name, file in robots.items():
         sys.stdout.write(f"{name:<{widest}}  {file.name}\n")
     kinds = {name: file.backend.__struct_config__.tag for name, file in robots.items()}
-    return Answer(facts={"robots": [{"name": n, "about": robots[n].name, "kind": kinds[n]} for n in robots]})
+    return CommandResult(
+        facts={"robots": [{"name": n, "about": robots[n].name, "kind": kinds[n]} for n in robots]}
+    )
 
 
-def run_show(config: RobotShowConfig) -> Answer:
+def run_show(config: RobotShowConfig) -> CommandResult:
     """Print a robot file, or one of its sensor files, as it is; without one, what is known of a simulated sensor.
 
     Raises:
@@ -51,13 +53,13 @@ def run_show(config: RobotShowConfig) -> Answer:
     return _shown_file("sensor", sensor_text(sensor))
 
 
-def _shown_file(what: str, text: str) -> Answer:
+def _shown_file(what: str, text: str) -> CommandResult:
     """Print a file as it is, and return what it says."""
     sys.stdout.write(text)
-    return Answer(facts={what: read_yaml(text)})
+    return CommandResult(facts={what: read_yaml(text)})
 
 
-def run_check(config: RobotCheckConfig) -> Answer:
+def run_check(config: RobotCheckConfig) -> CommandResult:
     """Print what palpate understood.
 
     Raises:
@@ -85,7 +87,7 @@ def run_check(config: RobotCheckConfig) -> Answer:
             sys.stdout.write(f"  sensor of finger {i}: {_sensor_line(sensor)}\n")
     sys.stdout.write("All in order.\n")
     sensors = [file or _described(robot, i) for i, file in enumerate(robot.sensors)]
-    return Answer(
+    return CommandResult(
         outcome="All in order.",
         facts={
             "file": robot_path(config.robot),

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.answer import CommandResult, ExitCode
 from palpate.commands.progress import LINE_INTERVAL, doing
 from palpate.commands.said import say
 from palpate.commands.sweep.config import SweepConfig
@@ -30,7 +30,7 @@ MOST_LISTED = 40
 """Combinations, and failures, that a terminal shows."""
 
 
-def run_sweep(config: SweepConfig) -> Answer:
+def run_sweep(config: SweepConfig) -> CommandResult:
     """Do the runs that are not done yet, and write what came out of all of them.
 
     Returns:
@@ -50,7 +50,7 @@ def run_sweep(config: SweepConfig) -> Answer:
         _list(console, plan)
         say(console, _foretold(config, checked.expected, len(plan.runs)))
         figures = {"runs": len(plan.runs), "expected_one_core_s": checked.expected}
-        return Answer(outcome=plan.size, figures=figures, facts={"dry_run": True})
+        return CommandResult(outcome=plan.size, figures=figures, facts={"dry_run": True})
     folder = SweepFolder(plan.folder)
     with folder.alone():
         work = SweepAtWork(checked, folder, finished(checked, folder))
@@ -59,7 +59,7 @@ def run_sweep(config: SweepConfig) -> Answer:
         except KeyboardInterrupt:
             raise KeyboardInterrupt(_kept(work, "interrupted")) from None
         except BatchError as error:
-            return Answer(ExitCode.UNFINISHED, error=_kept(work, str(error)))
+            return CommandResult(ExitCode.UNFINISHED, error=_kept(work, str(error)))
         with doing(console, "writing tables, picture and report"):
             files = work.write()
     _tell(console, work.result)
@@ -85,7 +85,7 @@ def _kept(work: SweepAtWork, why: str) -> str:
     return f"{why}; {kept}: the same command goes on from there"
 
 
-def _answer(result: SweepResult, files: tuple[Path, ...]) -> Answer:
+def _answer(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
     """What a program is told: counts, and the figures that are shown for each combination."""
     plan = result.plan
     combinations = [
@@ -99,7 +99,7 @@ def _answer(result: SweepResult, files: tuple[Path, ...]) -> Answer:
     failures = [
         {"run": record.run, "status": record.status.value, "message": record.message} for record in result.failures
     ]
-    return Answer(
+    return CommandResult(
         ExitCode.UNFINISHED if result.failures else ExitCode.DONE,
         result.outcome,
         {

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from palpate.atomic_file import replacing
 from palpate.commands.scale import Scale, scale_of
-from palpate.commands.sweep.result import HIGH, LOW, Spread, SweepResult, numbers_of, spread_of
+from palpate.commands.sweep.result import HIGH, LOW, FigureSpread, SweepResult, numbers_of, spread_of
 from palpate.commands.typed_values import Varied, shown_value
 from palpate.experiments.kit.figure import Figure, is_share
 from palpate.reporting.style import (
@@ -258,7 +258,7 @@ def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, sc
 
 def _spread(
     result: SweepResult, figure: Figure, along: Varied, value: object, lines: Varied | None, group: object
-) -> Spread:
+) -> FigureSpread:
     """Over all runs with that value along x, and of that line."""
     names = [each.name for each in result.plan.varied]
     wanted = {names.index(along.name): value} | ({} if lines is None else {names.index(lines.name): group})

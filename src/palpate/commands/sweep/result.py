@@ -22,7 +22,7 @@ SHOWN = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class FigureSpread:
     """What a figure is over several runs.
 
     Attributes:
@@ -38,16 +38,16 @@ class Spread:
     high: float
 
 
-def spread_of(values: Sequence[FigureValue]) -> Spread:
+def spread_of(values: Sequence[FigureValue]) -> FigureSpread:
     """Return the spread of those values that are numbers, or true or false."""
     known = [value for value in values if isinstance(value, bool | int | float)]
     if not known:
-        return Spread(0, math.nan, math.nan, math.nan)
+        return FigureSpread(0, math.nan, math.nan, math.nan)
     if all(isinstance(value, bool) for value in known):
         share = sum(known) / len(known)
-        return Spread(len(known), share, share, share)
+        return FigureSpread(len(known), share, share, share)
     low, middle, high = np.percentile(np.array(known, dtype=float), (LOW, 50.0, HIGH)).tolist()
-    return Spread(len(known), middle, low, high)
+    return FigureSpread(len(known), middle, low, high)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.answer import CommandResult, ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
 from palpate.commands.run import plan_for
@@ -56,7 +56,7 @@ ENDED = "Stopping: writing the log, and working out what was found (Ctrl-C again
 """Said at once after a Ctrl-C while it runs."""
 
 
-def run_view(config: ViewConfig) -> Answer:
+def run_view(config: ViewConfig) -> CommandResult:
     """Show a run until Ctrl-C.
 
     Returns:
@@ -73,10 +73,10 @@ def run_view(config: ViewConfig) -> Answer:
     try:
         return _watch(config, console) if config.log is None else _show(config, console)
     except (NoRendererError, ViewUnavailableError) as error:
-        return Answer(ExitCode.UNFINISHED, error=str(error))
+        return CommandResult(ExitCode.UNFINISHED, error=str(error))
 
 
-def _watch(config: ViewConfig, console: Console) -> Answer:
+def _watch(config: ViewConfig, console: Console) -> CommandResult:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
     experiment = experiment_named(config.what)
     asked = _asked(experiment, config)
@@ -114,7 +114,7 @@ def _watch(config: ViewConfig, console: Console) -> Answer:
             found = experiment.found(plan, run.recorded(result, tell=lambda step: say(console, step)))
         report = experiment.report(found)
         done = result.ending is Ending.DONE and report.reached
-        answer = Answer(
+        answer = CommandResult(
             ExitCode.DONE if done else ExitCode.UNFINISHED,
             report.outcome,
             figures_of(experiment, found),
@@ -142,7 +142,7 @@ def _check_folder(path: Path) -> None:
         raise InvalidValueError(f"{path}: there is no folder {path.parent}; make it, or choose another")
 
 
-def _show(config: ViewConfig, console: Console) -> Answer:
+def _show(config: ViewConfig, console: Console) -> CommandResult:
     """Play a log, or draw it."""
     assert config.log is not None  # run_view has looked
     for path in (config.picture, config.video):
@@ -162,7 +162,7 @@ def _show(config: ViewConfig, console: Console) -> Answer:
         say(console, f"Written: {config.video}, {count} pictures")
     files = tuple(path for path in (config.picture, config.video) if path is not None)
     if files:
-        return Answer(facts={"log": log.path}, files=files)
+        return CommandResult(facts={"log": log.path}, files=files)
     plans = _plans(logged, console)
     with ExitStack() as shown:
         with doing(console, STARTING):
@@ -171,7 +171,7 @@ def _show(config: ViewConfig, console: Console) -> Answer:
         _say_where(console, player.url, config.host)
         with suppress(KeyboardInterrupt):  # how a view is ended
             player.play()
-    return Answer(facts={"log": log.path})
+    return CommandResult(facts={"log": log.path})
 
 
 def _frames(log: Log, scene: ViewScene, console: Console) -> Frames:

@@ -14,11 +14,11 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from palpate.commands.answer import Answer, ExitCode
+from palpate.commands.answer import CommandResult, ExitCode
 from palpate.commands.progress import lively
 from palpate.commands.said import say
 from palpate.commands.warm_up.config import WarmUpConfig
-from palpate.commands.warm_up.record import Record
+from palpate.commands.warm_up.record import WarmUpRecord
 
 STEPS = "palpate.commands.warm_up.steps"
 
@@ -35,7 +35,7 @@ Tell = Callable[[str, int, int], None]
 """Is told what is being compiled, its number, and of how many."""
 
 
-def run_warm_up(config: WarmUpConfig) -> Answer:
+def run_warm_up(config: WarmUpConfig) -> CommandResult:
     """Compile what is not compiled yet.
 
     Returns:
@@ -45,7 +45,7 @@ def run_warm_up(config: WarmUpConfig) -> Answer:
         KeyboardInterrupt: By then something may be compiled.
     """
     console = Console()
-    record = Record.here()
+    record = WarmUpRecord.here()
     found = record.read()
     if found is not None:
         return _told(console, found | {"compiled": []}, 0.0)
@@ -56,7 +56,7 @@ def run_warm_up(config: WarmUpConfig) -> Answer:
             said = _compile_all(Path(room), heard, tell)
         if said is None:
             last = heard.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
-            return Answer(
+            return CommandResult(
                 ExitCode.UNFINISHED, error=f"could not compile everything: {''.join(last) or 'it was killed'}"
             )
     said["warnings"] = _warnings(said)
@@ -98,7 +98,7 @@ def _warnings(said: dict[str, Any]) -> list[str]:
     return warnings
 
 
-def _told(console: Console, said: dict[str, Any], duration: float) -> Answer:
+def _told(console: Console, said: dict[str, Any], duration: float) -> CommandResult:
     """Say what there is to say, once in words."""
     count = len(said["compiled"])
     folders = _shown_folders(said)
@@ -107,7 +107,7 @@ def _told(console: Console, said: dict[str, Any], duration: float) -> Answer:
     say(console, outcome)
     for warning in said.get("warnings", ()):
         say(console, f"Note: {warning}")
-    return Answer(
+    return CommandResult(
         ExitCode.UNFINISHED if said.get("warnings") else ExitCode.DONE,
         outcome,
         {"compiled": count, "duration_s": duration},

@@ -20,7 +20,7 @@ SOLVERS = ("*.so",)
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class WarmUpRecord:
     """A file beside what is compiled.
 
     Attributes:

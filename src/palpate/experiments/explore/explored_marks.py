@@ -6,9 +6,9 @@ import os
 from collections import Counter
 
 from palpate.atomic_file import replacing
-from palpate.controllers.paths import Event, Mark
+from palpate.controllers.paths import Mark, PathEvent
 
-NOT_FELT = frozenset({Event.STEEP, Event.LOST, Event.UNREACHABLE, Event.BLOCKED, Event.OPEN})
+NOT_FELT = frozenset({PathEvent.STEEP, PathEvent.LOST, PathEvent.UNREACHABLE, PathEvent.BLOCKED, PathEvent.OPEN})
 """Events that left out part of what was to be felt; the others are of what was."""
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.csv_table import CsvTable, number_in, read_csv_table
+from palpate.csv_table import NumberTable, number_in, read_csv_table
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
@@ -143,7 +143,7 @@ def _extent(name: str, text: str) -> tuple[float, float] | None:
     return width, depth
 
 
-def _map(table: CsvTable) -> tuple[FloatArray, tuple[float, float]]:
+def _map(table: NumberTable) -> tuple[FloatArray, tuple[float, float]]:
     """Heights of a table of points, shape (ny, nx), and their extent along x and y; in the file's unit."""
     name = table.name
     x, y, z = table.numbers("x_m", "y_m", "z_m").T

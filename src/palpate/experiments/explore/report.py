@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from palpate.controllers.paths import Measure
+from palpate.controllers.paths import GoalError
 from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import Exploration
@@ -306,7 +306,7 @@ def _accuracy(scan: Scan, found: ExploredMap) -> list[KeyFigure]:
     if not isinstance(scan, ActiveScan):
         return []
     asked = 1e3 * scan.goal.error
-    if scan.goal.measure is Measure.RMS:
+    if scan.goal.measure is GoalError.RMS:
         return [KeyFigure("accuracy asked for, RMS", asked, "mm", "reached: the next line")]
     largest = 1e3 * float(np.abs(found.error[found.claimed]).max())
     return [

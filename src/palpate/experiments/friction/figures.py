@@ -7,16 +7,16 @@ from palpate.experiments.kit import Figure, FigureValue
 
 if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.friction.result import FrictionResult
-    from palpate.friction.friction_file import Finding
+    from palpate.friction.friction_file import FrictionEstimate
 
 Value = Callable[["FrictionResult"], FigureValue]
 
 
-def _found(key: str, value: "Callable[[Finding], FigureValue]") -> Value:
+def _found(key: str, value: "Callable[[FrictionEstimate], FigureValue]") -> Value:
     """Of what friction.yaml has under a key; None if it has nothing."""
 
     def told(result: "FrictionResult") -> FigureValue:
-        found: Finding | None = None if result.file is None else getattr(result.file, key)
+        found: FrictionEstimate | None = None if result.file is None else getattr(result.file, key)
         return None if found is None else value(found)
 
     return told
@@ -34,7 +34,7 @@ def _against(key: str, true: "Callable[[FrictionResult], float | None]", bounds:
     """Of what was measured, not bounded or assumed: its error, or whether its interval holds the truth."""
 
     def told(result: "FrictionResult") -> FigureValue:
-        found: Finding | None = None if result.file is None else getattr(result.file, key)
+        found: FrictionEstimate | None = None if result.file is None else getattr(result.file, key)
         truth = true(result)
         if found is None or truth is None or not found.measured:
             return None

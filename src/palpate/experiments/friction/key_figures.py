@@ -2,7 +2,7 @@
 
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
-from palpate.friction.friction_file import Finding, FrictionFile, How
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.interval_words import interval_words, value_words
@@ -49,7 +49,7 @@ def key_figures(result: FrictionResult) -> tuple[KeyFigure, ...]:
 
 def _figure(
     name: str,
-    found: Finding,
+    found: FrictionEstimate,
     true: float | None,
     unit: str = "",
     factor: float = 1.0,

@@ -15,8 +15,8 @@ from palpate.experiments.friction.found import FrictionFound
 from palpate.experiments.friction.pooled import pooled
 from palpate.friction.materials.library import MaterialLibrary, read_materials
 from palpate.friction.materials.next_touch import Advice, TouchAdvice, candidate_touches, next_touch
-from palpate.friction.materials.recognition import Answer, Recognition, recognise
-from palpate.friction.materials.touch_evidence import STROKE_ROW, NeverSlipped, Touch, twist_row
+from palpate.friction.materials.recognition import Recognition, RecognitionOutcome, recognise
+from palpate.friction.materials.touch_evidence import STROKE_ROW, NeverSlipped, TouchEvidence, twist_row
 from palpate.friction.materials.trials import Confusion, confusion_of_touches
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
@@ -51,7 +51,7 @@ class Recognised:
     def material(self) -> str:
         """Name of the material, or what else is to be said, in a word or two."""
         found = self.recognition
-        return found.best if found.answer is Answer.RECOGNISED else found.answer.value
+        return found.best if found.answer is RecognitionOutcome.RECOGNISED else found.answer.value
 
     @property
     def words(self) -> str:
@@ -63,9 +63,9 @@ class Recognised:
             for i in order.tolist()
             if found.posterior[i] > 0.005
         )
-        if found.answer is Answer.UNKNOWN:
+        if found.answer is RecognitionOutcome.UNKNOWN:
             said = f"No material of the library fits it; {found.best} comes nearest."
-        elif found.answer is Answer.RECOGNISED:
+        elif found.answer is RecognitionOutcome.RECOGNISED:
             said = f"It is {found.best}, as far as the library goes ({likely}). No further touch is needed."
         else:
             said = f"It may be one of several: {likely}."
@@ -135,9 +135,9 @@ def recognised(
 
 
 def _confused(
-    found: Recognition, touches: Sequence[Touch | NeverSlipped], config: FrictionConfig
+    found: Recognition, touches: Sequence[TouchEvidence | NeverSlipped], config: FrictionConfig
 ) -> Confusion | None:
-    slipped = [touch for touch in touches if isinstance(touch, Touch)]
+    slipped = [touch for touch in touches if isinstance(touch, TouchEvidence)]
     if not slipped:
         return None
     likeliest = np.argsort(found.known.log_likelihood[:-1])[::-1][:MOST_CONFUSED]
@@ -151,9 +151,9 @@ def _confused(
     )
 
 
-def _touches(found: FrictionFound) -> list[Touch | NeverSlipped]:
+def _touches(found: FrictionFound) -> list[TouchEvidence | NeverSlipped]:
     """One touch: all was rubbed at one place, and what a place has of its own, every load there shares."""
-    touches: list[Touch | NeverSlipped] = []
+    touches: list[TouchEvidence | NeverSlipped] = []
     for at in found.loads:
         if isinstance(at.friction, FrictionBound):
             touches.append(NeverSlipped.of_stroke(at.friction))
@@ -164,7 +164,7 @@ def _touches(found: FrictionFound) -> list[Touch | NeverSlipped]:
         return touches
     speed = sum(each.speed for each in slipped) / len(slipped)
     if found.fitted is not None:
-        return [*touches, Touch.of_fit(found.fitted, speed)]
+        return [*touches, TouchEvidence.of_fit(found.fitted, speed)]
     mu = pooled([each.friction for each in slipped])
     values, rows = [math.log(mu.value)], [STROKE_ROW]
     errors = [mu.standard_deviation / mu.value]
@@ -174,5 +174,5 @@ def _touches(found: FrictionFound) -> list[Touch | NeverSlipped]:
             values.append(math.log(ratio.value))
             rows.append(twist_row(at.spin.normal_force))
             errors.append(ratio.standard_deviation / ratio.value)
-    touches.append(Touch(np.array(values), np.array(rows), np.diag(np.square(errors)), speed))
+    touches.append(TouchEvidence(np.array(values), np.array(rows), np.diag(np.square(errors)), speed))
     return touches

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.words import bound_reason, bound_words
-from palpate.friction.friction_file import Finding, How
+from palpate.friction.friction_file import FrictionEstimate, How
 from palpate.reporting.interval_words import interval_words, value_words
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class Interval:
     """A number with its 95 % interval, or a lower bound.
 
     Attributes:
@@ -32,7 +32,7 @@ class Measured:
     why: str = ""
 
 
-def frictions(result: FrictionResult) -> tuple[Measured, ...]:
+def frictions(result: FrictionResult) -> tuple[Interval, ...]:
     """Return mu at each load [N], at the main speed."""
     if result.file is None:
         return ()
@@ -43,7 +43,7 @@ def frictions(result: FrictionResult) -> tuple[Measured, ...]:
     )
 
 
-def lengths(result: FrictionResult) -> tuple[Measured, ...]:
+def lengths(result: FrictionResult) -> tuple[Interval, ...]:
     """Return e [m] at each load [N] at which the tip slipped about the normal."""
     return tuple(
         _of(at.normal_force, at.spin_length, result.plan.true_spin_length(at.normal_force))
@@ -52,7 +52,7 @@ def lengths(result: FrictionResult) -> tuple[Measured, ...]:
     )
 
 
-def speeds(result: FrictionResult) -> tuple[Measured, ...]:
+def speeds(result: FrictionResult) -> tuple[Interval, ...]:
     """Return mu at each speed [m/s], at one load."""
     if result.file is None:
         return ()
@@ -63,7 +63,7 @@ def speeds(result: FrictionResult) -> tuple[Measured, ...]:
 
 
 def table_rows(
-    told: Sequence[Measured], name: str, at_unit: str, at_factor: float, unit: str = "", factor: float = 1.0
+    told: Sequence[Interval], name: str, at_unit: str, at_factor: float, unit: str = "", factor: float = 1.0
 ) -> list[tuple[str, str, str, str]]:
     """Return name, value, unit and interval of each.
 
@@ -87,5 +87,5 @@ def table_rows(
     return rows
 
 
-def _of(at: float, found: Finding, true: float | None, why: str = "") -> Measured:
-    return Measured(at, found.value, found.lower, found.upper, true, found.how is How.BOUND, why)
+def _of(at: float, found: FrictionEstimate, true: float | None, why: str = "") -> Interval:
+    return Interval(at, found.value, found.lower, found.upper, true, found.how is How.BOUND, why)

@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from palpate.errors import FloatArray
-from palpate.experiments.friction.measured import Measured
+from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.reporting.envelope import envelope
@@ -50,7 +50,7 @@ FARTHEST = 1.25
 
 
 def stroke_picture(
-    strokes: Sequence[StrokeCurve], friction: Sequence[Measured], *, bent: bool = False
+    strokes: Sequence[StrokeCurve], friction: Sequence[Interval], *, bent: bool = False
 ) -> Picture | None:
     """Return the picture of mu along strokes, or None without strokes.
 
@@ -106,13 +106,13 @@ def stroke_picture(
     )
 
 
-def _band(slipped: Sequence[Measured]) -> str:
+def _band(slipped: Sequence[Interval]) -> str:
     if len(slipped) < 2:
         return ""
     return " The band takes in the 95 % intervals of mu at each load; that of all loads together stands above."
 
 
-def _counted(friction: Sequence[Measured]) -> str:
+def _counted(friction: Sequence[Interval]) -> str:
     bounds = [f"{each.at:.3g}" for each in friction if each.bound]
     if not bounds:
         return "."
@@ -169,7 +169,7 @@ def surface_picture(found: SurfacePoints) -> Picture:
     )
 
 
-def length_picture(lengths: Sequence[Measured], growth: tuple[float, float] | None) -> Picture | None:
+def length_picture(lengths: Sequence[Interval], growth: tuple[float, float] | None) -> Picture | None:
     """Return the picture of e over the load, or None if it was measured nowhere."""
     if not lengths:
         return None
@@ -198,7 +198,7 @@ def length_picture(lengths: Sequence[Measured], growth: tuple[float, float] | No
 
 
 def speed_picture(
-    speeds: Sequence[Measured], curve: FloatArray | None, *, creeping: bool = False
+    speeds: Sequence[Interval], curve: FloatArray | None, *, creeping: bool = False
 ) -> Picture | None:
     """Return the picture of mu over the slip speed, or None for a single speed.
 
@@ -227,7 +227,7 @@ def speed_picture(
     )
 
 
-def _over_speed(speeds: Sequence[Measured]) -> str:
+def _over_speed(speeds: Sequence[Interval]) -> str:
     slipped = [each for each in speeds if not each.bound]
     if len(slipped) < 2:
         return "mu at each speed, as far as it slipped."
@@ -240,7 +240,7 @@ def _over_speed(speeds: Sequence[Measured]) -> str:
     )
 
 
-def _with_intervals(axes: Axes, told: Sequence[Measured], unit: float, across: float = 1.0) -> None:
+def _with_intervals(axes: Axes, told: Sequence[Interval], unit: float, across: float = 1.0) -> None:
     true = [(across * each.at, unit * each.true) for each in told if each.true is not None]
     if true:
         axes.plot(*zip(*true, strict=True), "_", color=TRUE, markersize=15, markeredgewidth=2.2, label="true")

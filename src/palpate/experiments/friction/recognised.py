@@ -10,9 +10,9 @@ import numpy as np
 from palpate.experiments.friction.library import Recognised
 from palpate.experiments.friction.result import FrictionResult, listed
 from palpate.experiments.friction.summary import SIGMAS
-from palpate.friction.friction_file import Finding, FrictionFile
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile
 from palpate.friction.materials.material import Material
-from palpate.friction.materials.recognition import Answer
+from palpate.friction.materials.recognition import RecognitionOutcome
 from palpate.reporting.report import COLUMNS, Paragraph, Pictures, Section, TextTable
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def recognition_section(result: FrictionResult, known: Recognised) -> Section:
 
         yield None if known.confusion is None else confusion_picture(known.confusion)
 
-    fits = known.recognition.answer is not Answer.UNKNOWN
+    fits = known.recognition.answer is not RecognitionOutcome.UNKNOWN
     likely = f"probability, {'if it is' if fits else 'were it'} one of these"
     heads = ("material", likely, "", "how likely the rubs are of it; how seldom it would be as far off itself")
     return Section(
@@ -94,7 +94,7 @@ def _setting(known: Recognised) -> str:
 def _how_far(result: FrictionResult, known: Recognised) -> str:
     """What does not fit the nearest material, if none fits, and which rub tells whether it is so elsewhere."""
     found, file, config = known.recognition, result.file, result.plan.config
-    if found.answer is not Answer.UNKNOWN or file is None or not file.friction.measured:
+    if found.answer is not RecognitionOutcome.UNKNOWN or file is None or not file.friction.measured:
         return ""
     nearest = found.library.materials[found.library.names.index(found.best)]
     told = _told_apart(file, nearest, config.calibration)
@@ -147,7 +147,9 @@ def _told_apart(file: FrictionFile, nearest: Material, calibration: float) -> li
     return told
 
 
-def _relative(name: str, here: Finding, there: float, own: float, unit: str = "", factor: float = 1.0) -> _Apart:
+def _relative(
+    name: str, here: FrictionEstimate, there: float, own: float, unit: str = "", factor: float = 1.0
+) -> _Apart:
     apart = here.value / there - 1.0
     words = f"{name} is {factor * here.value:.3g}{unit} for {factor * there:.3g}{unit}"
     if abs(apart) >= ALIKE:
@@ -155,5 +157,5 @@ def _relative(name: str, here: Finding, there: float, own: float, unit: str = ""
     return _Apart(name, words, abs(apart) / math.hypot(_sd(here) / here.value, own))
 
 
-def _sd(found: Finding) -> float:
+def _sd(found: FrictionEstimate) -> float:
     return 0.5 * (found.upper - found.lower) / SIGMAS

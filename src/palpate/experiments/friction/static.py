@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from palpate.experiments.friction.found import FrictionFound
-from palpate.friction.friction_file import Finding, How
+from palpate.friction.friction_file import FrictionEstimate, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.friction.rubbing.speed_curve import SpeedCurve
 from palpate.friction.rubbing.stick_slip import LEAST_LET_GO, STATIC_ABOVE, STATIC_BELOW
@@ -21,7 +21,7 @@ rises three times as far from the slowest stroke to rest as one that is quadrati
 speed."""
 
 
-def static_finding(found: FrictionFound) -> Finding | None:
+def static_finding(found: FrictionFound) -> FrictionEstimate | None:
     """Return mu at which slip begins, where that is more than in slip; None if nothing shows that."""
     told = _measured(found)
     sticking = [each for each in told if each.turns is not None]
@@ -30,7 +30,7 @@ def static_finding(found: FrictionFound) -> Finding | None:
         highest = max(sure, key=lambda each: each.static_friction or 0.0)
         mu, static = highest.friction, highest.static_friction or 0.0
         off = (mu.interval()[1] - mu.value) / mu.value
-        return Finding(
+        return FrictionEstimate(
             value=static, lower=static / STATIC_ABOVE, upper=static * (STATIC_BELOW + off), how=How.MEASURED
         )
     by_curve = None if found.curve is None else _towards_rest(found, found.curve)
@@ -43,7 +43,7 @@ def static_finding(found: FrictionFound) -> Finding | None:
     least = max(bounds, default=0.0)
     if least < STATIC_RISE * lowest:
         return None
-    return Finding(value=least, lower=least, upper=math.inf, how=How.BOUND)
+    return FrictionEstimate(value=least, lower=least, upper=math.inf, how=How.BOUND)
 
 
 def _measured(found: FrictionFound) -> list[FrictionMeasured]:
@@ -51,7 +51,7 @@ def _measured(found: FrictionFound) -> list[FrictionMeasured]:
     return [each for each in every if isinstance(each, FrictionMeasured)]
 
 
-def _towards_rest(found: FrictionFound, curve: SpeedCurve) -> Finding | None:
+def _towards_rest(found: FrictionFound, curve: SpeedCurve) -> FrictionEstimate | None:
     """As mu over the speed goes on towards rest, where nobody has felt it."""
     kept = _slipped(found, curve)
     if len(kept) < 2:
@@ -64,10 +64,10 @@ def _towards_rest(found: FrictionFound, curve: SpeedCurve) -> Finding | None:
     gap = curve.static_friction - slow.value
     told = math.isfinite(curve.stribeck_speed) and misfit < 0.5 * LEVEL and kept[0].turns is None
     if not told or gap > LEVEL * curve.static_friction:
-        return Finding(value=lower, lower=lower, upper=math.inf, how=How.BOUND)
+        return FrictionEstimate(value=lower, lower=lower, upper=math.inf, how=How.BOUND)
     static = max(curve.static_friction, slow.value)
     most = slow.value + STEEPER * max(gap, 0.0) + (upper - slow.value)
-    return Finding(value=static, lower=lower, upper=max(static, most), how=How.MEASURED)
+    return FrictionEstimate(value=static, lower=lower, upper=max(static, most), how=How.MEASURED)
 
 
 def _slipped(found: FrictionFound, curve: SpeedCurve) -> Sequence[FrictionMeasured]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.friction.result import FrictionResult
-from palpate.friction.rubbing.stroke import Stroke
+from palpate.friction.rubbing.stroke import RubbingStroke
 
 SMOOTHED = 0.01
 """Over how long mu along a stroke is averaged for its picture [s]: with 10 mN of noise at 1 N it is a cloud else.
@@ -50,7 +50,7 @@ def stroke_curves(result: FrictionResult) -> tuple[StrokeCurve, ...]:
     )
 
 
-def _stroke_curve(load: float, back: bool, stroke: Stroke, normal: FloatArray, speed: float) -> StrokeCurve:
+def _stroke_curve(load: float, back: bool, stroke: RubbingStroke, normal: FloatArray, speed: float) -> StrokeCurve:
     velocity = stroke.contact_velocity
     along = velocity - np.outer(velocity @ normal, normal)
     way = along.sum(axis=0) / np.linalg.norm(along.sum(axis=0))

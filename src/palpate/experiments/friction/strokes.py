@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.controllers.rubs import AirSpan, Rub, RubSpan
 from palpate.errors import FloatArray
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay
 from palpate.runtime import Command, Observation, Sample
 
 _WIDTH = 1 + 6 + 9 + 3 + 3 + 3 + 3
@@ -127,13 +127,13 @@ def _within(rows: FloatArray, begin: float, end: float) -> FloatArray:
     return np.asarray(rows[(time >= begin) & (time <= end)])
 
 
-def _stroke(rows: FloatArray, air: FreeAir | None) -> Stroke | None:
+def _stroke(rows: FloatArray, air: FreeAir | None) -> RubbingStroke | None:
     rows = rows[np.isfinite(rows).all(axis=1)]
     if len(rows) < LEAST_SAMPLES:
         return None
     time = rows[:, 0].copy()
     wrench = rows[:, 1:7] - (0.0 if air is None else air.at(time))
-    return Stroke(
+    return RubbingStroke(
         time,
         wrench,
         rows[:, 7:16].reshape(-1, 3, 3).copy(),

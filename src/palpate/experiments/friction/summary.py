@@ -12,7 +12,7 @@ from palpate.experiments.friction.pooled import growth_of, pooled
 from palpate.experiments.friction.static import static_finding
 from palpate.friction.friction_file import (
     VERSION,
-    Finding,
+    FrictionEstimate,
     FrictionFile,
     How,
     LoadFinding,
@@ -86,7 +86,7 @@ def measured_lengths(loads: Sequence[AtLoad]) -> tuple[tuple[float, Estimate], .
     )
 
 
-def _friction(found: FrictionFound) -> Finding:
+def _friction(found: FrictionFound) -> FrictionEstimate:
     """Return mu of all loads together; of those that slipped, if any did."""
     slipped = [each.friction.friction for each in found.loads if isinstance(each.friction, FrictionMeasured)]
     if slipped:
@@ -96,15 +96,17 @@ def _friction(found: FrictionFound) -> Finding:
     )
 
 
-def _spinning(found: FrictionFound, most: float) -> tuple[Finding | None, Finding, Finding]:
+def _spinning(
+    found: FrictionFound, most: float
+) -> tuple[FrictionEstimate | None, FrictionEstimate, FrictionEstimate]:
     """c, gamma and p from pure twists.
 
     Args:
         found: By one run.
         most: The largest mu that a torque may have been borne with; infinite where only a least is known.
     """
-    gamma = Finding(value=0.0, lower=0.0, upper=LARGEST_LOAD_EXPONENT, how=How.ASSUMED)
-    p = Finding(value=ASSUMED_EXPONENT, lower=LEAST_EXPONENT, upper=LARGEST_EXPONENT, how=How.ASSUMED)
+    gamma = FrictionEstimate(value=0.0, lower=0.0, upper=LARGEST_LOAD_EXPONENT, how=How.ASSUMED)
+    p = FrictionEstimate(value=ASSUMED_EXPONENT, lower=LEAST_EXPONENT, upper=LARGEST_EXPONENT, how=How.ASSUMED)
     known = measured_lengths(found.loads)
     if not known:
         # at 1 N, for the largest gamma that may be, and the largest mu
@@ -143,7 +145,7 @@ def _at_load(at: AtLoad) -> LoadFinding:
     )
 
 
-def _of_strokes(told: FrictionMeasured | FrictionBound) -> Finding:
+def _of_strokes(told: FrictionMeasured | FrictionBound) -> FrictionEstimate:
     return _measured(told.friction) if isinstance(told, FrictionMeasured) else _bound(told.least_friction)
 
 
@@ -156,18 +158,18 @@ def _slip_speed(told: FrictionMeasured | FrictionBound) -> float:
     return told.speed if isinstance(told, FrictionMeasured) else math.nan
 
 
-def _measured(estimate: Estimate) -> Finding:
+def _measured(estimate: Estimate) -> FrictionEstimate:
     lower, upper = estimate.interval()
-    return Finding(value=estimate.value, lower=lower, upper=upper, how=How.MEASURED)
+    return FrictionEstimate(value=estimate.value, lower=lower, upper=upper, how=How.MEASURED)
 
 
-def _about(value: float, sd: float, least: float = -math.inf, most: float = math.inf) -> Finding:
+def _about(value: float, sd: float, least: float = -math.inf, most: float = math.inf) -> FrictionEstimate:
     lower, upper = max(value - SIGMAS * sd, least), min(value + SIGMAS * sd, most)
-    return Finding(value=value, lower=lower, upper=upper, how=How.MEASURED)
+    return FrictionEstimate(value=value, lower=lower, upper=upper, how=How.MEASURED)
 
 
-def _bound(least: float) -> Finding:
-    return Finding(value=max(least, 1e-6), lower=max(least, 1e-6), upper=math.inf, how=How.BOUND)
+def _bound(least: float) -> FrictionEstimate:
+    return FrictionEstimate(value=max(least, 1e-6), lower=max(least, 1e-6), upper=math.inf, how=How.BOUND)
 
 
 def _scaled(estimate: Estimate, factor: float) -> Estimate:

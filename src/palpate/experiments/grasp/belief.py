@@ -8,7 +8,7 @@ from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.strength import at_worst
 from palpate.experiments.grasp.surface import true_surface
-from palpate.friction.friction_file import Finding, FrictionFile, How
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How
 from palpate.friction.limit_surface import LimitSurface
 from palpate.friction.slip.belief import FrictionBelief
 from palpate.friction.slip.excited_slip import ExcitedParameters, ExcitedSlip
@@ -94,7 +94,7 @@ def planned_with(found: FrictionFile) -> LimitSurface:
     return LimitSurface(mu, e, measured.load_exponent, max(found.norm_exponent.lower, LEAST_EXPONENT))
 
 
-def _cautious(found: Finding, covered: float) -> float:
+def _cautious(found: FrictionEstimate, covered: float) -> float:
     least = found.lower if found.how is How.MEASURED else found.lower * (1.0 - covered)
     if not least > 0.0:
         raise InvalidValueError(

@@ -6,7 +6,7 @@ from palpate.experiments.grasp.belief import LEAST_EXPONENT
 from palpate.experiments.grasp.strength import LARGEST_GRIP, grip_for, largest_load
 from palpate.experiments.grasp.surface import likely, rubbed_by_plant
 from palpate.experiments.grasp.unit_text import SMALL, bears, in_percent
-from palpate.friction.friction_file import Finding, FrictionFile, How
+from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How
 
 if TYPE_CHECKING:  # plans take their notes from here
     from palpate.experiments.grasp.plan import GraspPlan
@@ -84,6 +84,6 @@ def _cost(found: FrictionFile) -> float:
     return float(2.0 ** (1.0 / max(p.lower, LEAST_EXPONENT) - 1.0 / p.upper)) - 1.0
 
 
-def _within(value: float, finding: Finding) -> bool:
+def _within(value: float, finding: FrictionEstimate) -> bool:
     """Whether a number lies in the interval that was found."""
     return finding.lower - SAME * value <= value <= finding.upper + SAME * value

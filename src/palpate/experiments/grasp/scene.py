@@ -12,7 +12,7 @@ from palpate.robots.hands import HandDescription
 from palpate.sim import Box, CylinderObject, Lift, SceneObject, SphereObject, TurningStage
 from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.contact import GraspContact
-from palpate.sim.hand.load import Load, RampLoad, ShakenLoad, SumOfLoads
+from palpate.sim.hand.load import ObjectLoad, RampLoad, ShakenLoad, SumOfLoads
 from palpate.sim.hand.scene import HeldObject
 from palpate.sim.objects.table import Table
 from palpate.sim.sensor.model import SeededSensor, SensorModel
@@ -75,13 +75,13 @@ def pull_times(config: GraspConfig, begin: float) -> PullTimes:
     return PullTimes(begin, grows, grows + config.rising + HELD_AFTER)
 
 
-def load_of(config: GraspConfig, times: PullTimes) -> Load | None:
+def load_of(config: GraspConfig, times: PullTimes) -> ObjectLoad | None:
     """Return what pulls at the object; None: nothing."""
     if config.load == "none":
         return None
     at = scale(config.offset, _across(config))
     before = (0.0, 0.0, -config.pull_before)
-    pulls: tuple[Load, ...]
+    pulls: tuple[ObjectLoad, ...]
     if config.load == "shake":
         swing = (0.0, config.largest_pull, config.largest_pull)
         pulls = (ShakenLoad(swing, config.shake_frequency, times.grows, times.grows + config.rising, at),)

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from palpate.controllers.damped_contact import DampedContact, Mounting
+from palpate.controllers.damped_contact import DampedContact, SpringMounting
 from palpate.controllers.force_profile import ConstantForce, ForceProfile, RampForce
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.tangent_motion import (
@@ -173,15 +173,15 @@ def contact_model(config: RegulateConfig, ready: RobotInScene) -> DampedContact:
     if damping is None:
         damping = true.damping_time / math.sqrt(times)
     if mounting is not None:
-        mounting = Mounting(times * mounting.stiffness, math.sqrt(times) * mounting.damping, mounting.mass)
+        mounting = SpringMounting(times * mounting.stiffness, math.sqrt(times) * mounting.damping, mounting.mass)
     return DampedContact(times * true.stiffness, damping, servo, mounting)
 
 
-def _mounting(config: RegulateConfig) -> Mounting | None:
+def _mounting(config: RegulateConfig) -> SpringMounting | None:
     if config.surface != "yielding":
         return None
     target = sprung(config, shape_of(config))
-    return Mounting(target.stiffness, target.damping, target.mass)
+    return SpringMounting(target.stiffness, target.damping, target.mass)
 
 
 def travel_of(config: RegulateConfig) -> float:

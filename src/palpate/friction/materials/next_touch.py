@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.friction.materials.recognition import Answer, Recognition
+from palpate.friction.materials.recognition import Recognition, RecognitionOutcome
 from palpate.friction.materials.touch_evidence import STROKE_ROW, twist_row
 from palpate.friction.materials.touch_sums import speed_shifts
 from palpate.friction.rubbing.estimate import SensorErrors
@@ -83,7 +83,7 @@ def next_touch(found: Recognition, candidates: Sequence[PlannedSlip]) -> TouchAd
     if not candidates:
         raise InvalidValueError("0 candidates: must be at least one stroke or twist")
     bits = tuple(expected_bits(found, slip) for slip in candidates)
-    if found.answer is not Answer.UNDECIDED:
+    if found.answer is not RecognitionOutcome.UNDECIDED:
         return TouchAdvice(Advice[found.answer.name], None, bits)
     best = int(np.argmax(bits))
     if bits[best] < LEAST_BITS:

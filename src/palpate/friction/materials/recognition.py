@@ -16,7 +16,7 @@ from scipy.special import logsumexp
 
 from palpate.errors import FloatArray, InvalidValueError, not_negative
 from palpate.friction.materials.library import MaterialLibrary
-from palpate.friction.materials.touch_evidence import NeverSlipped, Touch
+from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence
 from palpate.friction.materials.touch_sums import Known, TouchSums
 
 FALSE_REJECTION = 0.005
@@ -32,7 +32,7 @@ STRANGER_PRIOR = 0.1
 """Share of objects that are of no material of the library, for want of a better one."""
 
 
-class Answer(Enum):
+class RecognitionOutcome(Enum):
     """What the touches say."""
 
     RECOGNISED = "recognised"
@@ -60,7 +60,7 @@ class Recognition:
     library: MaterialLibrary
     posterior: FloatArray
     fit: FloatArray
-    answer: Answer
+    answer: RecognitionOutcome
     stranger: float
     known: Known = field(repr=False)
 
@@ -72,7 +72,7 @@ class Recognition:
 
 def recognise(
     library: MaterialLibrary,
-    touches: Sequence[Touch | NeverSlipped],
+    touches: Sequence[TouchEvidence | NeverSlipped],
     prior: Mapping[str, float] | None = None,
     *,
     false_rejection: float = FALSE_REJECTION,
@@ -106,11 +106,11 @@ def recognise(
         log_posterior = np.where(fits, log_posterior, -np.inf)
     posterior = np.exp(log_posterior - logsumexp(log_posterior))
     stranger = _stranger(log_prior, known.log_likelihood)
-    answer = Answer.UNDECIDED
+    answer = RecognitionOutcome.UNDECIDED
     if not fits.any():
-        answer = Answer.UNKNOWN
+        answer = RecognitionOutcome.UNKNOWN
     elif (1.0 - stranger) * posterior.max() >= confidence:
-        answer = Answer.RECOGNISED
+        answer = RecognitionOutcome.RECOGNISED
     return Recognition(library, posterior, fit, answer, stranger, known)
 
 

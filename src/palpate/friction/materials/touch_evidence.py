@@ -20,7 +20,7 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError, not_negative, numbers, positive
 from palpate.friction.materials.material import PARAMETERS
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
-from palpate.friction.rubbing.surface_fit import FittedSurface
+from palpate.friction.rubbing.surface_fit import LimitSurfaceFit
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 
 STROKE_ROW: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
@@ -33,7 +33,7 @@ def twist_row(normal_force: float) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Touch:
+class TouchEvidence:
     """One touch that slipped: values = rows (ln mu, ln c, gamma, p) + error; m values.
 
     Attributes:
@@ -71,7 +71,7 @@ class Touch:
         positive("normal_force", self.normal_force, "N")
 
     @classmethod
-    def stroke(cls, friction: float, error: float, speed: float) -> Touch:
+    def stroke(cls, friction: float, error: float, speed: float) -> TouchEvidence:
         """Return what a stroke says.
 
         Args:
@@ -83,7 +83,7 @@ class Touch:
         return cls(np.array([value]), np.array([STROKE_ROW]), _square(error), speed)
 
     @classmethod
-    def twist(cls, torque_ratio: float, error: float, normal_force: float, spin: float) -> Touch:
+    def twist(cls, torque_ratio: float, error: float, normal_force: float, spin: float) -> TouchEvidence:
         """Return what a twist says.
 
         Args:
@@ -96,20 +96,20 @@ class Touch:
         return cls(np.array([value]), np.array([twist_row(normal_force)]), _square(error), 0.0, spin, normal_force)
 
     @classmethod
-    def of_stroke(cls, found: FrictionMeasured) -> Touch:
+    def of_stroke(cls, found: FrictionMeasured) -> TouchEvidence:
         """Return what measured strokes say; those of one place count as one touch."""
         mu = found.friction
         return cls.stroke(mu.value, mu.standard_deviation / mu.value, found.speed)
 
     @classmethod
-    def of_twist(cls, found: SpinMeasured) -> Touch:
+    def of_twist(cls, found: SpinMeasured) -> TouchEvidence:
         """Return what measured twists say; those of one place count as one touch."""
         ratio = found.torque_ratio
         error = ratio.standard_deviation / ratio.value
         return cls.twist(ratio.value, error, found.normal_force, found.spin)
 
     @classmethod
-    def of_fit(cls, found: FittedSurface, speed: float) -> Touch:
+    def of_fit(cls, found: LimitSurfaceFit, speed: float) -> TouchEvidence:
         """Return what a whole limit surface says, as one touch: its slips' scatter counts twice, to be safe.
 
         Args:

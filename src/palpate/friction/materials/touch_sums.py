@@ -23,7 +23,7 @@ from scipy.special import chdtrc, log_ndtr
 from palpate.errors import FloatArray
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import PARAMETERS
-from palpate.friction.materials.touch_evidence import NeverSlipped, Touch
+from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidence
 
 STRANGER_DEVIATIONS = (1.0, 1.0, 0.15, 0.4)
 """Of ln mu, ln c, gamma and p of surfaces in general, about the library's middle: mu 0.1 to 1.2 and e 1 to 8 mm
@@ -83,7 +83,7 @@ class TouchSums:
 
     @classmethod
     def of(
-        cls, library: MaterialLibrary, calibration: float, touches: Sequence[Touch | NeverSlipped]
+        cls, library: MaterialLibrary, calibration: float, touches: Sequence[TouchEvidence | NeverSlipped]
     ) -> "TouchSums":
         """Return the sums over touches of one object.
 

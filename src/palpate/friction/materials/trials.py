@@ -10,8 +10,8 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.materials.library import MaterialLibrary
 from palpate.friction.materials.material import PARAMETERS, Material
 from palpate.friction.materials.next_touch import touch_error
-from palpate.friction.materials.recognition import CALIBRATION, Answer, Recognition, recognise
-from palpate.friction.materials.touch_evidence import STROKE_ROW, Touch, twist_row
+from palpate.friction.materials.recognition import CALIBRATION, Recognition, RecognitionOutcome, recognise
+from palpate.friction.materials.touch_evidence import STROKE_ROW, TouchEvidence, twist_row
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 
@@ -67,7 +67,7 @@ def confusion(library: MaterialLibrary, cases: Iterable[tuple[str, Recognition]]
     rows: dict[str, list[int]] = {name: [0] * len(answers) for name in library.names}
     for truth, found in cases:
         row = rows.setdefault(truth, [0] * len(answers))
-        row[answers.index(UNKNOWN if found.answer is Answer.UNKNOWN else found.best)] += 1
+        row[answers.index(UNKNOWN if found.answer is RecognitionOutcome.UNKNOWN else found.best)] += 1
     return Confusion(tuple(rows), answers, np.array(list(rows.values()), dtype=np.int64))
 
 
@@ -76,7 +76,7 @@ def drawn_touches(
     slips: Sequence[PlannedSlip],
     rng: np.random.Generator,
     specimen: FloatArray | None = None,
-) -> list[Touch]:
+) -> list[TouchEvidence]:
     """Return touches of one specimen drawn at random, as the material scatters and a Nano17 class sensor errs.
 
     Args:
@@ -97,15 +97,18 @@ def drawn_touches(
         error = float(touch_error(slip, np.exp(log_ratio), errors))
         ratio = float(np.exp(log_ratio + error * rng.normal()))
         if slip.spin == 0.0:
-            touches.append(Touch.stroke(ratio, error, slip.speed))
+            touches.append(TouchEvidence.stroke(ratio, error, slip.speed))
         else:
-            touches.append(Touch.twist(ratio, error, slip.normal_force, slip.spin))
+            touches.append(TouchEvidence.twist(ratio, error, slip.normal_force, slip.spin))
     return touches
 
 
 def drawn_again(
-    material: Material, touches: Sequence[Touch], rng: np.random.Generator, calibration: float = CALIBRATION
-) -> list[Touch]:
+    material: Material,
+    touches: Sequence[TouchEvidence],
+    rng: np.random.Generator,
+    calibration: float = CALIBRATION,
+) -> list[TouchEvidence]:
     """Return the same touches of another object: one specimen of a material, drawn at random.
 
     Args:
@@ -128,7 +131,7 @@ def drawn_again(
 
 def confusion_of_touches(
     library: MaterialLibrary,
-    touches: Sequence[Touch],
+    touches: Sequence[TouchEvidence],
     trials: int,
     rng: np.random.Generator,
     calibration: float = CALIBRATION,

@@ -25,7 +25,7 @@ _FARTHEST = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bend:
+class NormalAlongLine:
     """The normal along a line on the surface.
 
     Attributes:
@@ -55,7 +55,7 @@ class Bend:
 
 def bend_of(
     contacts: tuple[FloatArray, FloatArray], forces: tuple[FloatArray, FloatArray], way: FloatArray
-) -> Bend:
+) -> NormalAlongLine:
     """Return how the normal turns along a stroke there and back.
 
     Args:
@@ -79,4 +79,4 @@ def bend_of(
     off = math.sqrt(float((left**2).sum()) / (len(s) - 2) / spread)
     place = 0.5 * (contacts[0].mean(axis=0) + contacts[1].mean(axis=0))
     seen = float(np.linalg.norm(rate)) > SEEN * off
-    return Bend(place, way, np.asarray(rate if seen else np.zeros(3)), 0.5 * float(s.max() - s.min()))
+    return NormalAlongLine(place, way, np.asarray(rate if seen else np.zeros(3)), 0.5 * float(s.max() - s.min()))

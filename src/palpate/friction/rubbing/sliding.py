@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.friction.rubbing.bend import Bend, bend_of
+from palpate.friction.rubbing.bend import NormalAlongLine, bend_of
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, ends_level, slip_evidence
 from palpate.friction.rubbing.stick_slip import LEAST_TURNS, StickSlip, stick_slip
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
 
 SETTLING = 0.1
 """How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
@@ -67,7 +67,7 @@ class FrictionMeasured:
     normal_force: float
     speed: float
     evidence: SlipEvidence
-    bend: Bend
+    bend: NormalAlongLine
 
     def normal_at(self, place: FloatArray) -> FloatArray:
         """Return the normal at a place near the strokes, base coordinates [m], shape (3,)."""
@@ -235,7 +235,7 @@ def _rubbed(pair: TwoWay, settling: float, left_out: float = 0.0) -> _Pair:
     return _Pair(there, back, way, math.tan(half), normal, pushing, 0.5 * (there.speed + back.speed), wait)
 
 
-def _kept(stroke: Stroke, place: FloatArray, part: slice, low: float, high: float, way: FloatArray) -> _Rub:
+def _kept(stroke: RubbingStroke, place: FloatArray, part: slice, low: float, high: float, way: FloatArray) -> _Rub:
     start = place[0]
     inside = (place[part] >= low) & (place[part] <= high)
     if np.count_nonzero(inside) < LEAST_SAMPLES:
@@ -264,7 +264,7 @@ def _resistance(rub: _Rub, normal: FloatArray) -> Resistance:
     return Resistance(rub.travel, (rub.force @ along) / (rub.force @ normal))
 
 
-def _direction(stroke: Stroke) -> FloatArray:
+def _direction(stroke: RubbingStroke) -> FloatArray:
     velocity = stroke.contact_velocity
     mean = velocity.mean(axis=0)
     if not np.any(mean):

@@ -5,7 +5,7 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.rubbing.sliding import LATE_SHARES, SEEN_RISE, SETTLING
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay, steady_part
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, steady_part
 from palpate.friction.rubbing.surface_fit import SlipLoad
 
 
@@ -55,7 +55,7 @@ class _Slip:
     """
 
     def __init__(
-        self, stroke: Stroke, normal: FloatArray, spin_length: float, settling: float, left_out: float = 0.0
+        self, stroke: RubbingStroke, normal: FloatArray, spin_length: float, settling: float, left_out: float = 0.0
     ) -> None:
         velocity = stroke.contact_velocity
         velocity = velocity - np.outer(velocity @ normal, normal)

@@ -21,7 +21,7 @@ LEAST_SAMPLES = 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stroke:
+class RubbingStroke:
     """One motion in one direction, from before it starts until it ends, in contact all the time; n samples.
 
     Attributes:
@@ -107,11 +107,11 @@ class TwoWay:
         back: The second, in the opposite direction.
     """
 
-    there: Stroke
-    back: Stroke
+    there: RubbingStroke
+    back: RubbingStroke
 
     @property
-    def both(self) -> tuple[Stroke, Stroke]:
+    def both(self) -> tuple[RubbingStroke, RubbingStroke]:
         """Both of them."""
         return self.there, self.back
 

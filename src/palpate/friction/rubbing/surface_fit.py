@@ -75,7 +75,7 @@ class SlipLoad:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FittedSurface:
+class LimitSurfaceFit:
     """A limit surface and how well it is known.
 
     Attributes:
@@ -104,7 +104,7 @@ def fit_limit_surface(
     force_error: float = 1e-3,
     torque_error: float = 1e-5,
     place_error: float = 0.0,
-) -> FittedSurface:
+) -> LimitSurfaceFit:
     """Return the most likely limit surface.
 
     Args:
@@ -146,7 +146,7 @@ def fit_limit_surface(
     if scatter is None:
         # seen with few degrees of freedom: Student's quantile over the normal's, so that 1.96 deviations hold 95 %
         covariance *= (student.ppf(0.975, 2 * len(loads) - 4) / norm.ppf(0.975)) ** 2
-    return FittedSurface(LimitSurface(mu, c, gamma, p), covariance, size, len(loads))
+    return LimitSurfaceFit(LimitSurface(mu, c, gamma, p), covariance, size, len(loads))
 
 
 _LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, LEAST_EXPONENT])

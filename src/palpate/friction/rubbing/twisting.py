@@ -25,7 +25,7 @@ from palpate.friction.rubbing.sliding import (
 )
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, slip_evidence
 from palpate.friction.rubbing.stick_slip import LEAST_TURNS, stick_slip
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, Stroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
 
 LARGEST_SLIDE = 0.9
 """Of mu f_n, how much tangential force a twist may have: above, sqrt(1 - x^2) < 0.44 makes 1 % in mu 4 % in e."""
@@ -239,7 +239,7 @@ def _turned(pair: TwoWay, normal: FloatArray, settling: float, left_out: float =
     return there, back
 
 
-def _turn(stroke: Stroke, normal: FloatArray, sense: float, settling: float, left_out: float) -> _Turn:
+def _turn(stroke: RubbingStroke, normal: FloatArray, sense: float, settling: float, left_out: float) -> _Turn:
     """The steady part of a twist, but for a share of it at its beginning."""
     spin = sense * (stroke.angular_velocity @ normal)
     part = steady_part(stroke.time, spin, settling)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.patch import Patch
+from palpate.mapping.surface_map.patch import SurfacePatch
 
 IndexArray = npt.NDArray[np.intp]
 
@@ -51,7 +51,7 @@ class Voice:
         weight: Shape (k,), from 0 on.
     """
 
-    patch: Patch
+    patch: SurfacePatch
     chosen: IndexArray
     local: FloatArray
     height: FloatArray
@@ -67,7 +67,11 @@ class Voice:
 
 
 def voices(
-    points: FloatArray, sheet_normals: FloatArray, patches: Sequence[Patch], centers: FloatArray, reach: float
+    points: FloatArray,
+    sheet_normals: FloatArray,
+    patches: Sequence[SurfacePatch],
+    centers: FloatArray,
+    reach: float,
 ) -> Iterator[Voice]:
     """Go through the patches within `reach` of points, weighted by Wendland's (1 - r)^4 (4 r + 1).
 

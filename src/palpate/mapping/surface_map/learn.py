@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.model import BENDS, Bend, SurfaceModel
+from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.patch import Factored, PatchData, likeliest_bend
 
 PATCHES = 10
@@ -158,7 +158,7 @@ def _most_probable(
 
 def _search(
     data: Sequence[PatchData],
-    bends: Sequence[Bend],
+    bends: Sequence[PatchCurvature],
     centre: SurfaceModel,
     start: SurfaceModel,
     parameters: Sequence[Parameter],

@@ -53,7 +53,7 @@ class SurfaceModel:
         """The six numbers as natural logarithms, in the order of `Parameter`, shape (6,)."""
         return np.log(dataclasses.astuple(self))
 
-    def bent(self, bend: "Bend") -> Self:
+    def bent(self, bend: "PatchCurvature") -> Self:
         """Return the same noise on a surface that bends otherwise."""
         return dataclasses.replace(
             self, length=bend.length * self.length, curvature=bend.curvature * self.curvature
@@ -66,7 +66,7 @@ class SurfaceModel:
 
 
 @dataclass(frozen=True, slots=True)
-class Bend:
+class PatchCurvature:
     """How one patch of a surface bends compared with the rest of it.
 
     Attributes:
@@ -80,7 +80,7 @@ class Bend:
     odds: float
 
 
-BENDS = (Bend(1.0, 1.0, 0.0), Bend(0.25, 1.0, -3.0), Bend(1.0, 0.01, -3.0))
+BENDS = (PatchCurvature(1.0, 1.0, 0.0), PatchCurvature(0.25, 1.0, -3.0), PatchCurvature(1.0, 0.01, -3.0))
 """Ordinary; with an edge, where curvature changes within a patch; flat. A stationary process knows one kind of
 bend only: on a box with rounded edges it would call the faces as uncertain as the edges. The log evidence prefers
 another bend by 50 to 100 there and by less than 3 on an ellipsoid (298 of 298 patches), so odds of 1 to 20 keep

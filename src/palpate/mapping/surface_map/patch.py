@@ -16,7 +16,7 @@ from palpate.mapping.surface_map.covariance import (
     surface_covariance,
     weighted_sums,
 )
-from palpate.mapping.surface_map.model import BENDS, Bend, SurfaceModel
+from palpate.mapping.surface_map.model import BENDS, PatchCurvature, SurfaceModel
 from palpate.mapping.surface_map.stretches import Stretches
 
 STEEPEST_COS = 0.5
@@ -144,7 +144,7 @@ class Factored:
         return cls(lower, -0.5 * square - float(np.log(np.diagonal(lower)).sum()), square / len(white))
 
 
-def likeliest_bend(data: PatchData, model: SurfaceModel) -> tuple[Bend, Factored]:
+def likeliest_bend(data: PatchData, model: SurfaceModel) -> tuple[PatchCurvature, Factored]:
     """Return which of `BENDS` makes what was felt most probable, and its factor."""
     noise = data.noise(model)
     tried = [(bend, Factored.of(data, model.bent(bend), noise)) for bend in BENDS]
@@ -152,7 +152,7 @@ def likeliest_bend(data: PatchData, model: SurfaceModel) -> tuple[Bend, Factored
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Patch:
+class SurfacePatch:
     """A fitted patch.
 
     Attributes:
@@ -175,7 +175,7 @@ class Patch:
     agreement: Agreement
 
     @classmethod
-    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, middle: float) -> "Patch":
+    def fitted(cls, frame: PatchFrame, stretches: Stretches, model: SurfaceModel, middle: float) -> "SurfacePatch":
         """Return the posterior of the heights over `frame` given `stretches`.
 
         Args:

@@ -60,7 +60,7 @@ class Stretches:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Contacts:
+class PathContacts:
     """Raw contacts in path order: what stretches are made of.
 
     Attributes:
@@ -91,7 +91,7 @@ class Contacts:
         return type(self)(*(np.concatenate(pair) for pair in pairs))
 
 
-def cut(contacts: Contacts, length: float, longest_pause: float) -> tuple[Stretches, int]:
+def cut(contacts: PathContacts, length: float, longest_pause: float) -> tuple[Stretches, int]:
     """Return means over stretches of `length` and the index of the first contact of the last one.
 
     The last stretch may go on with the next batch, so a caller keeps its contacts. A mean over an arc lies inside

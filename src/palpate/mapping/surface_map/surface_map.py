@@ -14,9 +14,9 @@ from palpate.mapping.surface_map.answer import Knowledge, SurfaceAnswer
 from palpate.mapping.surface_map.blend import Blend, Voice, blended, voices
 from palpate.mapping.surface_map.learn import Parameter, learn
 from palpate.mapping.surface_map.model import SurfaceModel
-from palpate.mapping.surface_map.patch import STEEPEST_COS, Patch, PatchData, PatchFrame
+from palpate.mapping.surface_map.patch import STEEPEST_COS, PatchData, PatchFrame, SurfacePatch
 from palpate.mapping.surface_map.settings import MapSettings
-from palpate.mapping.surface_map.stretches import Contacts, Stretches, cut
+from palpate.mapping.surface_map.stretches import PathContacts, Stretches, cut
 from palpate.mapping.surface_map.surrounded import surrounded
 
 SEED_COS = 0.82
@@ -53,9 +53,9 @@ class SurfaceMap:
         self._settings = settings or MapSettings()
         self._model = self._settings.model
         self._stretches = Stretches.none()
-        self._open: Contacts | None = None
+        self._open: PathContacts | None = None
         self._open_patches = 0  # patches that the open stretch has started
-        self._patches: list[Patch] = []
+        self._patches: list[SurfacePatch] = []
         self._members: list[list[int]] = []
         self._centers = np.zeros((0, 3))
         self._axes = np.zeros((0, 3))
@@ -91,7 +91,7 @@ class SurfaceMap:
         return self._stretches
 
     @property
-    def patches(self) -> tuple[Patch, ...]:
+    def patches(self) -> tuple[SurfacePatch, ...]:
         """The patches, in the order in which the finger came by."""
         return tuple(self._patches)
 
@@ -236,9 +236,9 @@ class SurfaceMap:
             surprise=blend.surprise,
         )
 
-    def _contacts(self, cloud: TouchCloud) -> Contacts:
+    def _contacts(self, cloud: TouchCloud) -> PathContacts:
         ones, told = np.ones(len(cloud)), self._settings.model
-        return Contacts(
+        return PathContacts(
             time=cloud.time,
             position=cloud.position,
             normal=cloud.normal,
@@ -286,8 +286,8 @@ class SurfaceMap:
         self._axes = np.vstack([self._axes, frame.axis])
         return len(self._patches) - 1
 
-    def _fitted(self, frame: PatchFrame, stretches: Stretches) -> Patch:
-        return Patch.fitted(frame, stretches, self._model, 0.5 * self._settings.patch_spacing)
+    def _fitted(self, frame: PatchFrame, stretches: Stretches) -> SurfacePatch:
+        return SurfacePatch.fitted(frame, stretches, self._model, 0.5 * self._settings.patch_spacing)
 
     def _chosen(self, patch: int) -> np.ndarray:
         members = np.array(self._members[patch], dtype=np.intp)

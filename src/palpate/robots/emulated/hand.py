@@ -16,7 +16,7 @@ from palpate.hw.emulators.dynamixel.servo import EmulatedServo
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
 from palpate.hw.emulators.plant import PlantState, ServoGoal, ServoState
-from palpate.hw.emulators.ur.arm import Mounting
+from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.hw.ft_stream.streamed_sensor import StreamSettings
 from palpate.hw.netft import NetFt, NetFtSettings
@@ -30,7 +30,7 @@ from palpate.robots.hand_task import HandTask
 from palpate.runtime.protocols import Backend
 from palpate.runtime.real_time import USUAL_PRIORITY, RealTime
 from palpate.runtime.urgency import be_urgent
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sim.carriers.arm_carrier import LOOKING_DOWN
 from palpate.sim.hand.backend import HandBackend
 from palpate.sim.hand.scene import GraspScene
@@ -129,7 +129,7 @@ class EmulatedHand:
         assert isinstance(grip, ServoGrip)
         trace = TruthTrace.of_process(self.process, self.memory)
         plant = _Lifting(scene, trace, _BusServos(grip))
-        arm = UrServer(wires.arm, mounting=Mounting(pose_base_foot=FOOT, pose_flange_tip=FLANGE_HAND))
+        arm = UrServer(wires.arm, mounting=ArmMounting(pose_base_foot=FOOT, pose_flange_tip=FLANGE_HAND))
         boxes = [
             NetFtServer(BoxSettings(address, rate=SENSOR_RATE * wires.time_scale, ranges=RANGES), i)
             for i, address in enumerate(wires.sensors)
@@ -175,7 +175,7 @@ def emulated_hand(task: HandTask, wires: HandWires) -> HandOnTheWire:
         UrSettings(pose_flange_tip=FLANGE_HAND, watchdog=PATIENCE, stale_after=PATIENCE, clock_rate=scale),
     )
     stream = NetFtSettings(StreamSettings(QUIET, silent_after=PATIENCE))
-    payload = Payload(tip.mass, tip.center_of_mass)
+    payload = SensorPayload(tip.mass, tip.center_of_mass)
     rig = Rig(
         RealTime(period, priority=USUAL_PRIORITY),
         RigSettings(period, oldest=PATIENCE, kinematics=hand),

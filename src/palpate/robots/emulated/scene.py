@@ -6,7 +6,7 @@ import msgspec
 
 from palpate.hw.emulators.host import Host
 from palpate.hw.emulators.netft.box import BoxSettings, NetFtServer
-from palpate.hw.emulators.ur.arm import Mounting
+from palpate.hw.emulators.ur.arm import ArmMounting
 from palpate.hw.emulators.ur.server import UrServer
 from palpate.kinematics import Pose
 from palpate.robots.emulated.scene_plant import ScenePlant
@@ -118,6 +118,6 @@ def pose_flange_tip(entry: EmulatedUr5eEntry) -> Pose:
     return Pose((0.0, 0.0, entry.tool_length), LOOKING_DOWN)
 
 
-def mounting_of(entry: EmulatedUr5eEntry) -> Mounting:
+def mounting_of(entry: EmulatedUr5eEntry) -> ArmMounting:
     """Return how the emulated controller's arm stands in the scene."""
-    return Mounting(pose_base_foot=pose_base_foot(entry), pose_flange_tip=pose_flange_tip(entry))
+    return ArmMounting(pose_base_foot=pose_base_foot(entry), pose_flange_tip=pose_flange_tip(entry))

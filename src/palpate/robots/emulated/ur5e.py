@@ -21,7 +21,7 @@ from palpate.robots.simulated_stage import RobotInScene, Task
 from palpate.robots.simulated_ur5e import build_ur5e
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_pace import SimulatedPaceEntry
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 
 PATIENCE = 0.5
 """[s] Without a word after which a device counts as lost: this is one computer that does everything, and its own
@@ -62,7 +62,7 @@ def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
         robot.file.pace.pacer(wall_period),
         RigSettings(wall_period, oldest=robot.file.limits.sample_age / entry.time_scale),
         arm=arm,
-        fingers=(FingerSensor(sensor, Payload(tip.mass, tip.center_of_mass)),),
+        fingers=(FingerSensor(sensor, SensorPayload(tip.mass, tip.center_of_mass)),),
     )
     backend = EmulatedBackend(
         scene,

@@ -27,7 +27,7 @@ class PackedRows:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class LogRows:
     """Periods as read.
 
     Attributes:
@@ -82,14 +82,14 @@ def encode_chunk(segments: Sequence[PackedRows | Entry], codec: PeriodCodec) -> 
     return ChunkContent(b"".join(parts), int(stamps.min()), int(stamps.max()), joined)
 
 
-def decode_chunk(data: bytes, codec: PeriodCodec) -> list[Rows | Entry]:
+def decode_chunk(data: bytes, codec: PeriodCodec) -> list[LogRows | Entry]:
     """Return what `encode_chunk` was given.
 
     Raises:
         InvalidValueError: The messages are not what palpate writes for this run. Each is encoded again and
             compared, so that a chunk of another run, with valid check sums, does not pass.
     """
-    found: list[Rows | Entry] = []
+    found: list[LogRows | Entry] = []
     view, place = memoryview(data), 0
     while place < len(data):
         segment, size = _next_segment(view[place:], codec)
@@ -98,15 +98,15 @@ def decode_chunk(data: bytes, codec: PeriodCodec) -> list[Rows | Entry]:
     return found
 
 
-def _next_segment(data: memoryview, codec: PeriodCodec) -> tuple[Rows | Entry, int]:
+def _next_segment(data: memoryview, codec: PeriodCodec) -> tuple[LogRows | Entry, int]:
     messages: Messages = np.frombuffer(data, codec.dtype, len(data) // codec.dtype.itemsize)
     is_period = (messages["opcode"] == MESSAGE) & (messages["channel"] == PERIOD_CHANNEL)
     count = len(messages) if is_period.all() else int(is_period.argmin())
     if count:
         messages = messages[:count]
-        rows = Rows(messages["sequence"].astype(np.int64), codec.decode(messages))
+        rows = LogRows(messages["sequence"].astype(np.int64), codec.decode(messages))
         encoded, size = codec.encode(rows.values, rows.sequence).tobytes(), messages.nbytes
-        segment: Rows | Entry = rows
+        segment: LogRows | Entry = rows
     else:
         segment, size = decode_entry(data)
         encoded = encode_entry(segment, codec.heading)

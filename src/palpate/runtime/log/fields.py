@@ -7,7 +7,7 @@ from palpate.errors import InvalidValueError
 from palpate.runtime.data import Phase
 from palpate.runtime.log.layout import Layout
 from palpate.sensing.contact import ContactStatus
-from palpate.sensing.ft.health import Measure
+from palpate.sensing.ft.health import HealthCheck
 
 TRUTH = "truth"
 """Group of the numbers that no sensor tells."""
@@ -16,7 +16,7 @@ _XYZ = ("x", "y", "z")
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class LogField:
     """One quantity.
 
     Attributes:
@@ -51,7 +51,7 @@ class Field:
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class LogGroup:
     """Quantities that belong together: a message inside the message.
 
     Attributes:
@@ -62,7 +62,7 @@ class Group:
 
     name: str
     type_name: str
-    fields: tuple[Field, ...]
+    fields: tuple[LogField, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +72,12 @@ class Codes:
     Attributes:
         phases: Of `Phase`.
         statuses: Of `ContactStatus`.
-        measures: Of `Measure`, what is wrong with a sensor.
+        measures: Of `HealthCheck`, what is wrong with a sensor.
     """
 
     phases: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in Phase))
     statuses: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in ContactStatus))
-    measures: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in Measure))
+    measures: tuple[str, ...] = field(default_factory=lambda: tuple(x.name for x in HealthCheck))
 
     def check_known(self) -> None:
         """Make sure that this palpate knows every name.
@@ -85,7 +85,7 @@ class Codes:
         Raises:
             InvalidValueError: It does not.
         """
-        for kind, names in ((Phase, self.phases), (ContactStatus, self.statuses), (Measure, self.measures)):
+        for kind, names in ((Phase, self.phases), (ContactStatus, self.statuses), (HealthCheck, self.measures)):
             for name in names:
                 if name not in kind.__members__:
                     raise InvalidValueError(
@@ -93,7 +93,7 @@ class Codes:
                     )
 
 
-def period_groups(layout: Layout, codes: Codes) -> tuple[Group, ...]:
+def period_groups(layout: Layout, codes: Codes) -> tuple[LogGroup, ...]:
     """Return all quantities of a period, in the order of rows and messages."""
     groups = [_group("", "", _number("time", "s", "of the period, on the back end's clock")), _arm(layout.joints)]
     if layout.hand_joints is not None:
@@ -114,19 +114,19 @@ def period_groups(layout: Layout, codes: Codes) -> tuple[Group, ...]:
     return tuple(groups)
 
 
-def walk(groups: tuple[Group, ...]) -> Iterator[tuple[Group, Field]]:
+def walk(groups: tuple[LogGroup, ...]) -> Iterator[tuple[LogGroup, LogField]]:
     """Yield every quantity with its group, in order."""
     for group in groups:
         for quantity in group.fields:
             yield group, quantity
 
 
-def path_of(group: Group, quantity: Field) -> str:
+def path_of(group: LogGroup, quantity: LogField) -> str:
     """Return "group.quantity", or "quantity" for one of the message itself."""
     return f"{group.name}.{quantity.name}" if group.name else quantity.name
 
 
-def _arm(joints: int) -> Group:
+def _arm(joints: int) -> LogGroup:
     return _group(
         "arm",
         "palpate/Arm",
@@ -139,15 +139,15 @@ def _arm(joints: int) -> Group:
     )
 
 
-def _hand(joints: int) -> Group:
+def _hand(joints: int) -> LogGroup:
     return _group("hand", "palpate/Hand", _number("time", "s", "when it was sampled"), *_joints(joints))
 
 
-def _joints(count: int) -> tuple[Field, ...]:
+def _joints(count: int) -> tuple[LogField, ...]:
     return (_array("joint_position", _indices(count), "", "rad, or m if it slides"),) if count else ()
 
 
-def _finger(index: int, channels: int, codes: Codes) -> Group:
+def _finger(index: int, channels: int, codes: Codes) -> LogGroup:
     name = f"finger_{index}"
     return _group(
         name,
@@ -163,15 +163,17 @@ def _finger(index: int, channels: int, codes: Codes) -> Group:
         _number("spin_torque", "N m", "about the normal"),
         _number("condition", "", "relative error of the centroid per relative error of the wrench"),
         _code("status", codes.statuses, "of the contact"),
-        Field("touching", "bool", "u1", ("",), ("",), "whether there is a contact at all"),
+        LogField("touching", "bool", "u1", ("",), ("",), "whether there is a contact at all"),
         _code("health", codes.measures, "what is wrong with the sensor"),
     )
 
 
-def _command(grips: int, finger_velocities: int, codes: Codes) -> Group:
+def _command(grips: int, finger_velocities: int, codes: Codes) -> LogGroup:
     sideways = (
         _array("finger_velocity", _indices(finger_velocities), "m/s", "of each finger sideways"),
-        Field("finger_velocity_count", "int8", "i1", ("",), ("",), "how many of them are given; -1: none moves"),
+        LogField(
+            "finger_velocity_count", "int8", "i1", ("",), ("",), "how many of them are given; -1: none moves"
+        ),
     )
     return _group(
         "command",
@@ -179,35 +181,35 @@ def _command(grips: int, finger_velocities: int, codes: Codes) -> Group:
         _vector("velocity", "m/s", "of the tip frame's origin in base coordinates"),
         _vector("angular_velocity", "rad/s", "of the tip frame in base coordinates"),
         _array("grip_force", _indices(grips), "N", "of each finger of the hand; NaN beyond grip_count"),
-        Field("grip_count", "int8", "i1", ("",), ("",), "how many grip forces are given; -1: as before"),
+        LogField("grip_count", "int8", "i1", ("",), ("",), "how many grip forces are given; -1: as before"),
         *(sideways if finger_velocities else ()),
         _code("phase", codes.phases, "what the controller is doing"),
     )
 
 
-def _group(name: str, type_name: str, *fields: Field) -> Group:
-    return Group(name, type_name, fields)
+def _group(name: str, type_name: str, *fields: LogField) -> LogGroup:
+    return LogGroup(name, type_name, fields)
 
 
-def _number(name: str, unit: str, comment: str) -> Field:
-    return Field(name, "float64", "<f8", ("",), (unit,), comment)
+def _number(name: str, unit: str, comment: str) -> LogField:
+    return LogField(name, "float64", "<f8", ("",), (unit,), comment)
 
 
-def _vector(name: str, unit: str, comment: str) -> Field:
-    return Field(name, "geometry_msgs/Vector3", "<f8", _XYZ, (unit,) * 3, comment)
+def _vector(name: str, unit: str, comment: str) -> LogField:
+    return LogField(name, "geometry_msgs/Vector3", "<f8", _XYZ, (unit,) * 3, comment)
 
 
-def _wrench(name: str, comment: str) -> Field:
+def _wrench(name: str, comment: str) -> LogField:
     components = ("fx", "fy", "fz", "mx", "my", "mz")
-    return Field(name, "geometry_msgs/Wrench", "<f8", components, ("N",) * 3 + ("N m",) * 3, comment)
+    return LogField(name, "geometry_msgs/Wrench", "<f8", components, ("N",) * 3 + ("N m",) * 3, comment)
 
 
-def _array(name: str, components: tuple[str, ...], unit: str, comment: str) -> Field:
-    return Field(name, "float64", "<f8", components, (unit,) * len(components), comment, is_array=True)
+def _array(name: str, components: tuple[str, ...], unit: str, comment: str) -> LogField:
+    return LogField(name, "float64", "<f8", components, (unit,) * len(components), comment, is_array=True)
 
 
-def _code(name: str, codes: tuple[str, ...], comment: str) -> Field:
-    return Field(name, "uint8", "u1", ("",), ("",), comment, codes=codes)
+def _code(name: str, codes: tuple[str, ...], comment: str) -> LogField:
+    return LogField(name, "uint8", "u1", ("",), ("",), comment, codes=codes)
 
 
 def _indices(count: int) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.runtime.log.fields import Field, path_of, period_groups, walk
+from palpate.runtime.log.fields import LogField, path_of, period_groups, walk
 from palpate.runtime.log.heading import Heading
 
 MESSAGE = 5
@@ -159,6 +159,6 @@ class PeriodCodec:
         return tuple(runs), np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": place})
 
 
-def _column_type(quantity: Field) -> tuple[Any, ...]:
+def _column_type(quantity: LogField) -> tuple[Any, ...]:
     dtype = "?" if quantity.ros_type == "bool" else quantity.dtype
     return (quantity.name, dtype, (quantity.count,)) if quantity.is_vector else (quantity.name, dtype)

@@ -10,7 +10,7 @@ from mcap.opcode import Opcode
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime.live import Change
-from palpate.runtime.log.chunk import PERIOD_CHANNEL, Rows, decode_chunk
+from palpate.runtime.log.chunk import PERIOD_CHANNEL, LogRows, decode_chunk
 from palpate.runtime.log.entries import Event
 from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.log.heading import Heading, decode_heading
@@ -95,7 +95,7 @@ class _Content:
         self.damage: list[str] = []
         self._codec = PeriodCodec(heading, PERIOD_CHANNEL)
         self._attachments: dict[str, str] = {}
-        self._rows: list[Rows] = []
+        self._rows: list[LogRows] = []
         self._entries: list[Entry] = []
         self._last_row, self._last_entry = -1, -1
 
@@ -137,7 +137,7 @@ class _Content:
             raise DamageError(f"{where} holds {error}") from None
         last_row, last_entry = self._last_row, self._last_entry
         for segment in found:
-            if isinstance(segment, Rows):
+            if isinstance(segment, LogRows):
                 if segment.sequence[0] <= last_row or (np.diff(segment.sequence) <= 0).any():
                     raise DamageError(f"{where} comes again, or late")
                 last_row = int(segment.sequence[-1])
@@ -145,7 +145,7 @@ class _Content:
                 if segment.sequence <= last_entry:
                     raise DamageError(f"{where} comes again, or late")
                 last_entry = segment.sequence
-        self._rows += [segment for segment in found if isinstance(segment, Rows)]
+        self._rows += [segment for segment in found if isinstance(segment, LogRows)]
         self._entries += [segment for segment in found if isinstance(segment, Entry)]
         self._last_row, self._last_entry = last_row, last_entry
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 from enum import Enum
 
 from palpate.runtime.data import Command, HandSample, Observation, Phase, Sample
-from palpate.runtime.log.fields import Codes, Group, period_groups
+from palpate.runtime.log.fields import Codes, LogGroup, period_groups
 from palpate.runtime.log.layout import Layout
 from palpate.runtime.truth import TruthSource
-from palpate.sensing.ft.health import HEALTHY, Measure
+from palpate.sensing.ft.health import HEALTHY, HealthCheck
 
 Pack = Callable[[bytearray, int, Sample, Observation, Command, float, float], int]
 """Writes a period (with its compute time and lateness [s]) into a block at a place; returns where it ends.
@@ -26,8 +26,8 @@ def _numbers(kind: type[Enum]) -> dict[Enum, int]:
     return {member: number for number, member in enumerate(kind)}
 
 
-_PHASES, _MEASURES = _numbers(Phase), _numbers(Measure)
-_HEALTHY = _MEASURES[Measure.HEALTHY]
+_PHASES, _MEASURES = _numbers(Phase), _numbers(HealthCheck)
+_HEALTHY = _MEASURES[HealthCheck.HEALTHY]
 
 
 def row_packer(layout: Layout) -> Pack:
@@ -222,7 +222,7 @@ def _padder(name: str, room: int) -> Callable[[tuple[float, ...]], tuple[float, 
     return padded
 
 
-def _struct(*groups: Group) -> struct.Struct:
+def _struct(*groups: LogGroup) -> struct.Struct:
     """Native doubles; the arrays of a contact come as bytes, at a third of the cost of their numbers."""
     quantities = [quantity for group in groups for quantity in group.fields]
     formats = ["24s" if x.name in _CONTACT_ARRAYS else f"{x.count}d" for x in quantities]

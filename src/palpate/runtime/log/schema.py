@@ -4,7 +4,7 @@ Dependencies follow after a line of 80 "=" and a line "MSG: package/Type", as `r
 (https://mcap.dev/spec/registry#ros2msg).
 """
 
-from palpate.runtime.log.fields import Field, Group, walk
+from palpate.runtime.log.fields import LogField, LogGroup, walk
 
 PERIOD_TYPE = "palpate/msg/Period"
 EVENT_TYPE = "rcl_interfaces/msg/Log"
@@ -53,7 +53,7 @@ string name
 {_TIME}"""
 
 
-def period_schema(groups: tuple[Group, ...]) -> str:
+def period_schema(groups: tuple[LogGroup, ...]) -> str:
     """Return the definition of one period's message."""
     lines = [
         "# One control period. SI; base and sensor coordinates as each line says.",
@@ -73,7 +73,7 @@ def period_schema(groups: tuple[Group, ...]) -> str:
     return f"{_SEPARATOR}\n".join(["\n".join(lines) + "\n", *parts])
 
 
-def _definitions(fields: tuple[Field, ...]) -> list[str]:
+def _definitions(fields: tuple[LogField, ...]) -> list[str]:
     lines = []
     for quantity in fields:
         lines += [f"uint8 {quantity.name.upper()}_{name}={value}" for value, name in enumerate(quantity.codes)]

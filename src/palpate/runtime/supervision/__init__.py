@@ -10,7 +10,7 @@ from palpate.runtime.supervision.conditions import (
     InsideWorkspace,
     SensorsInRange,
 )
-from palpate.runtime.supervision.finding import Finding, Trip
+from palpate.runtime.supervision.finding import Trip, Violation
 from palpate.runtime.supervision.guard import Guard, guards_of
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.measures import (
@@ -20,7 +20,7 @@ from palpate.runtime.supervision.measures import (
     SPIN_TORQUE,
     TIP_SPEED,
     TIP_TURN,
-    Measure,
+    MonitoredQuantity,
 )
 from palpate.runtime.supervision.reactions import Hold, Reaction, Retract, Stop
 from palpate.runtime.supervision.supervisor import Supervisor
@@ -34,7 +34,6 @@ __all__ = [
     "TIP_TURN",
     "AtMost",
     "Condition",
-    "Finding",
     "FiniteState",
     "FreshSamples",
     "Guard",
@@ -43,12 +42,13 @@ __all__ = [
     "InsideJointRange",
     "InsideWorkspace",
     "Limits",
-    "Measure",
+    "MonitoredQuantity",
     "Reaction",
     "Retract",
     "SensorsInRange",
     "Stop",
     "Supervisor",
     "Trip",
+    "Violation",
     "guards_of",
 ]

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from palpate.errors import shown
 from palpate.runtime.data import Command, Phase
-from palpate.runtime.supervision.finding import Finding
+from palpate.runtime.supervision.finding import Violation
 from palpate.spatial import ZERO
 
 ROUNDING = 1.0 + 1e-9
@@ -16,7 +16,7 @@ ROUNDING = 1.0 + 1e-9
 class CommandCondition(Protocol):
     """Something that should hold of a command."""
 
-    def broken(self, command: Command, before: Command) -> Finding | None:
+    def broken(self, command: Command, before: Command) -> Violation | None:
         """Return what is wrong, if anything; `before` is the last command that the robot got."""
         ...
 
@@ -25,26 +25,26 @@ class CommandCondition(Protocol):
 class WellFormed:
     """It is a command, of finite numbers, for as many fingers as before. Comes first: the others rely on it."""
 
-    def broken(self, command: object, before: Command) -> Finding | None:
+    def broken(self, command: object, before: Command) -> Violation | None:
         """See `CommandCondition`; takes whatever a controller returns."""
         if not isinstance(command, Command):
-            return Finding("what the controller returned", shown(command), "a Command")
+            return Violation("what the controller returned", shown(command), "a Command")
         try:
             x, y, z = command.velocity_base_tip
             finite = math.isfinite(x + y + z)
         except (TypeError, ValueError, OverflowError):
-            return Finding("commanded velocity", shown(command.velocity_base_tip), "three finite numbers [m/s]")
+            return Violation("commanded velocity", shown(command.velocity_base_tip), "three finite numbers [m/s]")
         if not finite:
-            return Finding("commanded velocity", f"({x}, {y}, {z}) m/s", "three finite numbers")
+            return Violation("commanded velocity", f"({x}, {y}, {z}) m/s", "three finite numbers")
         if command.angular_velocity_base_tip is not ZERO:
             finding = self._turn(command.angular_velocity_base_tip)
             if finding is not None:
                 return finding
         phase: object = command.phase  # nothing is certain yet
         if not isinstance(phase, Phase):
-            return Finding("phase of the command", shown(phase), "a Phase")
+            return Violation("phase of the command", shown(phase), "a Phase")
         if phase is Phase.STOP:
-            return Finding("phase of the command", "stop", "another one: this is the supervisor's")
+            return Violation("phase of the command", "stop", "another one: this is the supervisor's")
         if command.finger_velocity is not None:
             finding = self._sideways(command.finger_velocity, before.grip_force)
             if finding is not None:
@@ -52,36 +52,36 @@ class WellFormed:
         return None if command.grip_force is None else self._grip(command.grip_force, before.grip_force)
 
     @staticmethod
-    def _turn(given: Any) -> Finding | None:
+    def _turn(given: Any) -> Violation | None:
         try:
             x, y, z = given
             finite = math.isfinite(x + y + z)
         except (TypeError, ValueError, OverflowError):
             finite = False
         wanted = "three finite numbers [rad/s]"
-        return None if finite else Finding("commanded angular velocity", shown(given), wanted)
+        return None if finite else Violation("commanded angular velocity", shown(given), wanted)
 
     @staticmethod
-    def _sideways(given: object, last: tuple[float, ...] | None) -> Finding | None:
+    def _sideways(given: object, last: tuple[float, ...] | None) -> Violation | None:
         wanted = "one finite number [m/s] for each finger"
         if not isinstance(given, tuple) or not given or (last is not None and len(given) != len(last)):
-            return Finding("commanded finger velocity", shown(given), wanted)
+            return Violation("commanded finger velocity", shown(given), wanted)
         try:
             fine = all(-math.inf < velocity < math.inf for velocity in given)
         except TypeError:
             fine = False
-        return None if fine else Finding("commanded finger velocity", shown(given), wanted)
+        return None if fine else Violation("commanded finger velocity", shown(given), wanted)
 
     @staticmethod
-    def _grip(grip: object, last: tuple[float, ...] | None) -> Finding | None:
+    def _grip(grip: object, last: tuple[float, ...] | None) -> Violation | None:
         wanted = "one finite force, 0 N or above, for each finger"
         if not isinstance(grip, tuple) or not grip or (last is not None and len(grip) != len(last)):
-            return Finding("commanded grip force", shown(grip), wanted)
+            return Violation("commanded grip force", shown(grip), wanted)
         try:
             fine = all(0.0 <= force < math.inf for force in grip)
         except TypeError:
             fine = False
-        return None if fine else Finding("commanded grip force", shown(grip), wanted)
+        return None if fine else Violation("commanded grip force", shown(grip), wanted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +90,13 @@ class CommandedSpeed:
 
     limit: float
 
-    def broken(self, command: Command, before: Command) -> Finding | None:
+    def broken(self, command: Command, before: Command) -> Violation | None:
         """See `CommandCondition`."""
         x, y, z = command.velocity_base_tip
         speed = math.hypot(x, y, z)
         if speed <= self.limit * ROUNDING:
             return None
-        return Finding("commanded speed", f"{speed:.4g} m/s", f"{self.limit:g} m/s")
+        return Violation("commanded speed", f"{speed:.4g} m/s", f"{self.limit:g} m/s")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,14 +106,14 @@ class CommandedAcceleration:
     limit: float
     period: float
 
-    def broken(self, command: Command, before: Command) -> Finding | None:
+    def broken(self, command: Command, before: Command) -> Violation | None:
         """See `CommandCondition`."""
         x, y, z = command.velocity_base_tip
         u, v, w = before.velocity_base_tip
         acceleration = math.hypot(x - u, y - v, z - w) / self.period
         if acceleration <= self.limit * ROUNDING:
             return None
-        return Finding("commanded acceleration", f"{acceleration:.4g} m/s^2", f"{self.limit:g} m/s^2")
+        return Violation("commanded acceleration", f"{acceleration:.4g} m/s^2", f"{self.limit:g} m/s^2")
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ class CommandedTurn:
     acceleration: float
     period: float
 
-    def broken(self, command: Command, before: Command) -> Finding | None:
+    def broken(self, command: Command, before: Command) -> Violation | None:
         """See `CommandCondition`."""
         turn, last = command.angular_velocity_base_tip, before.angular_velocity_base_tip
         if turn is last:
@@ -139,11 +139,11 @@ class CommandedTurn:
         u, v, w = last
         speed = math.hypot(x, y, z)
         if not speed <= self.speed * ROUNDING:
-            return Finding("commanded angular speed", f"{speed:.4g} rad/s", f"{self.speed:g} rad/s")
+            return Violation("commanded angular speed", f"{speed:.4g} rad/s", f"{self.speed:g} rad/s")
         acceleration = math.hypot(x - u, y - v, z - w) / self.period
         if acceleration <= self.acceleration * ROUNDING:
             return None
-        return Finding(
+        return Violation(
             "commanded angular acceleration", f"{acceleration:.4g} rad/s^2", f"{self.acceleration:g} rad/s^2"
         )
 
@@ -154,11 +154,11 @@ class CommandedGrip:
 
     limit: float
 
-    def broken(self, command: Command, before: Command) -> Finding | None:
+    def broken(self, command: Command, before: Command) -> Violation | None:
         """See `CommandCondition`."""
         if command.grip_force is None or max(command.grip_force) <= self.limit * ROUNDING:
             return None
-        return Finding("commanded grip force", f"{max(command.grip_force):.4g} N", f"{self.limit:g} N")
+        return Violation("commanded grip force", f"{max(command.grip_force):.4g} N", f"{self.limit:g} N")
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,11 +167,11 @@ class CommandedFingerSpeed:
 
     limit: float
 
-    def broken(self, command: Command, before: Command) -> Finding | None:
+    def broken(self, command: Command, before: Command) -> Violation | None:
         """See `CommandCondition`."""
         if command.finger_velocity is None:
             return None
         speed = max(map(abs, command.finger_velocity))
         if speed <= self.limit * ROUNDING:
             return None
-        return Finding("commanded finger speed", f"{speed:.4g} m/s", f"{self.limit:g} m/s")
+        return Violation("commanded finger speed", f"{speed:.4g} m/s", f"{self.limit:g} m/s")

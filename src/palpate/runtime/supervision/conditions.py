@@ -5,17 +5,16 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from palpate.runtime.data import Observation
-from palpate.runtime.supervision.finding import Finding
-from palpate.runtime.supervision.measures import Measure
-from palpate.sensing.ft.health import HEALTHY
-from palpate.sensing.ft.health import Measure as SensorMeasure
+from palpate.runtime.supervision.finding import Violation
+from palpate.runtime.supervision.measures import MonitoredQuantity
+from palpate.sensing.ft.health import HEALTHY, HealthCheck
 from palpate.spatial import Vector
 
 
 class Condition(Protocol):
     """Something that should hold."""
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """Return what is wrong, if anything; `before` is the last observation, None at first."""
         ...
 
@@ -24,23 +23,23 @@ class Condition(Protocol):
 class AtMost:
     """A measure stays at or below a limit."""
 
-    measure: Measure
+    measure: MonitoredQuantity
     limit: float
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
         value = self.measure.of(now)
         if value <= self.limit:
             return None
         unit = self.measure.unit
-        return Finding(self.measure.name, f"{value:.4g} {unit}", f"{self.limit:g} {unit}")
+        return Violation(self.measure.name, f"{value:.4g} {unit}", f"{self.limit:g} {unit}")
 
 
 @dataclass(frozen=True, slots=True)
 class FiniteState:
     """Where the arm is, how fast it moves, its joints and every wrench are finite numbers."""
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
         arm = now.arm
         row0, row1, row2 = arm.rotation_base_tip
@@ -48,18 +47,18 @@ class FiniteState:
         total = sum(arm.position_base_tip) + sum(arm.velocity_base_tip) + sum(row0) + sum(row1) + sum(row2)
         total += sum(arm.angular_velocity_base_tip)
         if not math.isfinite(total):
-            return Finding("arm state", "not finite", "finite numbers")
+            return Violation("arm state", "not finite", "finite numbers")
         if arm.joint_position and not math.isfinite(sum(arm.joint_position)):
-            return Finding("joint positions of the arm", "not finite", "finite numbers")
+            return Violation("joint positions of the arm", "not finite", "finite numbers")
         if now.hand is not None and not math.isfinite(sum(now.hand.joint_position)):
-            return Finding("joint positions of the hand", "not finite", "finite numbers")
+            return Violation("joint positions of the hand", "not finite", "finite numbers")
         for i, finger in enumerate(now.fingers):
             if not math.isfinite(sum(finger.wrench)):
-                return Finding(f"wrench of finger {i + 1}", "not finite", "finite numbers")
+                return Violation(f"wrench of finger {i + 1}", "not finite", "finite numbers")
         return None
 
 
-TOO_MUCH = (SensorMeasure.SATURATED, SensorMeasure.OVERLOAD_AXIS, SensorMeasure.OVERLOAD_COMBINED)
+TOO_MUCH = (HealthCheck.SATURATED, HealthCheck.OVERLOAD_AXIS, HealthCheck.OVERLOAD_COMBINED)
 """What a force/torque sensor says of too large a load; it works all the same."""
 
 
@@ -67,12 +66,12 @@ TOO_MUCH = (SensorMeasure.SATURATED, SensorMeasure.OVERLOAD_AXIS, SensorMeasure.
 class HealthySensors:
     """Every force/torque sensor can be believed: it is not frozen, stuck, drifting, or talking nonsense."""
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
         for i, finger in enumerate(now.fingers):
             health = finger.health
             if health is not HEALTHY and not health.ok and health.measure not in TOO_MUCH:
-                return Finding(f"force/torque sensor {i + 1}", str(health), "a healthy sensor")
+                return Violation(f"force/torque sensor {i + 1}", str(health), "a healthy sensor")
         return None
 
 
@@ -80,12 +79,12 @@ class HealthySensors:
 class SensorsInRange:
     """No force/torque sensor is saturated or bears more than it is made for."""
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
         for i, finger in enumerate(now.fingers):
             health = finger.health
             if health is not HEALTHY and health.measure in TOO_MUCH:
-                return Finding(f"force/torque sensor {i + 1}", str(health), "a load within its range")
+                return Violation(f"force/torque sensor {i + 1}", str(health), "a load within its range")
         return None
 
 
@@ -107,13 +106,13 @@ class FreshSamples:
 
     longest_age: float
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
         time, longest = now.time, self.longest_age + CLOCK_SLACK
         if not math.isfinite(time):
-            return Finding("time of the sample", f"{time}", "a finite number")
+            return Violation("time of the sample", f"{time}", "a finite number")
         if before is not None and not time > before.time:
-            return Finding("time of the sample", f"{time:.6f} s", f"later than the last, {before.time:.6f} s")
+            return Violation("time of the sample", f"{time:.6f} s", f"later than the last, {before.time:.6f} s")
         if not -CLOCK_SLACK <= time - now.arm.time <= longest:
             return self._aged("the arm", time - now.arm.time)
         for i, finger in enumerate(now.fingers):
@@ -125,10 +124,10 @@ class FreshSamples:
             return None
         gap = max(LONGEST_GAP, self.longest_age)
         if not time - before.time <= gap + CLOCK_SLACK:
-            return Finding("time since the last sample", f"{time - before.time:.4g} s", f"{gap:g} s")
+            return Violation("time since the last sample", f"{time - before.time:.4g} s", f"{gap:g} s")
         joints, last_joints = len(now.arm.joint_position), len(before.arm.joint_position)
         if joints != last_joints:
-            return Finding("number of the arm's joints", f"{joints}", f"as before, {last_joints}")
+            return Violation("number of the arm's joints", f"{joints}", f"as before, {last_joints}")
         if now.arm.time < before.arm.time:
             return _backwards("the arm", now.arm.time, before.arm.time)
         for i, last in enumerate(before.fingers):
@@ -137,19 +136,19 @@ class FreshSamples:
         if now.hand is None or before.hand is None:
             if now.hand is before.hand:
                 return None
-            return Finding("sample of the hand", "missing" if now.hand is None else "new", "as in every period")
+            return Violation("sample of the hand", "missing" if now.hand is None else "new", "as in every period")
         if now.hand.time < before.hand.time:
             return _backwards("the hand", now.hand.time, before.hand.time)
         return None
 
-    def _aged(self, device: str, age: float) -> Finding:
-        return Finding(
+    def _aged(self, device: str, age: float) -> Violation:
+        return Violation(
             f"age of the sample of {device}", f"{1e3 * age:.4g} ms", f"0 to {1e3 * self.longest_age:g} ms"
         )
 
 
-def _backwards(device: str, time: float, last: float) -> Finding:
-    return Finding(f"time stamp of {device}", f"{time:.6f} s", f"not before its last, {last:.6f} s")
+def _backwards(device: str, time: float, last: float) -> Violation:
+    return Violation(f"time stamp of {device}", f"{time:.6f} s", f"not before its last, {last:.6f} s")
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,13 +158,13 @@ class InsideWorkspace:
     lower: Vector
     upper: Vector
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
         x, y, z = now.arm.position_base_tip
         lower, upper = self.lower, self.upper
         if lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1] and lower[2] <= z <= upper[2]:
             return None
-        return Finding("tip position", f"({x:.4f}, {y:.4f}, {z:.4f}) m", f"between {lower} m and {upper} m")
+        return Violation("tip position", f"({x:.4f}, {y:.4f}, {z:.4f}) m", f"between {lower} m and {upper} m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,14 +174,14 @@ class InsideJointRange:
     lower: tuple[float, ...]
     upper: tuple[float, ...]
 
-    def broken(self, now: Observation, before: Observation | None) -> Finding | None:
+    def broken(self, now: Observation, before: Observation | None) -> Violation | None:
         """See `Condition`."""
         joints = now.arm.joint_position
         if len(joints) != len(self.lower):
-            return Finding(
+            return Violation(
                 "number of the arm's joints", str(len(joints)), f"the {len(self.lower)} that are limited"
             )
         for i, (low, q, high) in enumerate(zip(self.lower, joints, self.upper, strict=True)):
             if not low <= q <= high:
-                return Finding(f"position of joint {i + 1}", f"{q:.4f}", f"{low:g} to {high:g}")
+                return Violation(f"position of joint {i + 1}", f"{q:.4f}", f"{low:g} to {high:g}")
         return None

@@ -7,7 +7,7 @@ NO_EXCEPTION = "no exception"
 """The limit of a trip because something raised one."""
 
 
-class Finding(NamedTuple):
+class Violation(NamedTuple):
     """Something out of bounds.
 
     Attributes:

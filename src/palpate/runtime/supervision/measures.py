@@ -9,7 +9,7 @@ from palpate.spatial import ZERO, norm
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
+class MonitoredQuantity:
     """A number with a name.
 
     Attributes:
@@ -67,20 +67,20 @@ def _tip_turn(now: Observation) -> float:
     return 0.0 if turn is ZERO else norm(turn)  # most robots never turn
 
 
-CONTACT_FORCE = Measure("contact force", "N", _contact_force)
+CONTACT_FORCE = MonitoredQuantity("contact force", "N", _contact_force)
 """Of the finger that feels most."""
 
-CONTACT_MOMENT = Measure("contact moment", "N m", _contact_moment)
+CONTACT_MOMENT = MonitoredQuantity("contact moment", "N m", _contact_moment)
 """About the origin of the sensor frame, of the finger that feels most; whether a contact explains it or not."""
 
-SPIN_TORQUE = Measure("spin torque", "N m", _spin_torque)
+SPIN_TORQUE = MonitoredQuantity("spin torque", "N m", _spin_torque)
 """Of the finger that is twisted most; fingers whose wrench no contact explains do not count."""
 
-GRIP_FORCE = Measure("grip force", "N", _grip_force)
+GRIP_FORCE = MonitoredQuantity("grip force", "N", _grip_force)
 """Normal force of the finger of a hand that presses most; 0 without a hand."""
 
-TIP_SPEED = Measure("measured speed of the tip", "m/s", _tip_speed)
+TIP_SPEED = MonitoredQuantity("measured speed of the tip", "m/s", _tip_speed)
 """As the arm tells."""
 
-TIP_TURN = Measure("measured angular speed of the tip", "rad/s", _tip_turn)
+TIP_TURN = MonitoredQuantity("measured angular speed of the tip", "rad/s", _tip_turn)
 """As the arm tells."""

@@ -16,7 +16,7 @@ from palpate.runtime.supervision.command_conditions import (
     CommandedTurn,
     WellFormed,
 )
-from palpate.runtime.supervision.finding import NO_EXCEPTION, Finding, Trip
+from palpate.runtime.supervision.finding import NO_EXCEPTION, Trip, Violation
 from palpate.runtime.supervision.guard import Guard, guards_of
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
@@ -203,10 +203,10 @@ class Supervisor:
         """
         if self.trip is None:
             self.error = error
-            self._trip(time, Finding(source, _told(error), NO_EXCEPTION), ())
+            self._trip(time, Violation(source, _told(error), NO_EXCEPTION), ())
         self.finished = True
 
-    def _trip(self, time: float, finding: Finding, reaction: tuple[Reaction, ...]) -> None:
+    def _trip(self, time: float, finding: Violation, reaction: tuple[Reaction, ...]) -> None:
         self.trip = Trip(time, *finding)
         self._reaction, self._stages = reaction, tuple(copy(stage) for stage in reaction)
 

@@ -10,9 +10,9 @@ from palpate.sensing.ft.calibration import CalibrationFit, CalibrationStatus, fi
 from palpate.sensing.ft.calibration_map import CalibrationMap
 from palpate.sensing.ft.filter_specs import Butterworth, CriticallyDamped, FilterSpec, FirstOrder, Notch
 from palpate.sensing.ft.filters import WrenchFilter
-from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthLimits, HealthMonitor, Measure, Verdict
+from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor, SampleHealth
 from palpate.sensing.ft.payload import IdentifiedPayload, PayloadStatus, identify_payload
-from palpate.sensing.ft.pipeline import Felt, FTPipeline
+from palpate.sensing.ft.pipeline import FTPipeline, PipelineOutput
 from palpate.sensing.ft.poses import specific_force_from_gravity, specific_force_from_rotations
 from palpate.sensing.ft.sensor_file import CalibrationEntry, ContactEntry, PayloadEntry, SensorFile
 from palpate.sensing.ft.sensor_reader import load_sensor_file, read_sensor
@@ -35,18 +35,18 @@ __all__ = [
     "DriftStatus",
     "DriftWatch",
     "FTPipeline",
-    "Felt",
     "FilterSpec",
     "FirstOrder",
+    "HealthCheck",
     "HealthLimits",
     "HealthMonitor",
     "IdentifiedPayload",
-    "Measure",
     "Notch",
     "PayloadEntry",
     "PayloadStatus",
+    "PipelineOutput",
+    "SampleHealth",
     "SensorFile",
-    "Verdict",
     "WrenchFilter",
     "average_bias",
     "estimate_drift",

@@ -28,7 +28,7 @@ LEAST_QUALITY, MOST_QUALITY = 0.5, 100.0
 the disturbance leaves the notch, and it rings for a second at 50 Hz."""
 
 
-class Section(NamedTuple):
+class Biquad(NamedTuple):
     """y[n] = b0 x[n] + b1 x[n-1] + b2 x[n-2] - a1 y[n-1] - a2 y[n-2]."""
 
     b0: float
@@ -56,7 +56,7 @@ class Butterworth(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_f
     def __post_init__(self) -> None:
         positive("cutoff_Hz", self.cutoff, "Hz")
 
-    def section(self, rate: float) -> Section:
+    def section(self, rate: float) -> Biquad:
         """Return its coefficients at `rate` [Hz]."""
         return _low_pass(_warped("cutoff_Hz", self.cutoff, rate), math.sqrt(0.5))
 
@@ -75,7 +75,7 @@ class CriticallyDamped(
     def __post_init__(self) -> None:
         positive("cutoff_Hz", self.cutoff, "Hz")
 
-    def section(self, rate: float) -> Section:
+    def section(self, rate: float) -> Biquad:
         """Return its coefficients at `rate` [Hz]."""
         # |H|^2 = 1/(1 + (w/p)^2)^2 = 1/2 at w = p sqrt(sqrt(2) - 1), p the pole.
         return _low_pass(_warped("cutoff_Hz", self.cutoff, rate) / math.sqrt(math.sqrt(2.0) - 1.0), 1.0)
@@ -93,11 +93,11 @@ class FirstOrder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fi
     def __post_init__(self) -> None:
         positive("cutoff_Hz", self.cutoff, "Hz")
 
-    def section(self, rate: float) -> Section:
+    def section(self, rate: float) -> Biquad:
         """Return its coefficients at `rate` [Hz]."""
         K = _warped("cutoff_Hz", self.cutoff, rate)
         b = K / (1.0 + K)
-        return Section(b, b, 0.0, (K - 1.0) / (K + 1.0), 0.0)
+        return Biquad(b, b, 0.0, (K - 1.0) / (K + 1.0), 0.0)
 
 
 class Notch(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="notch"):
@@ -118,21 +118,21 @@ class Notch(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="
                 f"quality = {self.quality!r}: must be from {LEAST_QUALITY:g} to {MOST_QUALITY:g}"
             )
 
-    def section(self, rate: float) -> Section:
+    def section(self, rate: float) -> Biquad:
         """Return its coefficients at `rate` [Hz]."""
         K = _warped("center_Hz", self.center, rate)
         d = 1.0 + K / self.quality + K * K
         b, middle = (1.0 + K * K) / d, 2.0 * (K * K - 1.0) / d
-        return Section(b, middle, b, middle, (1.0 - K / self.quality + K * K) / d)
+        return Biquad(b, middle, b, middle, (1.0 - K / self.quality + K * K) / d)
 
 
 FilterSpec = Butterworth | CriticallyDamped | FirstOrder | Notch
 
 
-def _low_pass(K: float, damping: float) -> Section:
+def _low_pass(K: float, damping: float) -> Biquad:
     d = 1.0 + 2.0 * damping * K + K * K
     b = K * K / d
-    return Section(b, 2.0 * b, b, 2.0 * (K * K - 1.0) / d, (1.0 - 2.0 * damping * K + K * K) / d)
+    return Biquad(b, 2.0 * b, b, 2.0 * (K * K - 1.0) / d, (1.0 - 2.0 * damping * K + K * K) / d)
 
 
 def _warped(name: str, frequency: float, rate: float) -> float:

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from palpate.errors import positive
-from palpate.sensing.ft.filter_specs import FilterSpec, Section
+from palpate.sensing.ft.filter_specs import Biquad, FilterSpec
 from palpate.spatial import Wrench
 
 
@@ -81,7 +81,7 @@ class _Stage:
 
     __slots__ = ("_first", "_second", "_section")
 
-    def __init__(self, section: Section) -> None:
+    def __init__(self, section: Biquad) -> None:
         self._section = section
         self._first = [0.0] * 6
         self._second = [0.0] * 6
@@ -104,7 +104,7 @@ class _Stage:
         return (u, v, w, p, q, r)
 
 
-def _noise_gain(sections: Sequence[Section]) -> float:
+def _noise_gain(sections: Sequence[Biquad]) -> float:
     """Return sqrt(sum h^2), h the impulse response of the cascade, from its stationary covariance."""
     size = 2 * len(sections)
     if not size:

@@ -12,7 +12,7 @@ from palpate.sensing.ft.arrays import AXES
 from palpate.spatial import Wrench
 
 
-class Measure(Enum):
+class HealthCheck(Enum):
     """What is watched, gravest first."""
 
     NON_FINITE = "not a finite number"
@@ -27,7 +27,7 @@ class Measure(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class SampleHealth:
     """What is wrong with a sample, if anything.
 
     Attributes:
@@ -37,7 +37,7 @@ class Verdict:
         limit: What is allowed, likewise.
     """
 
-    measure: Measure
+    measure: HealthCheck
     where: str = ""
     value: float = 0.0
     limit: float = math.inf
@@ -45,7 +45,7 @@ class Verdict:
     @property
     def ok(self) -> bool:
         """Whether nothing is wrong."""
-        return self.measure is Measure.HEALTHY
+        return self.measure is HealthCheck.HEALTHY
 
     def __str__(self) -> str:
         """One line for people."""
@@ -55,7 +55,7 @@ class Verdict:
         return f"{self.measure.value}{where}: {self.value:.6g}, limit {self.limit:.6g}"
 
 
-HEALTHY = Verdict(Measure.HEALTHY)
+HEALTHY = SampleHealth(HealthCheck.HEALTHY)
 """The usual verdict, made once."""
 
 
@@ -114,7 +114,7 @@ class HealthMonitor:
         """Forget the samples so far."""
         self._last, self._unchanged, self._all_moved = (), [], False
 
-    def step(self, reading: Sequence[float], load: Wrench) -> Verdict:
+    def step(self, reading: Sequence[float], load: Wrench) -> SampleHealth:
         """Return the gravest thing wrong with a sample.
 
         Args:
@@ -124,16 +124,16 @@ class HealthMonitor:
         if not math.isfinite(sum(reading)):  # one of them is not, or the sum overflows
             for i, x in enumerate(reading):
                 if not math.isfinite(x):
-                    return Verdict(Measure.NON_FINITE, f"channel {i + 1}", x)
+                    return SampleHealth(HealthCheck.NON_FINITE, f"channel {i + 1}", x)
         verdict = self._overloaded(reading, load)
         still = self._still(reading)
         return still if verdict is HEALTHY else verdict
 
-    def _overloaded(self, reading: Sequence[float], load: Wrench) -> Verdict:
+    def _overloaded(self, reading: Sequence[float], load: Wrench) -> SampleHealth:
         low, high = self.limits.raw
         if min(reading) <= low or max(reading) >= high:
             i, x = next((i, x) for i, x in enumerate(reading) if x <= low or x >= high)
-            return Verdict(Measure.SATURATED, f"channel {i + 1}", x, low if x <= low else high)
+            return SampleHealth(HealthCheck.SATURATED, f"channel {i + 1}", x, low if x <= low else high)
         u, v, w, p, q, r = self._inverse
         a, b, c, d, e, f = load
         ratio = math.hypot(a * u, b * v, c * w, d * p, e * q, f * r)
@@ -142,12 +142,12 @@ class HealthMonitor:
         shares = [abs(x) * y for x, y in zip(load, self._inverse, strict=True)]
         worst = shares.index(max(shares))
         if shares[worst] > 1.0:
-            return Verdict(Measure.OVERLOAD_AXIS, AXES[worst], load[worst], self.limits.axis[worst])
+            return SampleHealth(HealthCheck.OVERLOAD_AXIS, AXES[worst], load[worst], self.limits.axis[worst])
         if not ratio <= self.limits.combined:
-            return Verdict(Measure.OVERLOAD_COMBINED, "", ratio, self.limits.combined)
+            return SampleHealth(HealthCheck.OVERLOAD_COMBINED, "", ratio, self.limits.combined)
         return HEALTHY
 
-    def _still(self, reading: Sequence[float]) -> Verdict:
+    def _still(self, reading: Sequence[float]) -> SampleHealth:
         if self._all_moved and len(reading) == len(self._last) and all(map(ne, reading, self._last)):
             self._last = tuple(reading)  # the usual case: nothing to count
             return HEALTHY
@@ -163,11 +163,13 @@ class HealthMonitor:
         if longest < self.limits.frozen_samples:
             return HEALTHY
         if min(self._unchanged) >= self.limits.frozen_samples:
-            return Verdict(Measure.FROZEN, "", float(min(self._unchanged)), float(self.limits.frozen_samples))
+            return SampleHealth(
+                HealthCheck.FROZEN, "", float(min(self._unchanged)), float(self.limits.frozen_samples)
+            )
         if longest >= self.limits.stuck_samples:
             channel = self._unchanged.index(longest)
-            return Verdict(
-                Measure.STUCK, f"channel {channel + 1}", float(longest), float(self.limits.stuck_samples)
+            return SampleHealth(
+                HealthCheck.STUCK, f"channel {channel + 1}", float(longest), float(self.limits.stuck_samples)
             )
         return HEALTHY
 
@@ -201,7 +203,7 @@ class DriftWatch:
         self._seen = 0
         self.mean: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def step(self, contact_wrench: Wrench) -> Verdict:
+    def step(self, contact_wrench: Wrench) -> SampleHealth:
         """Take the contact wrench of a sample without touch [N, N m]."""
         self._seen += 1
         # Plain average at first, then with a constant memory.
@@ -211,5 +213,5 @@ class DriftWatch:
         if self._seen >= self._samples:
             for i, (m, limit) in enumerate(zip(self.mean, self.limit, strict=True)):
                 if abs(m) > limit:
-                    return Verdict(Measure.DRIFT, AXES[i], m, limit)
+                    return SampleHealth(HealthCheck.DRIFT, AXES[i], m, limit)
         return HEALTHY

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from scipy.special import chdtrc, ndtri
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.arrays import finite_rows, positive_entries, same_length
 from palpate.spatial import Vector, as_vector
 
@@ -73,7 +73,7 @@ class IdentifiedPayload:
         status: See `PayloadStatus`.
     """
 
-    payload: Payload
+    payload: SensorPayload
     bias_force: Vector
     bias_moment: Vector
     mass_sd: float
@@ -141,11 +141,11 @@ def identify_payload(
     chi_f, fits_f = _chi2(residual_f / sd_f, 3 * n - 4)
     chi_m, fits_m = _chi2(residual_m / sd_m, 3 * n - 6)
     if mass <= _sure(mass_var):
-        payload, center_cov, status = Payload(), np.full((3, 3), np.inf), PayloadStatus.UNRESOLVED
+        payload, center_cov, status = SensorPayload(), np.full((3, 3), np.inf), PayloadStatus.UNRESOLVED
     else:
         center = h / mass
         center_cov = (h_cov + mass_var * np.outer(center, center)) / mass**2
-        payload = Payload(mass, as_vector(center))
+        payload = SensorPayload(mass, as_vector(center))
         status = PayloadStatus.OK
     if not (fits_f and fits_m):
         status = PayloadStatus.INCONSISTENT

@@ -18,7 +18,7 @@ from typing import NamedTuple, Protocol
 from palpate.errors import InvalidValueError
 from palpate.sensing.compensation import contact_wrench
 from palpate.sensing.ft.filters import WrenchFilter
-from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthLimits, HealthMonitor, Measure, Verdict
+from palpate.sensing.ft.health import HEALTHY, DriftWatch, HealthCheck, HealthLimits, HealthMonitor, SampleHealth
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.ft.touch_detector import ContactDetector
 from palpate.spatial import Vector, Wrench
@@ -34,7 +34,7 @@ NO_WRENCH: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Before the first sample."""
 
 
-class Felt(NamedTuple):
+class PipelineOutput(NamedTuple):
     """What a sample says.
 
     Attributes:
@@ -46,7 +46,7 @@ class Felt(NamedTuple):
 
     wrench: Wrench
     touching: bool
-    health: Verdict
+    health: SampleHealth
 
 
 class _Calibrated(Protocol):
@@ -109,7 +109,7 @@ class FTPipeline:
         self._drift.restart()
         self._wrench = NO_WRENCH
 
-    def step(self, reading: Sequence[float], acceleration: Vector) -> Felt:
+    def step(self, reading: Sequence[float], acceleration: Vector) -> PipelineOutput:
         """Return what a sample says.
 
         Args:
@@ -133,8 +133,8 @@ class FTPipeline:
         if not ratio < IMPOSSIBLE_RATIO:
             if health is HEALTHY:
                 # The load is in order, so it is the acceleration that is not.
-                health = Verdict(Measure.IMPOSSIBLE, "acceleration", ratio, IMPOSSIBLE_RATIO)
-            return Felt(self._wrench, self._detector.touching, health)
+                health = SampleHealth(HealthCheck.IMPOSSIBLE, "acceleration", ratio, IMPOSSIBLE_RATIO)
+            return PipelineOutput(self._wrench, self._detector.touching, health)
         wrench = self._filter.step(wrench)
         self._wrench = wrench
         touching = self._detector.step(math.hypot(wrench[0], wrench[1], wrench[2]))
@@ -142,7 +142,7 @@ class FTPipeline:
             drift = self._drift.step(wrench)
             if health is HEALTHY:
                 health = drift
-        return Felt(wrench, touching, health)
+        return PipelineOutput(wrench, touching, health)
 
     @property
     def _named(self) -> str:

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.sensing.compensation import Payload
+from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.calibration_map import CalibrationMap
 from palpate.sensing.ft.filter_specs import FilterSpec
 from palpate.spatial import ZERO, Vector, Wrench
@@ -109,9 +109,9 @@ class PayloadEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
             _at_most("center_of_mass_m", x, LARGEST_OFFSET, "m")
 
     @property
-    def payload(self) -> Payload:
+    def payload(self) -> SensorPayload:
         """The same, as compensation takes it."""
-        return Payload(self.mass, self.center_of_mass)
+        return SensorPayload(self.mass, self.center_of_mass)
 
 
 class ContactEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

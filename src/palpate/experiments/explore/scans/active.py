@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from palpate.controllers.paths import Active, ActiveSettings, Goal, Measure, PathPlane, Point, Strategy
+from palpate.controllers.paths import Active, ActiveSettings, Goal, GoalError, PathPlane, Point, Strategy
 from palpate.experiments.explore.scans.effort import SLACK, Effort
 from palpate.experiments.explore.scans.rectangle import OverRectangle
 
@@ -33,7 +33,7 @@ class ActiveScan(OverRectangle):
     @property
     def line(self) -> str:
         """As `Scan`."""
-        what = "RMS" if self.goal.measure is Measure.RMS else "at most"
+        what = "RMS" if self.goal.measure is GoalError.RMS else "at most"
         return f"{self.region.line}, until the map errs by {1e3 * self.goal.error:.3g} mm {what}"
 
     def strategy(self, plane: PathPlane, effort: Effort) -> Strategy:

@@ -3,7 +3,7 @@
 import math
 
 from palpate.controllers import Raster
-from palpate.controllers.paths import ActiveSettings, Goal, Measure, Spiral, Turn, tap_grid
+from palpate.controllers.paths import ActiveSettings, Goal, GoalError, Spiral, Turn, tap_grid
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.contour import drop, foreseen_contour
 from palpate.experiments.explore.fit import region_on
@@ -39,7 +39,7 @@ def scan_on(target: SceneObject, config: ExploreConfig) -> Scan:
             taps = tap_grid(region.width, region.depth, config.gap, region.center)
             return TapScan(region, config.gap, missed_places(target, config, taps))
         case "active":
-            measure = Measure.RMS if config.measure == "rms" else Measure.LARGEST
+            measure = GoalError.RMS if config.measure == "rms" else GoalError.LARGEST
             time = math.inf if config.time is None else config.time
             goal = Goal(config.wanted_error, measure, area=config.area, time=time)
             ends = Raster(region.width, region.depth, min(ActiveSettings().prior, region.depth), region.center)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from palpate.controllers import Raster
-from palpate.controllers.paths import Follow, PathPlane, Point, Rows, Strategy
+from palpate.controllers.paths import Follow, PathPlane, Point, RasterRows, Strategy
 from palpate.experiments.explore.scans.beyond import Beyond, longest_hops
 from palpate.experiments.explore.scans.effort import SLACK, Effort
 from palpate.experiments.explore.scans.rectangle import OverRectangle
@@ -47,7 +47,7 @@ class RasterScan(OverRectangle):
         """As `Scan`."""
         if self.beyond is None:
             return Follow(self.raster, plane)
-        return Rows(self.raster, plane, self.beyond.begin)
+        return RasterRows(self.raster, plane, self.beyond.begin)
 
     def duration(self, effort: Effort) -> float:
         """As `Scan`."""
