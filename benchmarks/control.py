@@ -289,7 +289,11 @@ def servo_of(backend: MujocoBackend, arm: bool) -> tuple[float, float, float]:
     carrier, tip = backend.scene.carrier, backend.scene.tip
     if isinstance(carrier, ArmCarrier):
         joints = carrier.joint_start((0.0, 0.0, 0.05))
-        return carrier.arm.push(joints, (0.0, 0.0, -1.0)) / carrier.arm.leash.distance, carrier.arm.lead, 0.0
+        return (
+            carrier.arm.push(joints, (0.0, 0.0, -1.0)) / carrier.arm.following_error_limit.distance,
+            carrier.arm.lead,
+            0.0,
+        )
     assert isinstance(carrier, Stage)
     return carrier.stiffness(tip.mass), carrier.lag, carrier.lag
 

@@ -30,7 +30,7 @@ from palpate.controllers.grip.nudge import NudgedSurface
 from palpate.runtime.batch import progress_bar, results_of, run_batch
 
 TOUCHED, UNTOUCHED = Surface(), Surface(friction_spread=0.3, spin_spread=0.5)
-FARTHEST = 0.008
+MAX_PULL_DISTANCE = 0.008
 """[m] Offset of the pull."""
 
 
@@ -97,7 +97,7 @@ def pulled(
     generator = np.random.default_rng((seed, 11))
     true = surface.drawn(generator)
     begins = PULL_BEGINS + (NUDGED_LATER if plan is Plan.NUDGE else 0.0)
-    pull = Pull(before, after, duration, float(generator.uniform(nearest, FARTHEST)), begins)
+    pull = Pull(before, after, duration, float(generator.uniform(nearest, MAX_PULL_DISTANCE)), begins)
     belief: SurfaceBelief
     match plan:
         case Plan.TOUCHED:

@@ -12,7 +12,7 @@ import pytest
 
 from palpate import __version__
 from palpate.cli import CommandGroup, TypedCommand, main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.runtime.robot import shipped_robots
 from palpate.sim.backend import MujocoBackend

@@ -10,7 +10,7 @@ from contextlib import suppress
 import pytest
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from support.cli_samples import SMALL
 from support.going_on import going_on
 from support.ur_library import needs_ur

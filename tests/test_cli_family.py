@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from palpate.cli import CommandGroup, main, typed_commands
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.experiments.kit.registry import experiment_names
 from palpate.hw.rig import Rig
 from palpate.runtime.robot import shipped_robots

@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from palpate.cli import main, typed_commands
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from support.cli_samples import leaves
 from support.typed_mistakes import answer_to
 

@@ -203,6 +203,6 @@ def _servos(carrier: Carrier, start: tuple[float, float, float]) -> tuple[float,
     """How a carrier lags a ramp [s], its delay in force control [s] and its stiffness [N/m]."""
     if isinstance(carrier, ArmCarrier):
         arm = carrier.arm
-        return 0.0, arm.lead, arm.push(carrier.joint_start(start), DOWN) / arm.leash.distance
+        return 0.0, arm.lead, arm.push(carrier.joint_start(start), DOWN) / arm.following_error_limit.distance
     assert isinstance(carrier, Stage)
     return carrier.lag, carrier.lag, carrier.stiffness(TIP.mass)

@@ -70,7 +70,7 @@ class UnheededWatch(NotedWatch):
         return (False,) * len(loads)
 
 
-class DeafWatch(NotedWatch):
+class DisabledWatch(NotedWatch):
     """Hears nothing: of fingers that share a load one may come up to its limit and hand on, and nothing slips."""
 
     @property

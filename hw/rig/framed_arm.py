@@ -9,18 +9,18 @@ from palpate.spatial import Vector, add, rotate, rotate_back
 class FramedArm:
     """An `ArmDevice` whose base frame is where the work is: z up, wherever the arm stands and hangs."""
 
-    def __init__(self, arm: ArmDevice, pose_base_foot: Pose) -> None:
+    def __init__(self, arm: ArmDevice, pose_base_robot: Pose) -> None:
         """Take an arm.
 
         Args:
-            arm: Which tells its own base frame, that of its foot.
-            pose_base_foot: Where its foot is in the base frame.
+            arm: Which tells its own base frame, that of its robot base.
+            pose_base_robot: Where its robot base is in the base frame.
 
         Raises:
             InvalidValueError: That is no pose.
         """
         self._arm = arm
-        self._pose = checked_pose("pose_base_foot", pose_base_foot)
+        self._pose = checked_pose("pose_base_robot", pose_base_robot)
 
     @property
     def name(self) -> str:

@@ -51,13 +51,13 @@ class Beginning:
 class ArmAtPlace(FramedArm):
     """It refuses to start elsewhere than where the run begins."""
 
-    def __init__(self, arm: ArmDevice, pose_base_foot: Pose, beginning: Beginning) -> None:
+    def __init__(self, arm: ArmDevice, pose_base_robot: Pose, beginning: Beginning) -> None:
         """Take an arm; see `FramedArm`, and where it must be.
 
         Raises:
             InvalidValueError: That is no pose.
         """
-        super().__init__(arm, pose_base_foot)
+        super().__init__(arm, pose_base_robot)
         self._beginning = beginning
 
     def start(self) -> None:
@@ -77,7 +77,7 @@ class ArmAtPlace(FramedArm):
 class ArmFromHere(ArmAtPlace):
     """Its base frame is such that it is where the run begins: nobody has to know where the object is.
 
-    The axes of the base frame are those of its foot.
+    The axes of the base frame are those of its robot base.
     """
 
     def __init__(self, arm: ArmDevice, beginning: Beginning) -> None:

@@ -13,14 +13,14 @@ from ctypes import CDLL, c_ulong
 from multiprocessing.connection import Connection
 from time import monotonic, sleep
 
-from palpate.hw.ur.attendance import Attendance
+from palpate.hw.ur.connection_monitor import ConnectionMonitor
 from palpate.hw.ur.controller_clock import ControllerClock
 from palpate.hw.ur.exchange import ClientPhase, Exchange, Status
 from palpate.hw.ur.library import library_named
 from palpate.hw.ur.problems import Problem
-from palpate.hw.ur.reception import Reception
 from palpate.hw.ur.requests import Opening, UrTask
 from palpate.hw.ur.session import Session
+from palpate.hw.ur.state_receiver import StateReceiver
 from palpate.hw.ur.version import cycle_rate, has_raw_wrench
 from palpate.hw.ur.worker import Worker
 
@@ -78,14 +78,14 @@ def _serve(opening: Opening, exchange: Exchange, pipe: Connection, parent: int) 
     receiver = library.receiver(opening.address, rate, version)
     if not receiver.isConnected():  # refused: the library makes a dead object of it, without a word
         raise ConnectionError("the controller refused to send states")
-    reception = Reception(
+    state_receiver = StateReceiver(
         receiver, rate, raw_wrench=has_raw_wrench(version), clock=ControllerClock(opening.clock_rate)
     )
     worker = Worker(pipe)
-    attendance = Attendance(exchange, opening, reception, lambda: worker.do(UrTask.REST), _LOG)
-    session = Session(opening, library, attendance.newest)
-    worker.start(session, attendance)
-    _rounds(attendance, session, worker, pipe, parent, 1.0 / (ROUNDS * rate))
+    monitor = ConnectionMonitor(exchange, opening, state_receiver, lambda: worker.do(UrTask.REST), _LOG)
+    session = Session(opening, library, monitor.newest)
+    worker.start(session, monitor)
+    _rounds(monitor, session, worker, pipe, parent, 1.0 / (ROUNDS * rate))
     if session.connected:
         if not worker.leaving:
             worker.do(UrTask.LEAVE)
@@ -93,13 +93,13 @@ def _serve(opening: Opening, exchange: Exchange, pipe: Connection, parent: int) 
 
 
 def _rounds(
-    attendance: Attendance, session: Session, worker: Worker, pipe: Connection, parent: int, period: float
+    monitor: ConnectionMonitor, session: Session, worker: Worker, pipe: Connection, parent: int, period: float
 ) -> None:
     """Go round until the arm has been left, whoever started us is gone, or a connection is lost."""
     while not worker.left.is_set():
-        if not attendance.round(monotonic(), session):
-            attendance.pause(ClientPhase.LEAVING)
-            attendance.publish(monotonic())
+        if not monitor.round(monotonic(), session):
+            monitor.pause(ClientPhase.LEAVING)
+            monitor.publish(monotonic())
             return
         try:
             while pipe.poll(0.0):

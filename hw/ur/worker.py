@@ -6,7 +6,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 
-from palpate.hw.ur.attendance import Attendance
+from palpate.hw.ur.connection_monitor import ConnectionMonitor
 from palpate.hw.ur.exchange import ClientPhase
 from palpate.hw.ur.problems import UrRefusal
 from palpate.hw.ur.requests import UrReply, UrRequest, UrTask
@@ -33,9 +33,9 @@ class Worker:
         self.leaving = False
         self._pipe, self._tasks = pipe, SimpleQueue[tuple[UrRequest, bool]]()
 
-    def start(self, session: Session, attendance: Attendance) -> None:
+    def start(self, session: Session, monitor: ConnectionMonitor) -> None:
         """Begin; the thread ends with the process."""
-        threading.Thread(target=self._serve, args=(session, attendance), name="UR worker", daemon=True).start()
+        threading.Thread(target=self._serve, args=(session, monitor), name="UR worker", daemon=True).start()
 
     def ask(self, request: UrRequest) -> None:
         """Have something done, and answered."""
@@ -46,12 +46,12 @@ class Worker:
         """Have something done that nobody waits for."""
         self._tasks.put((UrRequest(task), False))
 
-    def _serve(self, session: Session, attendance: Attendance) -> None:
+    def _serve(self, session: Session, monitor: ConnectionMonitor) -> None:
         with suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, 0, 0)  # of this thread: see the process's own niceness
         while True:
             request, answered = self._tasks.get()
-            answer = _answer(request, session, attendance)
+            answer = _answer(request, session, monitor)
             if answered:
                 with suppress(OSError):  # the arm has gone; the loop finds that
                     self._pipe.send(answer)
@@ -59,10 +59,10 @@ class Worker:
                 self.left.set()
 
 
-def _answer(request: UrRequest, session: Session, attendance: Attendance) -> UrReply:
+def _answer(request: UrRequest, session: Session, monitor: ConnectionMonitor) -> UrReply:
     try:
         with session.lock:
-            _perform(request, session, attendance)
+            _perform(request, session, monitor)
     except RefusedError as refused:
         error = session.reason(refused)
         return UrReply(request.number, error.problem, error.remedy)
@@ -73,13 +73,13 @@ def _answer(request: UrRequest, session: Session, attendance: Attendance) -> UrR
     return UrReply(request.number)
 
 
-def _perform(request: UrRequest, session: Session, attendance: Attendance) -> None:
+def _perform(request: UrRequest, session: Session, monitor: ConnectionMonitor) -> None:
     values = request.values
     match request.task:
         case UrTask.BRING_UP | UrTask.RECOVER:
-            attendance.pause(ClientPhase.LISTENING)
+            monitor.pause(ClientPhase.LISTENING)
             session.bring_up() if request.task is UrTask.BRING_UP else session.recover()
-            attendance.go()
+            monitor.go()
         case UrTask.REST | UrTask.END_FREE:
             session.rest()
         case UrTask.TARE:
@@ -92,7 +92,7 @@ def _perform(request: UrRequest, session: Session, attendance: Attendance) -> No
             session.set_slider(*values)
         case UrTask.FREE:
             session.free()
-            attendance.forget_commands()  # to stand still, which came before: it would end it
+            monitor.forget_commands()  # to stand still, which came before: it would end it
         case UrTask.LEAVE:
-            attendance.pause(ClientPhase.LEAVING)
+            monitor.pause(ClientPhase.LEAVING)
             session.leave()

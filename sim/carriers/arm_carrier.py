@@ -14,8 +14,8 @@ from palpate.sim.carriers.ur5e import FLANGE, JOINTS, Ur5e
 from palpate.spatial import Vector
 
 ELBOW_UP = tuple(np.radians((180.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
-"""[rad] Upper arm raised, forearm forward (along x, away from the foot), flange down: the way to a start that is
-nearest to this is taken."""
+"""[rad] Upper arm raised, forearm forward (along x, away from the robot base), flange down: the way to a start
+that is nearest to this is taken."""
 
 LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Rotation of the tip frame on the flange: upright while the flange looks down."""
@@ -25,7 +25,7 @@ OWN = TURNING_SENSORS + len(JOINTS)
 
 
 FOOT = -0.45
-"""[m] Where the arm's foot is, behind the origin: by half its reach."""
+"""[m] Where the arm's robot base is, behind the origin: by half its reach."""
 
 TOOL = 0.1
 """[m] From the arm's flange to the tip frame."""

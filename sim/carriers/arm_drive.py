@@ -37,7 +37,7 @@ class ArmDrive:
         """
         self._dt = float(model.opt.timestep)
         self._steps = whole_steps("period", period, self._dt)
-        self.reference = TipReference(InverseVelocity(arm.kinematics), period, arm.leash)
+        self.reference = TipReference(InverseVelocity(arm.kinematics), period, arm.following_error_limit)
         self._lead = arm.lead
         # the servo k (u - q) - k lead q' drives a joint to the speed (u - q) / lead, with a first-order lag
         self._reach = tuple(SERVO_SPEED * arm.lead * limits.speed for limits in UR5E.limits)

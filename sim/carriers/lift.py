@@ -21,17 +21,17 @@ class Lift:
     Attributes:
         mass: Of the slide, without its load [kg].
         bandwidth: Natural frequency of the servo [rad/s].
-        leash: Largest distance of the reference from the actual position [m].
+        following_error_limit: Largest distance of the reference from the actual position [m].
     """
 
     mass: float = 5.0
     bandwidth: float = 100.0
-    leash: float = 0.0025
+    following_error_limit: float = 0.0025
 
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
         positive("bandwidth", self.bandwidth, "rad/s")
-        positive("leash", self.leash, "m")
+        positive("following-error limit", self.following_error_limit, "m")
 
     def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`."""
@@ -45,21 +45,21 @@ class Lift:
 
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> "LiftDrive":
         """See `Carrier`."""
-        return LiftDrive(self.leash, model, data)
+        return LiftDrive(self.following_error_limit, model, data)
 
 
 class LiftDrive:
-    """Integrates the vertical velocity into the servo's reference, on a leash. A `Drive`."""
+    """Integrates the vertical velocity into the servo's reference, on a following-error limit. A `Drive`."""
 
-    def __init__(self, leash: float, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, following_error_limit: float, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Take a lift in a scene.
 
         Args:
-            leash: Largest distance of the reference from the actual position [m].
+            following_error_limit: Largest distance of the reference from the actual position [m].
             model: The compiled scene.
             data: Its state, which must live on.
         """
-        self._leash, self._dt = leash, float(model.opt.timestep)
+        self._leash, self._dt = following_error_limit, float(model.opt.timestep)
         at, of = int(model.joint(LIFT).qposadr[0]), int(model.actuator(LIFT).id)
         # views that live as long as the data
         self._position, self._control = data.qpos[at : at + 1], data.ctrl[of : of + 1]
@@ -78,8 +78,8 @@ class LiftDrive:
                 "a robot that can"
             )
         refuse_to_turn(angular_velocity, "lift")
-        actual, leash = float(self._position[0]), self._leash
-        self._height = max(actual - leash, min(actual + leash, self._height))
+        actual, following_error_limit = float(self._position[0]), self._leash
+        self._height = max(actual - following_error_limit, min(actual + following_error_limit, self._height))
         self._rise = self._dt * z
 
     def advance(self) -> None:

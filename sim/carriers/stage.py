@@ -22,18 +22,19 @@ class Stage:
     Attributes:
         mass: Moving mass without the tip [kg].
         bandwidth: Natural frequency of the servos [rad/s].
-        leash: Largest distance of the reference from the actual position [m]: bounds the force with which the
-            stage pushes against an obstacle (anti-windup), and its speed to leash * bandwidth / 2.
+        following_error_limit: Largest distance of the reference from the actual position [m]: bounds the force
+        with which the
+            stage pushes against an obstacle (anti-windup), and its speed to following-error limit * bandwidth / 2.
     """
 
     mass: float = 5.0
     bandwidth: float = 100.0
-    leash: float = 0.0025
+    following_error_limit: float = 0.0025
 
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
         positive("bandwidth", self.bandwidth, "rad/s")
-        positive("leash", self.leash, "m")
+        positive("following-error limit", self.following_error_limit, "m")
 
     @property
     def lag(self) -> float:
@@ -53,7 +54,7 @@ class Stage:
 
     def drive(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> StageDrive:
         """See `palpate.sim.carriers.carrier.Carrier`."""
-        return StageDrive(self.leash, model, data)
+        return StageDrive(self.following_error_limit, model, data)
 
     def add_to(self, spec: mujoco.MjSpec, start: Vector, tip_mass: float) -> mujoco.MjsBody:
         """Add slides and servos to a scene; returns the moving body, at `start` [m] when all slides are at 0."""

@@ -11,17 +11,18 @@ FIRST_SLIDE = "x"
 
 
 class StageDrive:
-    """Integrates velocities into the servos' references, which stay within the leash of where the stage is."""
+    """Integrates velocities into the servos' references, which stay within the following-error limit of where the
+    stage is."""
 
-    def __init__(self, leash: float, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, following_error_limit: float, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Take a stage in a scene.
 
         Args:
-            leash: Largest distance of the reference from the actual position [m].
+            following_error_limit: Largest distance of the reference from the actual position [m].
             model: The compiled scene.
             data: Its state, which must live on.
         """
-        self._leash, self._dt = leash, float(model.opt.timestep)
+        self._leash, self._dt = following_error_limit, float(model.opt.timestep)
         # views that live as long as the data: fetching them anew costs a microsecond a period
         at, of = int(model.joint(FIRST_SLIDE).qposadr[0]), int(model.actuator(FIRST_SLIDE).id)
         self._position, self._control = data.qpos[at : at + 3], data.ctrl[of : of + 3]
@@ -62,6 +63,6 @@ class StageDrive:
         self._reference, self._step = (x, y, z), (dx, dy, dz)
 
     def _leashed(self) -> Vector:
-        """The servos' reference, drawn back to within the leash of the actual position."""
+        """The servos' reference, drawn back to within the following-error limit of the actual position."""
         x, y, z = self._position.tolist()
         return toward((x, y, z), self._reference, self._leash)

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from palpate.errors import InvalidValueError, positive
-from palpate.kinematics import Leash
+from palpate.kinematics import FollowingErrorLimit
 from palpate.sim.carriers.carriage import add_position_servo, add_turning_sensors, lift_load
 from palpate.sim.carriers.carrier import CarriedMass
 from palpate.sim.carriers.stage import Stage
@@ -39,15 +39,16 @@ class TurningStage:
     Attributes:
         mass: Moving mass without load [kg].
         bandwidth: Natural frequency of the servos [rad/s].
-        leash: Largest distances of the references from where it is (anti-windup): bound the force with which it
-            pushes to (mass + load) w^2 leash.distance, and its torque to inertia w^2 leash.angle; speeds to
-            leash * bandwidth / 2.
+        following_error_limit: Largest distances of the references from where it is (anti-windup): bound the force
+        with which it
+            pushes to (mass + load) w^2 following-error limit.distance, and its torque to inertia w^2
+            following-error limit.angle; speeds to following-error limit * bandwidth / 2.
         inertia: Of what turns, without load, about every axis [kg m^2].
     """
 
     mass: float = 5.0
     bandwidth: float = 100.0
-    leash: Leash = field(default_factory=lambda: Leash(0.0025, 0.06))
+    following_error_limit: FollowingErrorLimit = field(default_factory=lambda: FollowingErrorLimit(0.0025, 0.06))
     inertia: float = 0.01
 
     def __post_init__(self) -> None:
@@ -71,7 +72,7 @@ class TurningStage:
 
     @property
     def _slides(self) -> Stage:
-        return Stage(self.mass, self.bandwidth, self.leash.distance)
+        return Stage(self.mass, self.bandwidth, self.following_error_limit.distance)
 
     def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`."""
@@ -111,7 +112,7 @@ class TurningStage:
                 f"the load has an inertia of {load:.3g} kg m^2 about the origin of its frame: must be at most "
                 f"that of the stage's head, inertia = {self.inertia:g} kg m^2; give the stage more"
             )
-        return TurningStageDrive(self.leash, model, data)
+        return TurningStageDrive(self.following_error_limit, model, data)
 
 
 def _add_turning_servo(spec: mujoco.MjSpec, name: str, axis: int, stiffness: float, damping: float) -> None:

@@ -4,7 +4,7 @@ import math
 
 import mujoco
 
-from palpate.kinematics import Leash
+from palpate.kinematics import FollowingErrorLimit
 from palpate.runtime.data import ArmSample
 from palpate.sim.carriers.carriage import TURNING_SENSORS, read_turning
 from palpate.sim.carriers.quaternion import UNTURNED, Quaternion, normalised, product, turn_between, turn_by
@@ -19,22 +19,24 @@ REFERENCE = "head_reference"
 
 
 class TurningStageDrive:
-    """Integrates twists into the servos' references, on a leash to where the stage is. A `Drive`.
+    """Integrates twists into the servos' references, on a following-error limit to where the stage is. A `Drive`.
 
     The reference turns in every time step by exactly what is wanted, but for rounding, which cannot gather.
     """
 
-    def __init__(self, leash: Leash, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(
+        self, following_error_limit: FollowingErrorLimit, model: mujoco.MjModel, data: mujoco.MjData
+    ) -> None:
         """Take a turning stage in a scene.
 
         Args:
-            leash: Largest distances of the references from where the stage is.
+            following_error_limit: Largest distances of the references from where the stage is.
             model: The compiled scene.
             data: Its state, which must live on.
         """
-        self._slides = StageDrive(leash.distance, model, data)
-        self._leash, self._dt = leash.angle, float(model.opt.timestep)
-        self._near = math.cos(0.5 * leash.angle)  # of two unit quaternions' inner product
+        self._slides = StageDrive(following_error_limit.distance, model, data)
+        self._leash, self._dt = following_error_limit.angle, float(model.opt.timestep)
+        self._near = math.cos(0.5 * following_error_limit.angle)  # of two unit quaternions' inner product
         at = int(model.joint(HEAD).qposadr[0])
         frame = int(model.body(REFERENCE).mocapid[0])
         # views that live as long as the data
@@ -81,7 +83,7 @@ class TurningStageDrive:
         self._turn = UNTURNED if (w, x, y, z) == UNTURNED else (w, x, y, z)
 
     def _leashed(self) -> Quaternion:
-        """The reference, drawn back to within the leash of where the head is."""
+        """The reference, drawn back to within the following-error limit of where the head is."""
         a, b, c, d = self._reference
         w, x, y, z = self._orientation.tolist()
         if abs(a * w + b * x + c * y + d * z) >= self._near:

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.kinematics import UR5E, ArmKinematics, Leash, Pose
+from palpate.kinematics import UR5E, ArmKinematics, FollowingErrorLimit, Pose
 from palpate.kinematics.arm import LinkInertia
 from palpate.kinematics.pose import checked_pose
 from palpate.sim.carriers.carriage import add_position_servo
@@ -53,22 +53,22 @@ class Ur5e:
     """A UR5e with a tip on its flange, driven by position servos.
 
     Attributes:
-        pose_base_foot: Where it stands in the scene.
+        pose_base_robot: Where it stands in the scene.
         pose_flange_tip: Where the tip frame sits on its flange.
         bandwidth: Natural frequency of the servos where the arm is heaviest [rad/s]; elsewhere they are stiffer
             than they need be, and more than critically damped.
-        leash: How far the reference may run ahead: bounds the force against an obstacle.
+        following_error_limit: How far the reference may run ahead: bounds the force against an obstacle.
         armature: Of each joint [kg m^2]; an assumption, see `ARMATURE`.
     """
 
-    pose_base_foot: Pose = field(default_factory=Pose)
+    pose_base_robot: Pose = field(default_factory=Pose)
     pose_flange_tip: Pose = field(default_factory=Pose)
     bandwidth: float = 100.0
-    leash: Leash = field(default_factory=Leash)
+    following_error_limit: FollowingErrorLimit = field(default_factory=FollowingErrorLimit)
     armature: tuple[float, float, float, float, float, float] = ARMATURE
 
     def __post_init__(self) -> None:
-        checked_pose("pose_base_foot", self.pose_base_foot)
+        checked_pose("pose_base_robot", self.pose_base_robot)
         checked_pose("pose_flange_tip", self.pose_flange_tip)
         positive("bandwidth", self.bandwidth, "rad/s")
         if len(self.armature) != UR5E.joints:
@@ -79,7 +79,7 @@ class Ur5e:
     @property
     def kinematics(self) -> ArmKinematics:
         """Of the arm as it stands, tip included."""
-        return ArmKinematics(UR5E, self.pose_base_foot, self.pose_flange_tip)
+        return ArmKinematics(UR5E, self.pose_base_robot, self.pose_flange_tip)
 
     @property
     def lead(self) -> float:
@@ -105,7 +105,8 @@ class Ur5e:
         return result
 
     def push(self, joint_position: tuple[float, ...], direction: Vector) -> float:
-        """Return the force with which it pushes against a wall without friction, at rest on a taut leash [N].
+        """Return the force with which it pushes against a wall without friction, at rest on a taut following-error
+        limit [N].
 
         The wall takes up a force f along the wanted direction n, and no moment: the tip yields by f n.C n ahead,
         with C the upper left block of `tip_compliance`. The motors' torque limits may end it earlier.
@@ -115,7 +116,7 @@ class Ur5e:
             direction: In which it is wanted to move, base coordinates; a unit vector.
         """
         n, C = np.array(direction), self.tip_compliance(joint_position)[:3, :3]
-        return float(self.leash.distance / (n @ C @ n))
+        return float(self.following_error_limit.distance / (n @ C @ n))
 
     def add_to(self, spec: mujoco.MjSpec, joint_start: tuple[float, ...]) -> mujoco.MjsBody:
         """Add arm and servos to a scene; returns the body on the flange whose frame is the tip frame.
@@ -134,7 +135,7 @@ class Ur5e:
         """
         start = UR5E.joint_position("joint_start", joint_start)
         body = spec.worldbody.add_body(
-            name="arm", pos=self.pose_base_foot.position, quat=_quat_wxyz(self.pose_base_foot.rotation)
+            name="arm", pos=self.pose_base_robot.position, quat=_quat_wxyz(self.pose_base_robot.rotation)
         )
         for i in range(UR5E.joints):
             body = self._add_link(spec, body, i, start[i])

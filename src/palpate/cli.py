@@ -12,9 +12,9 @@ from typing import Annotated, Any, NamedTuple, Union
 import tyro
 
 from palpate.commands import start_up
-from palpate.commands.answer import CommandResult
 from palpate.commands.calibrate.config import MatrixConfig, NewSensorConfig, PayloadConfig, TareConfig
 from palpate.commands.colours import HELP_WORDS, parser_colours
+from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
 from palpate.commands.completion import CompletionConfig, completion_script
 from palpate.commands.contact.config import ContactConfig
@@ -26,7 +26,7 @@ from palpate.commands.emulate.config import (
     EmulateUrConfig,
 )
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
-from palpate.commands.manner import JsonDocument, Manner, Words
+from palpate.commands.output_format import JsonDocument, OutputFormat, Words
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.commands.sweep.config import SweepConfig
@@ -245,7 +245,7 @@ def typed_commands() -> Typed:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code, see `palpate.commands.answer.ExitCode`."""
+    """Run the command line; returns the exit code, see `palpate.commands.command_result.ExitCode`."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
@@ -258,7 +258,7 @@ def _run_typed(arguments: Sequence[str]) -> CommandResult | int:
     return _run(commands, "palpate", DESCRIPTION.format(first=next(iter(commands))), arguments)
 
 
-def _manner(arguments: Sequence[str]) -> Manner:
+def _manner(arguments: Sequence[str]) -> OutputFormat:
     """How to say what there is to say, before anybody has judged what is typed: a refusal has to be said, too."""
     if "--json" not in arguments or HELP_WORDS & set(arguments):
         return Words()

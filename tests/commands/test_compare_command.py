@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.mapping import TouchCloud, write_cloud_csv, write_cloud_ply
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.contact.config import ContactConfig
 from palpate.commands.contact.tool import answer_contact, fingertip, run_contact
 from palpate.commands.wrench_csv import LONGEST_LINE, WrenchReader

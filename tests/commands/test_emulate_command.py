@@ -14,7 +14,7 @@ import pytest
 import serial
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.emulate.config import (
     EmulateDynamixelConfig,
     EmulateNetftConfig,

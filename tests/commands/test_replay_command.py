@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.replay.report import version_differences
 from palpate.commands.replay.run import replay_log
 from palpate.commands.replay.settings import changeable

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.compare.runs_compared import changed_fields, common_fields, read_runs
 from palpate.commands.compare.runs_compared_report import (
     ComparedFigure,

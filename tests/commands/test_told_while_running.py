@@ -11,7 +11,7 @@ from rich.console import Console
 
 from palpate.cli import main
 from palpate.commands import progress
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.progress import doing, run_progress, step_progress
 from palpate.commands.run_shown import STOPPED, kept_if_interrupted, run_shown
 from palpate.experiments.kit.recorded_run import RecordedRun

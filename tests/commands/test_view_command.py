@@ -12,7 +12,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.view.command import _asked, run_view
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.plan import watched_backend

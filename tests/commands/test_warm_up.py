@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.contact.config import FINGERTIPS
 from palpate.commands.warm_up import command
 from palpate.commands.warm_up.steps import steps

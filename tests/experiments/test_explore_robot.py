@@ -60,7 +60,7 @@ def test_the_shipped_stage_says_what_holds_without_a_file():
     assert default.robot == "stage"
     entry = STAGE.file.backend
     assert isinstance(entry, StageEntry)
-    assert Stage(entry.mass, entry.bandwidth, entry.leash) == Stage()
+    assert Stage(entry.mass, entry.bandwidth, entry.following_error_limit) == Stage()
     assert felt(plan_of(default)) == felt(plan_of(default, STAGE))
 
 
@@ -254,7 +254,7 @@ def test_the_robot_file_makes_the_stage():
             STAGE,
             ("mass_kg: 5.0", "mass_kg: 8"),
             ("rad_per_s: 100.0", "rad_per_s: 50"),
-            ("leash_m: 0.0025", "leash_m: 0.003"),
+            ("following_error_m: 0.0025", "following_error_m: 0.003"),
         ),
     )
     light = plan_of(ExploreConfig(), STAGE)
@@ -310,7 +310,7 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
         ({"force_noise": 0.0}, NANO17, ["dead sensor", "force_N: 0.003125"]),
         ({"period": 2e-3}, NANO17, ["sample_rate_Hz = 1000", "write 500"]),
         ({"speed": 0.05}, changed(STAGE, ("speed_m_per_s: 0.25", "speed_m_per_s: 0.04")), ["limit, 0.04 m/s"]),
-        ({}, changed(STAGE, ("leash_m: 0.0025", "leash_m: 1e-5")), ["force = 2 N", "at most 0.5 N", "leash_m"]),
+        ({}, changed(STAGE, ("following_error_m: 0.0025", "following_error_m: 1e-5")), ["force = 2 N", "at most 0.5 N", "following_error_m"]),
         ({}, changed(STAGE, ("rad_per_s: 100.0", "rad_per_s: 5")), ["at most 0.31 N", "bandwidth_rad_per_s"]),
         ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [0.001, 1, 1]")), ["along x", "0.001 m"]),
         ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [1, 1, 0.01]")), ["along z", "workspace"]),

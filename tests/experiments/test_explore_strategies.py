@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 from palpate.commands.replay.run import replay_log
 from palpate.controllers.paths import Mark, PathEvent
 from palpate.errors import InvalidValueError

@@ -35,7 +35,10 @@ def test_it_can_be_planned_again_from_its_texts():
 def test_what_its_file_leaves_out_is_what_the_stage_is_by_itself():
     entry, stage = TurningStageEntry(), TurningStage()
     assert (entry.mass, entry.inertia, entry.bandwidth) == (stage.mass, stage.inertia, stage.bandwidth)
-    assert (entry.leash, entry.angular_leash) == (stage.leash.distance, stage.leash.angle)
+    assert (entry.following_error_limit, entry.angular_following_error) == (
+        stage.following_error_limit.distance,
+        stage.following_error_limit.angle,
+    )
 
 
 def test_its_file_reads_back_to_the_same():
@@ -47,7 +50,12 @@ def test_its_file_reads_back_to_the_same():
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("inertia_kg_m2", "0"), ("inertia_kg_m2", "1e3"), ("angular_leash_rad", "3.4"), ("angular_leash_rad", "-1")],
+    [
+        ("inertia_kg_m2", "0"),
+        ("inertia_kg_m2", "1e3"),
+        ("angular_following_error_rad", "3.4"),
+        ("angular_following_error_rad", "-1"),
+    ],
 )
 def test_what_cannot_be_is_refused_with_its_key(key, value):
     text = robot_file_text(load_robot("turning-stage").file)

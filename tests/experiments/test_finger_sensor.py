@@ -40,7 +40,7 @@ EVERYTHING = """{preset: nano17, specimen: 3, cross_talk: 0.005, bias: {force_N:
       saturation: {force_N: [13, 13, 18], moment_Nm: [0.13, 0.13, 0.13]}, tare_s: 0.5}"""
 HEAD = """palpate_robot: 1
 name: mine
-backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 100, leash_m: 0.0025, time_step_s: 0.0005}
+backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 100, following_error_m: 0.0025, time_step_s: 0.0005}
 period_s: 0.001
 fingers:
   - surface: {kind: sphere, radius_m: RADIUS}

@@ -78,7 +78,7 @@ def test_the_last_of_these_points_down():
 
 @given(angles)
 def test_base_and_tip_are_set_before_and_behind_the_arm(q):
-    expected = TURNED.pose_base_foot @ BARE.pose(q) @ TURNED.pose_flange_tip
+    expected = TURNED.pose_base_robot @ BARE.pose(q) @ TURNED.pose_flange_tip
     assert np.allclose(matrix(TURNED.pose(q)), matrix(expected), atol=1e-14)
 
 

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.kinematics import UR5E, ArmKinematics, InverseVelocity, Leash, Limit, Pose, TipReference
+from palpate.kinematics import UR5E, ArmKinematics, FollowingErrorLimit, InverseVelocity, Limit, Pose, TipReference
 from palpate.kinematics.pose import rotation_from_rotvec, rotvec_from_rotation, times, transposed
-from palpate.kinematics.reference import FARTHEST
+from palpate.kinematics.reference import MAX_LEAD
 
 KINEMATICS = ArmKinematics(UR5E, pose_flange_tip=Pose((0.0, 0.0, 0.1)))
 INVERSE = InverseVelocity(KINEMATICS)
@@ -19,8 +19,8 @@ STILL = (0.0, 0.0, 0.0)
 DT = 1e-3
 
 
-def started(start=START, leash=None, dt=DT):
-    reference = TipReference(INVERSE, dt, leash)
+def started(start=START, following_error_limit=None, dt=DT):
+    reference = TipReference(INVERSE, dt, following_error_limit)
     reference.start(start)
     return reference
 
@@ -58,21 +58,23 @@ def test_an_orientation_once_taken_is_kept():
     assert angle_between(KINEMATICS.pose(reference.joint_reference).rotation, rotation) < 1e-6
 
 
-@pytest.mark.parametrize("leash", [Leash(0.0005, 0.005), Leash(0.002, 0.02)])
-def test_the_reference_runs_ahead_of_an_arm_held_fast_by_the_leash_and_comes_back_at_once(leash):
-    reference = started(leash=leash)
+@pytest.mark.parametrize(
+    "following-error limit", [FollowingErrorLimit(0.0005, 0.005), FollowingErrorLimit(0.002, 0.02)]
+)
+def test_the_reference_runs_ahead_of_an_arm_held_fast_by_the_leash_and_comes_back_at_once(following_error_limit):
+    reference = started(following_error_limit=following_error_limit)
     stuck = KINEMATICS.pose(START)
     for _ in range(1000):
         reference.step(START, (0.0, 0.03, -0.04), (0.1, 0.0, 0.0))
     held = KINEMATICS.pose(reference.joint_reference)
-    assert math.dist(held.position, stuck.position) == pytest.approx(leash.distance, rel=0.01)
-    assert angle_between(held.rotation, stuck.rotation) == pytest.approx(leash.angle, rel=0.01)
+    assert math.dist(held.position, stuck.position) == pytest.approx(following_error_limit.distance, rel=0.01)
+    assert angle_between(held.rotation, stuck.rotation) == pytest.approx(following_error_limit.angle, rel=0.01)
     assert reference.joint_feed_forward == pytest.approx((0.0,) * 6, abs=1e-3)
-    periods = math.ceil(2.0 * leash.distance / 0.05 / DT) + 5
+    periods = math.ceil(2.0 * following_error_limit.distance / 0.05 / DT) + 5
     for _ in range(periods):
         reference.step(START, (0.0, -0.03, 0.04), STILL)
     back = np.subtract(KINEMATICS.pose(reference.joint_reference).position, stuck.position)
-    assert back @ (0.0, -0.6, 0.8) > 0.9 * leash.distance
+    assert back @ (0.0, -0.6, 0.8) > 0.9 * following_error_limit.distance
 
 
 @settings(deadline=None)
@@ -85,13 +87,16 @@ def test_no_twist_takes_it_off_the_leash(twists):
         assert all(abs(speed) <= math.pi for speed in motion.joint_velocity)
         assert (
             math.dist(reference.pose_base_tip.position, stuck.position)
-            <= FARTHEST * reference.leash.distance * 1.000001
+            <= MAX_LEAD * reference.following_error_limit.distance * 1.000001
         )
-        assert angle_between(reference.pose_base_tip.rotation, stuck.rotation) <= reference.leash.angle * 1.000001
+        assert (
+            angle_between(reference.pose_base_tip.rotation, stuck.rotation)
+            <= reference.following_error_limit.angle * 1.000001
+        )
 
 
 def test_an_obstacle_that_stops_the_tip_does_not_turn_it():
-    """A stuck position on a taut leash leaves the reference of the orientation alone."""
+    """A stuck position on a taut following-error limit leaves the reference of the orientation alone."""
     reference = started()
     for _ in range(1000):
         reference.step(START, (0.0, 0.0, -0.05), STILL)
@@ -106,13 +111,16 @@ def test_an_arm_that_is_pushed_away_takes_its_reference_along_without_feed_forwa
         reference.step(tuple(q.tolist()), STILL, STILL)
         assert reference.joint_feed_forward == (0.0,) * 6
     held = KINEMATICS.pose(reference.joint_reference)
-    assert math.dist(held.position, KINEMATICS.pose(q).position) < 1.01 * FARTHEST * reference.leash.distance
+    assert (
+        math.dist(held.position, KINEMATICS.pose(q).position)
+        < 1.01 * MAX_LEAD * reference.following_error_limit.distance
+    )
 
 
 def test_where_joints_are_too_slow_the_tip_keeps_to_its_line():
     """Close past a straight wrist, at a speed that joints cannot make."""
     start = (0.0, -1.3, 1.7, -1.0, 0.35, 0.0)
-    reference = started(start, Leash(0.02, 0.2))  # long: a taut one pulls sideways too
+    reference = started(start, FollowingErrorLimit(0.02, 0.2))  # long: a taut one pulls sideways too
     begin, line = np.array(reference.pose_base_tip.position), np.array((0.0, -0.6, 0.8))
     slowed, ahead = 0, 0.0
     for _ in range(400):
@@ -122,7 +130,9 @@ def test_where_joints_are_too_slow_the_tip_keeps_to_its_line():
         held = KINEMATICS.pose(reference.joint_reference).position
         ahead = max(ahead, math.dist(reference.pose_base_tip.position, held))
     assert slowed > 50
-    assert ahead < 0.25 * reference.leash.distance  # it waits for the joints, not for its leash
+    assert (
+        ahead < 0.25 * reference.following_error_limit.distance
+    )  # it waits for the joints, not for its following-error limit
     way = np.subtract(reference.pose_base_tip.position, begin)
     assert np.linalg.norm(way - (way @ line) * line) < 1e-12
     assert 0.05 < way @ line < 0.6 * 0.99
@@ -182,8 +192,8 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(InvalidValueError, match="period"):
         TipReference(INVERSE, 0.2)
     with pytest.raises(InvalidValueError, match="distance"):
-        Leash(distance=0.0)
+        FollowingErrorLimit(distance=0.0)
     with pytest.raises(InvalidValueError, match="angle"):
-        Leash(angle=2.0)
+        FollowingErrorLimit(angle=2.0)
     with pytest.raises(InvalidValueError, match="joint 1"):
         started((7.0, *START[1:]))

@@ -5,7 +5,7 @@ import pytest
 
 from palpate import LimitSurface
 from palpate.errors import InvalidValueError
-from palpate.reporting.limit_surface_picture import FARTHEST, limit_surface_picture, load_ratios
+from palpate.reporting.limit_surface_picture import MAX_LOAD_RATIO, limit_surface_picture, load_ratios
 
 SURFACE = LimitSurface(0.5, 0.004, load_exponent=0.2, norm_exponent=1.4)
 TIME = np.linspace(0.0, 1.0, 50)
@@ -37,7 +37,7 @@ def test_the_way_slip_and_what_is_far_outside_are_drawn(sign):
     }
     dots, circle = drawn["."], drawn["o"]
     assert np.allclose(np.abs(dots[:-1, 0]), TIME[slipping][:-1])
-    assert np.sum(np.abs(dots[-1]) ** 1.4) ** (1 / 1.4) == pytest.approx(FARTHEST)
+    assert np.sum(np.abs(dots[-1]) ** 1.4) ** (1 / 1.4) == pytest.approx(MAX_LOAD_RATIO)
     assert np.allclose(np.abs(circle[:, 0]), TIME[slipping][:1])
     assert (axes.get_xlim()[0] < -0.5) == (sign < 0.0)
 

@@ -260,7 +260,15 @@ def check_right(text, robot):
 def physical(robot):
     entry, limits = robot.backend, robot.limits
     surface = robot.fingers[0].surface
-    numbers = [entry.mass, entry.bandwidth, entry.leash, entry.time_step, robot.period, limits.force, limits.speed]
+    numbers = [
+        entry.mass,
+        entry.bandwidth,
+        entry.following_error_limit,
+        entry.time_step,
+        robot.period,
+        limits.force,
+        limits.speed,
+    ]
     assert all(0.0 < x < math.inf for x in numbers)
     assert all(a < b for a, b in zip(limits.workspace_lower, limits.workspace_upper, strict=True))
     assert surface.surface() is not None

@@ -24,7 +24,7 @@ from support.robot_file_text import robot_file_text
 
 HEAD = """palpate_robot: 1
 name: mine
-backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 100, leash_m: 0.0025, time_step_s: 0.0005}
+backend: {kind: stage, mass_kg: 5, bandwidth_rad_per_s: 100, following_error_m: 0.0025, time_step_s: 0.0005}
 period_s: 0.001
 fingers:
   - surface: {kind: sphere, radius_m: 0.008}

@@ -69,7 +69,10 @@ def pressed_by(motion, arm, limits=None):
     finger = Finger(Sphere(TIP), SensorPayload(scene.tip.mass))
     result = run(backend, Touch(finger), Still(), supervisor, duration=1.0, observers=(watch,))
     if isinstance(carrier, ArmCarrier):
-        servo = carrier.arm.push(carrier.joint_start(start), (0.0, 0.0, -1.0)) / carrier.arm.leash.distance
+        servo = (
+            carrier.arm.push(carrier.joint_start(start), (0.0, 0.0, -1.0))
+            / carrier.arm.following_error_limit.distance
+        )
         mass = 7.0
     else:
         servo, mass = carrier.stiffness(scene.tip.mass), carrier.mass + scene.tip.mass

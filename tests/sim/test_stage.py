@@ -63,16 +63,18 @@ def test_the_stage_floats_where_it_is_left():
     assert last.arm.position_base_tip == pytest.approx(first.arm.position_base_tip, abs=1e-12)
 
 
-@pytest.mark.parametrize("leash", [0.0005, 0.0025])
-def test_the_leash_bounds_the_push_against_an_obstacle(leash):
-    stage = Stage(leash=leash)
+@pytest.mark.parametrize("following-error limit", [0.0005, 0.0025])
+def test_the_leash_bounds_the_push_against_an_obstacle(following_error_limit):
+    stage = Stage(following_error_limit=following_error_limit)
     backend = MujocoBackend(scene(stage, (0.0, 0.0, 0.0282), Box(), ContactLaw(stiffness=100e3)))
     backend.start()
-    largest = stage.stiffness(TIP.mass) * leash
+    largest = stage.stiffness(TIP.mass) * following_error_limit
     for _ in range(1500):
         backend.step(Command((0.0, 0.0, -0.004)))
     assert backend.truth().force[2] == pytest.approx(largest, rel=0.01)
-    for _ in range(200):  # no wind-up: backing off frees the tip after the leash and the depth are taken back
+    for _ in range(
+        200
+    ):  # no wind-up: backing off frees the tip after the following-error limit and the depth are taken back
         backend.step(Command((0.0, 0.0, 0.03)))
     assert not backend.truth().touching
 
@@ -177,7 +179,7 @@ def test_a_tip_weighs_something():
         Tip(Sphere(0.008), mass=0.0)
 
 
-@pytest.mark.parametrize("name", ["mass", "bandwidth", "leash"])
+@pytest.mark.parametrize("name", ["mass", "bandwidth", "following-error limit"])
 def test_a_stage_has_positive_quantities(name):
     with pytest.raises(InvalidValueError, match=name):
         Stage(**{name: 0.0})

@@ -1,4 +1,5 @@
-"""The stage that turns: its servos, its leash, what its sensor feels, and any orientation like any other."""
+"""The stage that turns: its servos, its following-error limit, what its sensor feels, and any orientation like any
+other."""
 
 import math
 
@@ -8,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.errors import InvalidValueError
-from palpate.kinematics import Leash
+from palpate.kinematics import FollowingErrorLimit
 from palpate.kinematics.pose import rotation_from_rotvec, rotvec_from_rotation, times, transposed
 from palpate.runtime.data import Command
 from palpate.sensing.compensation import SensorPayload, contact_wrench
@@ -143,8 +144,9 @@ def test_it_does_not_sag_while_it_turns():
 
 @pytest.mark.parametrize("angle", [0.01, 0.06])
 def test_the_leash_bounds_the_torque_against_an_obstacle(angle):
-    """A long tip turned against a wall: what the ball's servo gives ends at inertia bandwidth^2 leash."""
-    stage = TurningStage(leash=Leash(0.0025, angle))
+    """A long tip turned against a wall: what the ball's servo gives ends at inertia bandwidth^2 following-error
+    limit."""
+    stage = TurningStage(following_error_limit=FollowingErrorLimit(0.0025, angle))
     long = Tip(Sphere(0.008, center=(0.0, 0.0, -0.1)))
     law = ContactLaw(stiffness=20e3, friction=0.05)
     start = (-0.0385, 0.0, 0.1)
@@ -160,7 +162,7 @@ def test_the_leash_bounds_the_torque_against_an_obstacle(angle):
 
 
 def test_pushed_away_it_stays_on_its_leash_and_comes_back():
-    stage = TurningStage(leash=Leash(0.0025, 0.02))
+    stage = TurningStage(following_error_limit=FollowingErrorLimit(0.0025, 0.02))
     backend = backend_of(stage)
     head = backend.scene.model.body("head").id
     torque = 3.0 * stage.turning_stiffness * 0.02
@@ -186,7 +188,10 @@ def test_a_start_into_a_turn_does_not_swing(bandwidth):
 @pytest.mark.parametrize(("share", "stable"), [(0.98, True), (1.02, False)])
 def test_the_servos_are_stable_up_to_the_stated_margin(share, stable):
     time_step = 1e-3
-    stage = TurningStage(bandwidth=share * (2.0 + 2.0 * math.sqrt(2.0)) / time_step, leash=Leash(0.1, 1.5))
+    stage = TurningStage(
+        bandwidth=share * (2.0 + 2.0 * math.sqrt(2.0)) / time_step,
+        following_error_limit=FollowingErrorLimit(0.1, 1.5),
+    )
     backend = backend_of(stage, fidelity=Fidelity(time_step))
     backend._data.qvel[:] = 1e-6
     turn(backend, ZERO, 400)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from palpate.errors import InvalidValueError
-from palpate.kinematics import UR5E, ArmKinematics, Leash, Pose, nearest_joint_position
-from palpate.kinematics.reference import FARTHEST
+from palpate.kinematics import UR5E, ArmKinematics, FollowingErrorLimit, Pose, nearest_joint_position
+from palpate.kinematics.reference import MAX_LEAD
 from palpate.sim import Box, ContactLaw, Tip
 from palpate.sim.carriers.arm_drive import ArmDrive
 from palpate.sim.carriers.ur5e import ARMATURE, FLANGE, JOINTS, LARGEST_LINK_INERTIA, LINKS, Ur5e
@@ -270,7 +270,9 @@ def test_a_straight_wrist_is_passed_with_every_joint_within_its_speed(tilt, spee
     assert run.joint_speed <= math.pi
     if speed < 0.1:
         assert smallest < 0.3 * run.drive.reference.inverse.threshold
-        assert run.tip.position[1] - first.position[1] < -0.17  # it came through; the leash waited where it had to
+        assert (
+            run.tip.position[1] - first.position[1] < -0.17
+        )  # it came through; the following-error limit waited where it had to
         assert turned(run.tip, first) < 1e-4
     if error is not None:
         assert worst < error
@@ -305,9 +307,11 @@ def test_wild_commands_keep_every_joint_within_its_speed():
     assert run.joint_speed <= math.pi
 
 
-def pushing(leash=None, friction=0.3, speed=0.01, stiffness=100e3):
+def pushing(following_error_limit=None, friction=0.3, speed=0.01, stiffness=100e3):
     """The tip 0.3 mm above a box."""
-    arm = Ur5e(pose_flange_tip=ARM.pose_flange_tip, leash=leash or Leash())
+    arm = Ur5e(
+        pose_flange_tip=ARM.pose_flange_tip, following_error_limit=following_error_limit or FollowingErrorLimit()
+    )
     start = nearest_joint_position(arm.kinematics, Pose((-0.1333, 0.45, 0.0283)), HOME)
     spec = spec_of(arm, start)
     Box().add_geom(spec.worldbody.add_body(name="object", pos=[-0.1333, 0.45, 0.0]), "object")
@@ -326,16 +330,20 @@ def pushing(leash=None, friction=0.3, speed=0.01, stiffness=100e3):
     return Run(spec.compile(), arm), arm, start
 
 
-@pytest.mark.parametrize("leash", [Leash(0.0005, 0.005), Leash(0.001, 0.01)])
-def test_the_leash_bounds_the_push_against_an_obstacle(leash):
-    run, arm, start = pushing(leash, friction=0.05)
+@pytest.mark.parametrize(
+    "following-error limit", [FollowingErrorLimit(0.0005, 0.005), FollowingErrorLimit(0.001, 0.01)]
+)
+def test_the_leash_bounds_the_push_against_an_obstacle(following_error_limit):
+    run, arm, start = pushing(following_error_limit, friction=0.05)
     first = run.tip
     for _ in range(3000):
         run.period((0.0, 0.0, -0.01))
     load = -run.data.sensordata[:3] + (0.0, 0.0, TIP.mass * GRAVITY)
     assert load[2] == pytest.approx(arm.push(start, (0.0, 0.0, -1.0)), rel=0.05)
     assert turned(run.tip, first) < 0.01
-    for _ in range(300):  # no wind-up: backing off frees the tip after leash and depth are taken back
+    for _ in range(
+        300
+    ):  # no wind-up: backing off frees the tip after following-error limit and depth are taken back
         run.period((0.0, 0.0, 0.01))
     assert run.data.ncon == 0
     assert math.dist(run.tip.position[:2], first.position[:2]) < 2e-3
@@ -350,9 +358,9 @@ def test_a_tip_that_pushes_for_long_stays_where_it_is():
     for _ in range(1500):
         run.period((0.0, 0.0, -0.01))
     assert math.dist(run.tip.position, settled) < 0.2e-3
-    # what the leash leaves at most: in the stiffest direction
+    # what the following-error limit leaves at most: in the stiffest direction
     stiffest = np.linalg.svd(arm.tip_compliance(start)[:3, :3], compute_uv=False)[-1]
-    assert -run.data.sensordata[2] < FARTHEST * arm.leash.distance / stiffest
+    assert -run.data.sensordata[2] < MAX_LEAD * arm.following_error_limit.distance / stiffest
 
 
 def test_the_tip_yields_by_its_compliance():

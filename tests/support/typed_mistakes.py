@@ -3,7 +3,7 @@
 import re
 
 from palpate.cli import main
-from palpate.commands.answer import ExitCode
+from palpate.commands.command_result import ExitCode
 
 
 def answer_to(typed, capsys):

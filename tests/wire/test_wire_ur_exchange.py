@@ -27,8 +27,8 @@ from palpate.hw.ur.exchange import (
 )
 from palpate.hw.ur.goals import checked_joints, checked_pose_goal, checked_velocity, six
 from palpate.hw.ur.problems import WORDS, Problem, SafetyBit, safety_problem
-from palpate.hw.ur.reception import ControllerRestartedError, ImpossibleStateError, Reception
 from palpate.hw.ur.shared_row import SharedRow, size_of
+from palpate.hw.ur.state_receiver import ControllerRestartedError, ImpossibleStateError, StateReceiver
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from support.waiting import until
 
@@ -217,8 +217,8 @@ def test_a_state_is_of_one_cycle_though_the_getters_are_not(tmp_path):
     """It goes on while it is read, and each getter answers for the present cycle: no state may be mixed."""
     fake.forget()
     receiver = fake.receiver(str(tmp_path), 500.0, (5, 14, 0, 0))
-    reception = Reception(receiver, 500.0, raw_wrench=True, clock=ControllerClock())
-    taken = [until(lambda: reception.take(time.monotonic())) for _ in range(200)]
+    state_receiver = StateReceiver(receiver, 500.0, raw_wrench=True, clock=ControllerClock())
+    taken = [until(lambda: state_receiver.take(time.monotonic())) for _ in range(200)]
     fake.forget()
     for s in taken:
         assert (
@@ -247,11 +247,11 @@ class Stamps:
 
 
 def test_a_clock_that_goes_back_is_a_restarted_controller():
-    reception = Reception(Stamps(5.0, 5.002, 0.5), 500.0, raw_wrench=True, clock=ControllerClock())
-    assert reception.take(1.0) is not None
-    assert reception.take(1.002) is not None
+    state_receiver = StateReceiver(Stamps(5.0, 5.002, 0.5), 500.0, raw_wrench=True, clock=ControllerClock())
+    assert state_receiver.take(1.0) is not None
+    assert state_receiver.take(1.002) is not None
     with pytest.raises(ControllerRestartedError):
-        reception.take(1.004)
+        state_receiver.take(1.004)
 
 
 class Rubbish(Stamps):
@@ -273,14 +273,14 @@ class Rubbish(Stamps):
     ],
 )
 def test_rubbish_is_not_taken_for_a_state(name, answer):
-    reception = Reception(Rubbish(name, answer), 500.0, raw_wrench=True, clock=ControllerClock())
+    state_receiver = StateReceiver(Rubbish(name, answer), 500.0, raw_wrench=True, clock=ControllerClock())
     with pytest.raises(ImpossibleStateError):
-        reception.take(1.0)
+        state_receiver.take(1.0)
 
 
 def test_a_controller_without_raw_wrench_is_not_asked_for_it():
-    reception = Reception(Stamps(5.0), 125.0, raw_wrench=False, clock=ControllerClock())
-    found = reception.take(1.0)
+    state_receiver = StateReceiver(Stamps(5.0), 125.0, raw_wrench=False, clock=ControllerClock())
+    found = state_receiver.take(1.0)
     assert found is not None
     assert all(map(math.isnan, found.raw_wrench))
 

@@ -32,7 +32,7 @@ class Bench:
     def __init__(self, mounting: ArmMounting | None = None, plane: ElasticPlane | None = None) -> None:
         mounting = mounting or ArmMounting()
         flange = ArmKinematics(UR5E).pose(HOME)
-        tip = mounting.pose_base_foot @ flange @ mounting.pose_flange_tip
+        tip = mounting.pose_base_robot @ flange @ mounting.pose_flange_tip
         self.plant = SimplePlant(SimpleTip(tip, plane))
         self.robot = EmulatedController(ControllerVersion(), mounting, unlock_delay=5.0)
         self.robot.measure(self.plant.start())
@@ -220,17 +220,17 @@ def test_joint_speeds_turn_the_joints_that_are_told(joint: int, speed: float) ->
 
 
 @given(
-    foot=st.tuples(*[st.floats(-1.0, 1.0)] * 6),
+    robot_base=st.tuples(*[st.floats(-1.0, 1.0)] * 6),
     tip=st.tuples(*[st.floats(-0.1, 0.1)] * 6),
     twist=st.tuples(*[st.floats(-0.05, 0.05)] * 6),
 )
 @settings(max_examples=15, deadline=None)
 def test_the_foot_and_the_tool_may_be_anywhere(
-    foot: tuple[float, ...], tip: tuple[float, ...], twist: tuple[float, ...]
+    robot_base: tuple[float, ...], tip: tuple[float, ...], twist: tuple[float, ...]
 ) -> None:
-    """What the client sees is in the foot's frame and of the TCP, wherever the plant's frames are."""
+    """What the client sees is in the robot base's frame and of the TCP, wherever the plant's frames are."""
     plain = Bench(ArmMounting(pose_flange_tip=pose_of(tip)))
-    moved = Bench(ArmMounting(pose_base_foot=pose_of(foot), pose_flange_tip=pose_of(tip)))
+    moved = Bench(ArmMounting(pose_base_robot=pose_of(robot_base), pose_flange_tip=pose_of(tip)))
     tcp = (0.01, 0.02, 0.1, 0.3, 0.0, 0.1)
     for bench in (plain, moved):
         bench.wait(SET_TCP, tcp)
@@ -243,7 +243,7 @@ def test_the_foot_and_the_tool_may_be_anywhere(
     assert moved.robot.arm.joints == pytest.approx(plain.robot.arm.joints, abs=1e-6)
     # pose of the plant's tip in its own base agrees with the joints
     state = moved.plant.step((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), ()).arm
-    through = ArmKinematics(UR5E, pose_of(foot), pose_of(tip)).pose(moved.robot.arm.joints)
+    through = ArmKinematics(UR5E, pose_of(robot_base), pose_of(tip)).pose(moved.robot.arm.joints)
     assert through.position == pytest.approx(state.position_base_tip, abs=1e-3)
     # the TCP turns about itself where only turning is asked for
     assert moved.robot.twist[1] == pytest.approx(twist[3:], abs=1e-12)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.hw.ur import library
-from palpate.hw.ur.reception import _possible, _Read
+from palpate.hw.ur.state_receiver import _possible, _Read
 
 JOINTS = (0.1, -1.57, 1.8, -1.8, -1.57, 0.3)
 MOVING = (0.02, -0.01, 0.03, -0.02, 0.01, 0.004)

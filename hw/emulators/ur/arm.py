@@ -1,7 +1,7 @@
 """What the controller knows of its arm: joints, flange, TCP and the force on it, in the arm's own base frame.
 
 The plant speaks of a tip frame in base coordinates of its scene; a controller of a TCP in the frame of the arm's
-foot, which ur_rtde calls base. Here is the one place where the two meet.
+robot base, which ur_rtde calls base. Here is the one place where the two meet.
 """
 
 import math
@@ -19,7 +19,7 @@ Joints = tuple[float, ...]
 """Six joint angles [rad] or speeds [rad/s]."""
 
 Twist = tuple[Vector, Vector]
-"""Velocity of the TCP [m/s] and angular velocity [rad/s], in the axes of the arm's foot."""
+"""Velocity of the TCP [m/s] and angular velocity [rad/s], in the axes of the arm's robot base."""
 
 STILL: Twist = (ZERO, ZERO)
 NO_WRENCH: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -53,20 +53,20 @@ class ArmMounting:
 
     Attributes:
         arm: Geometry and limits.
-        pose_base_foot: Where the arm's own base frame is in the plant's.
+        pose_base_robot: Where the arm's own base frame is in the plant's.
         pose_flange_tip: Where the plant's tip frame is on the flange; also the TCP until a client sets another.
         joints: To start near to [rad], if the plant does not tell joints.
         sensor: Which of the plant's wrenches the controller measures; its frame is the tip frame.
     """
 
     arm: SerialArm = UR5E
-    pose_base_foot: Pose = field(default_factory=Pose)
+    pose_base_robot: Pose = field(default_factory=Pose)
     pose_flange_tip: Pose = field(default_factory=Pose)
     joints: Joints = HOME
     sensor: int = 0
 
     def __post_init__(self) -> None:
-        checked_pose("pose_base_foot", self.pose_base_foot)
+        checked_pose("pose_base_robot", self.pose_base_robot)
         checked_pose("pose_flange_tip", self.pose_flange_tip)
         self.arm.joint_position("joints", self.joints)
 
@@ -76,7 +76,7 @@ class Arm:
 
     Attributes:
         mounting: How it stands.
-        kinematics: Of the flange in the foot's frame.
+        kinematics: Of the flange in the robot base's frame.
         pose_flange_tcp: As the installation or a client says.
         joints: [rad].
         joint_speeds: [rad/s].
@@ -98,7 +98,7 @@ class Arm:
         self.tcp = Pose()
         self.twist = STILL
         self.sensed: Wrench = NO_WRENCH
-        self._foot_base = mounting.pose_base_foot.inverse()
+        self._robot_base = mounting.pose_base_robot.inverse()
         self._tip_flange = mounting.pose_flange_tip.inverse()
         self._jacobian: FloatArray = np.zeros((6, 6))
         self.out_of_reach = False
@@ -112,7 +112,7 @@ class Arm:
         """
         sample = state.arm
         pose_base_tip = Pose(sample.position_base_tip, sample.rotation_base_tip)
-        tip = self._foot_base @ pose_base_tip
+        tip = self._robot_base @ pose_base_tip
         self.flange = tip @ self._tip_flange
         self.tcp = self.flange @ self.pose_flange_tcp
         if len(sample.joint_position) == 6:
@@ -124,10 +124,10 @@ class Arm:
         else:
             self._follow()
         self._started = True
-        foot = self._foot_base.rotation
-        turning = rotate(foot, sample.angular_velocity_base_tip)
+        robot_base = self._robot_base.rotation
+        turning = rotate(robot_base, sample.angular_velocity_base_tip)
         arm = subtract(self.tcp.position, tip.position)
-        self.twist = (add(rotate(foot, sample.velocity_base_tip), cross(turning, arm)), turning)
+        self.twist = (add(rotate(robot_base, sample.velocity_base_tip), cross(turning, arm)), turning)
         self._jacobian = self.kinematics.jacobian(self.joints)
         lever = subtract(self.flange.position, self.tcp.position)
         at_flange = add(self.twist[0], cross(turning, lever))
@@ -163,7 +163,7 @@ class Arm:
         """Return how the plant's tip moves with the TCP, in the plant's base axes."""
         tip = self.flange @ self.mounting.pose_flange_tip
         lever = subtract(tip.position, self.tcp.position)
-        base = self.mounting.pose_base_foot.rotation
+        base = self.mounting.pose_base_robot.rotation
         return rotate(base, add(twist[0], cross(twist[1], lever))), rotate(base, twist[1])
 
     def set_tcp(self, pose_flange_tcp: Pose) -> None:
@@ -186,7 +186,7 @@ class Arm:
         if max(norm(shift), norm(turn)) > MISPLACED:
             raise InvalidValueError(
                 f"the plant's joints hold its tip {norm(shift):.4f} m and {norm(turn):.4f} rad away from where it "
-                f"says it is: must be within {MISPLACED:g}; give the mounting the plant's arm, pose_base_foot and "
+                f"says it is: must be within {MISPLACED:g}; give the mounting the plant's arm, pose_base_robot and "
                 "pose_flange_tip"
             )
 
@@ -236,12 +236,12 @@ def difference(wanted: Pose, actual: Pose) -> tuple[Vector, Vector]:
 
 
 def turned(twist: Twist, frame: Pose) -> Twist:
-    """Return a twist given in the axes of a frame in those of the foot."""
+    """Return a twist given in the axes of a frame in those of the robot base."""
     return rotate(frame.rotation, twist[0]), rotate(frame.rotation, twist[1])
 
 
 def turned_back(twist: Twist, frame: Pose) -> Twist:
-    """Return a twist given in the axes of the foot in those of a frame."""
+    """Return a twist given in the axes of the robot base in those of a frame."""
     return rotate_back(frame.rotation, twist[0]), rotate_back(frame.rotation, twist[1])
 
 

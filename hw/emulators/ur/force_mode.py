@@ -39,8 +39,8 @@ class Compliance:
         """Return a twist with the axes replaced that give way.
 
         Args:
-            twist: Of the TCP, axes of the foot.
-            force: On the tool [N], axes of the foot, weight taken off.
+            twist: Of the TCP, axes of the robot base.
+            force: On the tool [N], axes of the robot base, weight taken off.
             torque: The same about the TCP [N m].
         """
         linear, angular = turned_back(twist, self.frame)

@@ -14,7 +14,7 @@ class Tool:
         mass: Of the load, as a client says [kg].
         center: Its centre of mass, flange frame [m].
         inertia: Its inertia, as a client says [kg m^2]; only told back.
-        gravity: Acceleration that holds the foot up, axes of the foot [m/s^2].
+        gravity: Acceleration that holds the robot base up, axes of the robot base [m/s^2].
     """
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class Tool:
         self._zero = self._compensated(arm)
 
     def felt(self, arm: Arm) -> tuple[Vector, Vector]:
-        """Return force on the tool [N] and torque about the TCP [N m], axes of the foot."""
+        """Return force on the tool [N] and torque about the TCP [N m], axes of the robot base."""
         fx, fy, fz, mx, my, mz = (a - b for a, b in zip(self._compensated(arm), self._zero, strict=True))
         tip = arm.flange @ arm.mounting.pose_flange_tip
         force, torque = rotate(tip.rotation, (fx, fy, fz)), rotate(tip.rotation, (mx, my, mz))

@@ -4,10 +4,10 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.answer import CommandResult, ExitCode, shown_figures
+from palpate.commands.command_result import CommandResult, ExitCode, shown_figures
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.run import plan_for
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.output_folder import check_folder
 from palpate.experiments.kit.recording import REPORT

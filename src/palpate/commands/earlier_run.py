@@ -6,7 +6,7 @@ from pathlib import Path
 from mcap.opcode import Opcode
 from rich.console import Console
 
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
 from palpate.experiments.kit.recording import REPORT

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.runtime import Command, Observation, Observer, Sample
 
 REFRESH = 0.1

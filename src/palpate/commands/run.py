@@ -5,11 +5,11 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.answer import CommandResult, ExitCode, report_answer
+from palpate.commands.command_result import CommandResult, ExitCode, report_answer
 from palpate.commands.earlier_run import earlier_told
 from palpate.commands.progress import doing, run_progress
 from palpate.commands.run_shown import kept_if_interrupted, run_shown, tell_of
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.figure import figures_of

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from palpate.commands.progress import run_progress
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 
 STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"

@@ -4,7 +4,7 @@ from palpate.kinematics.arm import DHRow, JointLimits, LinkInertia, SerialArm
 from palpate.kinematics.forward import ArmKinematics
 from palpate.kinematics.pose import Pose
 from palpate.kinematics.position import all_joint_positions, nearest_joint_position
-from palpate.kinematics.reference import Leash, TipReference
+from palpate.kinematics.reference import FollowingErrorLimit, TipReference
 from palpate.kinematics.ur5e import UR5E
 from palpate.kinematics.velocity import InverseVelocity, JointMotion, Limit
 
@@ -12,10 +12,10 @@ __all__ = [
     "UR5E",
     "ArmKinematics",
     "DHRow",
+    "FollowingErrorLimit",
     "InverseVelocity",
     "JointLimits",
     "JointMotion",
-    "Leash",
     "Limit",
     "LinkInertia",
     "Pose",

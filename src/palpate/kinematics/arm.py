@@ -77,11 +77,11 @@ class LinkInertia:
 
 @dataclass(frozen=True, slots=True)
 class SerialArm:
-    """A chain of turning joints from its foot (frame 0) to its flange (last frame).
+    """A chain of turning joints from its robot base (frame 0) to its flange (last frame).
 
     Attributes:
         name: For messages.
-        rows: Geometry, from the foot on.
+        rows: Geometry, from the robot base on.
         limits: One per joint.
         links: One per joint.
     """

@@ -21,13 +21,13 @@ class ArmKinematics:
 
     Attributes:
         arm: Geometry and limits.
-        pose_base_foot: Where frame 0 of the arm stands; a real UR's own base frame if it is the identity.
+        pose_base_robot: Where frame 0 of the arm stands; a real UR's own base frame if it is the identity.
         pose_flange_tip: Where the tip frame sits on the flange.
         chain: All of this as `palpate.kinematics.kernel` takes it, read-only.
     """
 
     arm: SerialArm
-    pose_base_foot: Pose = field(default_factory=Pose)
+    pose_base_robot: Pose = field(default_factory=Pose)
     pose_flange_tip: Pose = field(default_factory=Pose)
     chain: FloatArray = field(init=False, repr=False)
 
@@ -35,7 +35,7 @@ class ArmKinematics:
         packed: list[float] = []
         for row in self.arm.rows:
             packed += (row.a, row.d, math.cos(row.alpha), math.sin(row.alpha), row.offset)
-        for name in ("pose_base_foot", "pose_flange_tip"):
+        for name in ("pose_base_robot", "pose_flange_tip"):
             pose: Pose = checked_pose(name, getattr(self, name))
             packed += pose.position
             packed += (entry for row in pose.rotation for entry in row)

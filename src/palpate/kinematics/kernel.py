@@ -3,7 +3,7 @@
 One file on purpose: numba's cache looks at the file of a cached function only, not at what it inlines from others.
 
 A chain is packed into one array: 5 numbers per joint (a, d, cos alpha, sin alpha, offset), then the poses
-foot in base and tip in flange, 12 numbers each (position, rotation by rows).
+robot base in base and tip in flange, 12 numbers each (position, rotation by rows).
 """
 
 import math

@@ -62,7 +62,7 @@ def all_joint_positions(
     checked_pose("pose_base_tip", pose_base_tip)
     d = _offsets(arm)
     upper, fore = arm.rows[1].a, arm.rows[2].a
-    flange = kinematics.pose_base_foot.inverse() @ pose_base_tip @ kinematics.pose_flange_tip.inverse()
+    flange = kinematics.pose_base_robot.inverse() @ pose_base_tip @ kinematics.pose_flange_tip.inverse()
     found: list[tuple[float, ...]] = []
     distances: list[float] = []
     for wrist in _wrists(flange, d, seed):
@@ -129,7 +129,7 @@ def _offsets(arm: SerialArm) -> tuple[float, float, float, float]:
 
 
 def _wrists(flange: Pose, d: tuple[float, float, float, float], seed: Sequence[float]) -> list[_Wrist]:
-    """Up to four ways to turn joints 1, 5 and 6; `flange` is seen from the foot."""
+    """Up to four ways to turn joints 1, 5 and 6; `flange` is seen from the robot base."""
     d1, d4, d5, d6 = d
     turned = transposed(flange.rotation)  # its rows are the flange's axes
     x6, y6, z6 = turned

@@ -1,11 +1,12 @@
-"""A tip's motion as joint references for position servos, on a leash (anti-windup).
+"""A tip's motion as joint references for position servos, on a following-error limit (anti-windup).
 
 Once per control period the wanted twist moves a reference of the tip's pose, and the joint references follow it
 by `InverseVelocity`: they take its motion, and what is left between the two at `RECOVERY` per second. So nothing
 drifts, and an orientation once taken is kept. Should the arm be held back, the reference of the tip waits: it
-stays within the leash of where the arm really is, in position and in orientation apart, so that what stops
-the tip does not turn it. What pushes the tip against an obstacle is the servos' stiffness over the leash, as on
-the stage. Where joints are too slow, the reference slows down with them; where their ranges end, it stops.
+stays within the following-error limit of where the arm really is, in position and in orientation apart, so that
+what stops the tip does not turn it. What pushes the tip against an obstacle is the servos' stiffness over the
+following-error limit, as on the stage. Where joints are too slow, the reference slows down with them; where their
+ranges end, it stops.
 """
 
 import math
@@ -26,20 +27,21 @@ from palpate.spatial import ZERO, Matrix, Vector, add, add_scaled, dot, limit_no
 
 RECOVERY = 20.0
 """[1/s] at which joint references come back to the tip's reference after damping kept them from it: 50 ms, in
-which a whole leash of 1 mm asks for 20 mm/s."""
+which a whole following-error limit of 1 mm asks for 20 mm/s."""
 
 
 ASIDE = 2.0
-"""Times the leash: how far a reference may be from the tip at right angles to the wanted direction. An arm yields
-askew: pushing straight at a wall without friction, a UR5e with its tip down is off to the side by half to twice as
-much as ahead (by its compliance, over its workspace)."""
+"""Times the following-error limit: how far a reference may be from the tip at right angles to the wanted
+direction. An arm yields askew: pushing straight at a wall without friction, a UR5e with its tip down is off to the
+side by half to twice as much as ahead (by its compliance, over its workspace)."""
 
-FARTHEST = math.hypot(1.0, ASIDE)
-"""Times the leash: how far a reference may be from the tip at all; the bound for one that shall not move."""
+MAX_LEAD = math.hypot(1.0, ASIDE)
+"""Times the following-error limit: how far a reference may be from the tip at all; the bound for one that shall
+not move."""
 
 
 @dataclass(frozen=True, slots=True)
-class Leash:
+class FollowingErrorLimit:
     """How far the reference may run ahead of the arm.
 
     Servos of 100 rad/s whose reference's velocity is fed forward are behind a start from rest to v by
@@ -56,10 +58,12 @@ class Leash:
     angle: float = 0.02
 
     def __post_init__(self) -> None:
-        positive("leash distance", self.distance, "m")
-        positive("leash angle", self.angle, "rad")
+        positive("following-error limit distance", self.distance, "m")
+        positive("following-error limit angle", self.angle, "rad")
         if self.angle > math.pi / 2.0:
-            raise InvalidValueError(f"leash angle = {self.angle:g} rad: must be at most {math.pi / 2:.4f}")
+            raise InvalidValueError(
+                f"following-error limit angle = {self.angle:g} rad: must be at most {math.pi / 2:.4f}"
+            )
 
 
 class TipReference:
@@ -67,21 +71,23 @@ class TipReference:
 
     Attributes:
         inverse: From twists to joint velocities.
-        leash: How far it may run ahead.
+        following_error_limit: How far it may run ahead.
         joint_reference: Where the servos shall hold the joints now [rad].
         joint_feed_forward: At which velocity the servos shall take them to move [rad/s]: that of the reference, as
-            far as it moves as wanted. What the leash draws back is left out, and the servos damp it: fed forward
-            as well, it would carry an arm that was pushed away on and on.
+            far as it moves as wanted. What the following-error limit draws back is left out, and the servos damp
+            it: fed forward as well, it would carry an arm that was pushed away on and on.
         pose_base_tip: Where the tip shall be now.
     """
 
-    def __init__(self, inverse: InverseVelocity, period: float, leash: Leash | None = None) -> None:
+    def __init__(
+        self, inverse: InverseVelocity, period: float, following_error_limit: FollowingErrorLimit | None = None
+    ) -> None:
         """Take an arm; `start` comes before the first step.
 
         Args:
             inverse: From twists to joint velocities.
             period: Of control [s].
-            leash: How far it may run ahead.
+            following_error_limit: How far it may run ahead.
 
         Raises:
             InvalidValueError: The period is too long for recovery, or for braking at the end of a range.
@@ -92,7 +98,7 @@ class TipReference:
                 f"period = {period:g} s: must be at most {longest:g} s, or joints pass the end of their range"
             )
         self.inverse = inverse
-        self.leash = leash or Leash()
+        self.following_error_limit = following_error_limit or FollowingErrorLimit()
         self._period = period
         self.joint_reference: tuple[float, ...] = ()
         self.joint_feed_forward: tuple[float, ...] = ()
@@ -159,29 +165,35 @@ class TipReference:
         return self.inverse.solve(self.joint_reference, (math.nan, *velocity[1:]), angular_velocity)
 
     def _leashed_shift(self, actual: Pose, wanted: Vector) -> Vector:
-        """The reference's shift in this period: as wanted (the same object), unless the leash says otherwise."""
-        here, leash = self.pose_base_tip.position, self.leash.distance
+        """The reference's shift in this period: as wanted (the same object), unless the following-error limit says
+        otherwise."""
+        here, following_error_limit = self.pose_base_tip.position, self.following_error_limit.distance
         ahead = subtract(add(here, wanted), actual.position)
-        if norm(ahead) <= leash:
+        if norm(ahead) <= following_error_limit:
             return wanted
         square = dot(wanted, wanted)
         if square == 0.0:
-            return subtract(add(actual.position, limit_norm(ahead, FARTHEST * leash)), here)
+            return subtract(add(actual.position, limit_norm(ahead, MAX_LEAD * following_error_limit)), here)
         along = scale(dot(ahead, wanted) / square, wanted)
         aside = subtract(ahead, along)
-        if norm(along) <= leash and norm(aside) <= ASIDE * leash:
+        if norm(along) <= following_error_limit and norm(aside) <= ASIDE * following_error_limit:
             return wanted
         return subtract(
-            add(actual.position, add(limit_norm(along, leash), limit_norm(aside, ASIDE * leash))), here
+            add(
+                actual.position,
+                add(limit_norm(along, following_error_limit), limit_norm(aside, ASIDE * following_error_limit)),
+            ),
+            here,
         )
 
     def _leashed_turn(self, actual: Pose, wanted: Vector) -> Vector:
-        """The reference's turn in this period: as wanted (the same object), unless the leash says otherwise."""
+        """The reference's turn in this period: as wanted (the same object), unless the following-error limit says
+        otherwise."""
         here = self.pose_base_tip.rotation
         ahead = rotvec_from_rotation(times(_turned(here, wanted), transposed(actual.rotation)))
-        if norm(ahead) <= self.leash.angle:
+        if norm(ahead) <= self.following_error_limit.angle:
             return wanted
-        kept = times(rotation_from_rotvec(limit_norm(ahead, self.leash.angle)), actual.rotation)
+        kept = times(rotation_from_rotvec(limit_norm(ahead, self.following_error_limit.angle)), actual.rotation)
         return rotvec_from_rotation(times(kept, transposed(here)))
 
 

@@ -24,7 +24,7 @@ from palpate.reporting.style import (
     new_figure,
 )
 
-FARTHEST = 1.3
+MAX_LOAD_RATIO = 1.3
 """Loads beyond this ratio are drawn there: while landing and lifting they are noise over noise."""
 
 MOST_POINTS = 2000
@@ -86,7 +86,7 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     signed = bool((ratios[:, 0] < 0.0).any())
     _draw_surface(axes, p, signed)
     size = np.sum(np.abs(ratios) ** p, axis=1) ** (1.0 / p)
-    shown = ratios * np.minimum(1.0, FARTHEST / np.where(size > 0.0, size, 1.0))[:, None]
+    shown = ratios * np.minimum(1.0, MAX_LOAD_RATIO / np.where(size > 0.0, size, 1.0))[:, None]
     kept = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_POINTS)).round().astype(int))
     way, at = shown[kept], time[kept]
     pieces = np.stack([way[:-1], way[1:]], axis=1)

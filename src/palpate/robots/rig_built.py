@@ -106,9 +106,11 @@ def assembled(robot: Robot, period: float, start: Vector | None = None) -> Rig:
         hand = PolledHand(parts.hand, entry.hand.poll)
     arm: ArmDevice | None = parts.arm
     if parts.arm is not None and entry.arm is not None and start is not None:
-        foot, beginning = entry.arm.foot, Beginning(start, NEAR_START, _most_turned(robot))
+        robot_base, beginning = entry.arm.robot_base, Beginning(start, NEAR_START, _most_turned(robot))
         arm = (
-            ArmFromHere(parts.arm, beginning) if foot is None else ArmAtPlace(parts.arm, pose_of(foot), beginning)
+            ArmFromHere(parts.arm, beginning)
+            if robot_base is None
+            else ArmAtPlace(parts.arm, pose_of(robot_base), beginning)
         )
     settings = RigSettings(period, robot.file.limits.sample_age, kinematics=parts.kinematics)
     return Rig(robot.file.pace.pacer(period), settings, arm=arm, hand=hand, fingers=parts.sensors)

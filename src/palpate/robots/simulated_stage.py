@@ -97,7 +97,7 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
         InvalidValueError: The simulation cannot be what the file says, or not do the task.
     """
     entry = entry_of(robot, StageEntry)
-    stage = Stage(entry.mass, entry.bandwidth, entry.leash)
+    stage = Stage(entry.mass, entry.bandwidth, entry.following_error_limit)
     tip = simulated_tip(robot, task)
     fidelity = replace(EXPLORE.fidelity, time_step=entry.time_step)
     return on_a_carrier(robot, task, tip, stage, fidelity, stage.lag, stage.lag, stage.stiffness(tip.mass))

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from palpate.kinematics import Leash, Pose
+from palpate.kinematics import FollowingErrorLimit, Pose
 from palpate.robots.entry import entry_of
 from palpate.robots.simulated_stage import RobotInScene, Task, on_a_carrier, simulated_tip
 from palpate.runtime.robot import Robot
@@ -24,13 +24,13 @@ def build_ur5e(robot: Robot, task: Task) -> RobotInScene:
     """
     entry, tip = entry_of(robot, SimulatedUr5eEntry), simulated_tip(robot, task)
     arm = Ur5e(
-        Pose((-entry.foot_distance, 0.0, 0.0)),
+        Pose((-entry.robot_base_distance, 0.0, 0.0)),
         Pose((0.0, 0.0, entry.tool_length), LOOKING_DOWN),
         entry.bandwidth,
-        Leash(entry.leash),
+        FollowingErrorLimit(entry.following_error_limit),
     )
     carrier = ArmCarrier(arm)
-    stiffness = arm.push(carrier.joint_start(task.start), DOWN) / arm.leash.distance
+    stiffness = arm.push(carrier.joint_start(task.start), DOWN) / arm.following_error_limit.distance
     # velocity is fed forward, so that a ramp is followed without lag; what is fast the servos follow no faster for
     # that: to force control they are the delay that they are on a stage of the same bandwidth
     fidelity = replace(ARM.fidelity, time_step=entry.time_step)

@@ -24,7 +24,7 @@ def stage_twin(robot: Robot) -> Robot:
     )
     file = msgspec.structs.replace(
         robot.file,
-        backend=TurningStageEntry(leash=0.1, angular_leash=1.5),
+        backend=TurningStageEntry(following_error_limit=0.1, angular_following_error=1.5),
         pace=SimulatedPaceEntry(),
         fingers=fingers,
     )

@@ -16,11 +16,11 @@ from palpate.runtime.robot_rig import RigEntry
 RANGES = {
     "mass_kg": (1e-3, 1000.0, "kg"),
     "bandwidth_rad_per_s": (0.1, 1e4, "rad/s"),
-    "leash_m": (1e-6, 0.1, "m"),
-    "angular_leash_rad": (1e-5, 1.5, "rad"),
+    "following_error_m": (1e-6, 0.1, "m"),
+    "angular_following_error_rad": (1e-5, 1.5, "rad"),
     "inertia_kg_m2": (1e-6, 100.0, "kg m^2"),
     "time_step_s": (1e-6, 0.01, "s"),
-    "foot_distance_m": (0.0, 2.0, "m"),
+    "robot_base_distance_m": (0.0, 2.0, "m"),
     "tool_length_m": (0.0, 1.0, "m"),
     "time_scale": (0.01, 10.0, ""),
 }
@@ -61,13 +61,13 @@ class StageEntry(_Within, frozen=True, forbid_unknown_fields=True, kw_only=True,
     Attributes:
         mass: Moving mass without the tip [kg].
         bandwidth: Natural frequency of its servos [rad/s].
-        leash: Largest distance of the servos' reference from the actual position [m].
+        following_error_limit: Largest distance of the servos' reference from the actual position [m].
         time_step: Of the simulation [s]; the control period is a whole number of them.
     """
 
     mass: float = msgspec.field(name="mass_kg")
     bandwidth: float = msgspec.field(name="bandwidth_rad_per_s")
-    leash: float = msgspec.field(name="leash_m")
+    following_error_limit: float = msgspec.field(name="following_error_m")
     time_step: float = msgspec.field(name="time_step_s")
 
 
@@ -80,16 +80,16 @@ class TurningStageEntry(
         mass: Moving mass without the tip [kg].
         inertia: Of what turns, without the tip, about every axis [kg m^2].
         bandwidth: Natural frequency of its servos [rad/s].
-        leash: Largest distance of the servos' reference from the actual position [m].
-        angular_leash: Likewise, of its orientation [rad].
+        following_error_limit: Largest distance of the servos' reference from the actual position [m].
+        angular_following_error: Likewise, of its orientation [rad].
         time_step: Of the simulation [s]; the control period is a whole number of them.
     """
 
     mass: float = msgspec.field(name="mass_kg", default=5.0)
     inertia: float = msgspec.field(name="inertia_kg_m2", default=0.01)
     bandwidth: float = msgspec.field(name="bandwidth_rad_per_s", default=100.0)
-    leash: float = msgspec.field(name="leash_m", default=0.0025)
-    angular_leash: float = msgspec.field(name="angular_leash_rad", default=0.06)
+    following_error_limit: float = msgspec.field(name="following_error_m", default=0.0025)
+    angular_following_error: float = msgspec.field(name="angular_following_error_rad", default=0.06)
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
 
@@ -99,17 +99,17 @@ class SimulatedUr5eEntry(
     """A simulated Universal Robots UR5e that starts with its tip upright: see `palpate.sim.ArmCarrier`.
 
     Attributes:
-        foot_distance: From its foot, behind the origin of the base frame, to the origin [m].
+        robot_base_distance: From its robot base, behind the origin of the base frame, to the origin [m].
         tool_length: From its flange to the tip frame [m].
         bandwidth: Natural frequency of its servos [rad/s].
-        leash: Largest distance of the reference from the actual position of the tip [m].
+        following_error_limit: Largest distance of the reference from the actual position of the tip [m].
         time_step: Of the simulation [s]; the control period is a whole number of them.
     """
 
-    foot_distance: float = msgspec.field(name="foot_distance_m", default=0.45)
+    robot_base_distance: float = msgspec.field(name="robot_base_distance_m", default=0.45)
     tool_length: float = msgspec.field(name="tool_length_m", default=0.1)
     bandwidth: float = msgspec.field(name="bandwidth_rad_per_s", default=100.0)
-    leash: float = msgspec.field(name="leash_m", default=0.001)
+    following_error_limit: float = msgspec.field(name="following_error_m", default=0.001)
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
 
@@ -121,19 +121,19 @@ class EmulatedUr5eEntry(
     Attributes:
         address: Where controller and F/T box listen: one of the loopback net, for ports are fixed.
         time_scale: Seconds of the robot per second of wall time: less where the computer is too busy for 1.
-        foot_distance: As of `SimulatedUr5eEntry`, and so on [m].
+        robot_base_distance: As of `SimulatedUr5eEntry`, and so on [m].
         tool_length: [m].
         bandwidth: [rad/s].
-        leash: [m].
+        following_error_limit: [m].
         time_step: [s]; the controller's cycle of 2 ms is a whole number of them.
     """
 
     address: str = "127.0.0.2"
     time_scale: float = 1.0
-    foot_distance: float = msgspec.field(name="foot_distance_m", default=0.45)
+    robot_base_distance: float = msgspec.field(name="robot_base_distance_m", default=0.45)
     tool_length: float = msgspec.field(name="tool_length_m", default=0.1)
     bandwidth: float = msgspec.field(name="bandwidth_rad_per_s", default=100.0)
-    leash: float = msgspec.field(name="leash_m", default=0.001)
+    following_error_limit: float = msgspec.field(name="following_error_m", default=0.001)
     time_step: float = msgspec.field(name="time_step_s", default=0.0005)
 
     def __post_init__(self) -> None:

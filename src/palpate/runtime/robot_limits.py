@@ -22,7 +22,7 @@ _LARGEST = {
 }
 """Beyond any robot that works by touch: a larger number is in another unit (mN, mm/s, ms)."""
 
-FARTHEST = 100.0
+MAX_COORDINATE = 100.0
 """[m] from the base to a corner of the workspace: more is a number in millimetres."""
 
 LARGEST_JOINT = 1e3
@@ -56,7 +56,7 @@ class LimitsEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
                 positive(key, value, unit)
                 at_most(key, value, largest, unit)
             else:
-                largest, unit = (FARTHEST, "m") if key.startswith("workspace") else (LARGEST_JOINT, "rad")
+                largest, unit = (MAX_COORDINATE, "m") if key.startswith("workspace") else (LARGEST_JOINT, "rad")
                 for coordinate in value:
                     at_most(key, coordinate, largest, unit)
         for axis, lower, upper in zip("xyz", self.workspace_lower, self.workspace_upper, strict=True):

@@ -13,7 +13,7 @@ from palpate.runtime.robot_ranges import at_most, within
 from palpate.sensing.ft.sensor_file import PayloadEntry
 from palpate.spatial import ZERO, Vector
 
-FARTHEST = 10.0
+MAX_COORDINATE = 10.0
 """[m] from one frame of a cell to another: more is a number in millimetres."""
 
 RANGES = {
@@ -68,7 +68,7 @@ class PoseEntry(_Checked, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         for coordinate in self.position:
-            at_most("position_m", coordinate, FARTHEST, "m")
+            at_most("position_m", coordinate, MAX_COORDINATE, "m")
         for angle in self.rotvec:
             at_most("rotvec_rad", angle, 7.0, "rad")
 
@@ -80,7 +80,8 @@ class UrEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="ur"):
         address: Of its controller: host name or IP address.
         tcp: The tip frame on the flange; its axes are those of the fingertip's sensor.
         payload: What the flange carries; None: as set on the pendant.
-        foot: Where its own base frame is in the base frame that experiments speak of. None: a run begins where it
+        robot_base: Where its own base frame is in the base frame that experiments speak of. None: a run begins
+        where it
             is to begin, the tip close above the middle of the object, and that tells the position.
         acceleration: With which the tip follows velocities [m/s^2], and its turning [rad/s^2]: the controller has
             one number for both.
@@ -96,7 +97,7 @@ class UrEntry(_Checked, frozen=True, kw_only=True, tag_field="kind", tag="ur"):
     address: str
     tcp: PoseEntry = PoseEntry()
     payload: PayloadEntry | None = None
-    foot: PoseEntry | None = None
+    robot_base: PoseEntry | None = None
     acceleration: float = msgspec.field(name="acceleration_m_per_s2", default=5.0)
     joint_speed: float = msgspec.field(name="joint_speed_rad_per_s", default=1.0)
     watchdog: float = msgspec.field(name="watchdog_s", default=0.1)

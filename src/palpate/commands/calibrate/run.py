@@ -12,7 +12,6 @@ from rich.console import Console
 from rich.text import Text
 
 from palpate.atomic_file import replacing
-from palpate.commands.answer import CommandResult
 from palpate.commands.calibrate.answer import bias_figures, calibration_figures, payload_figures
 from palpate.commands.calibrate.config import (
     CalibrateConfig,
@@ -34,6 +33,7 @@ from palpate.commands.calibrate.data import (
 from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.sensor_presets import preset_sensor
 from palpate.commands.calibrate.tables import UNITS, bias_table, calibration_table, payload_table
+from palpate.commands.command_result import CommandResult
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.output_folder import check_file
 from palpate.sensing.ft import (

@@ -11,9 +11,9 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.atomic_file import replacing
-from palpate.commands.answer import CommandResult
+from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.output_folder import check_folder, make_folder
 

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.answer import CommandResult, figure_name
+from palpate.commands.command_result import CommandResult, figure_name
 from palpate.commands.compare.runs_compared import read_runs
 from palpate.commands.compare.runs_compared_report import (
     ComparedFigure,
@@ -17,7 +17,7 @@ from palpate.commands.compare.runs_compared_report import (
     comparison_report,
 )
 from palpate.commands.progress import doing
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.reporting.page import write_report
 from palpate.reporting.report import Report

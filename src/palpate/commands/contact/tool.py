@@ -14,7 +14,7 @@ from typing import BinaryIO, Protocol, cast
 import numpy as np
 
 from palpate.atomic_file import replacing
-from palpate.commands.answer import CommandResult, ExitCode
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.contact.config import STANDARD_STREAM, ContactConfig
 from palpate.commands.contact.table import ContactTable, JsonLines, TableFormat
 from palpate.commands.wrench_csv import ByteSource, WrenchReader

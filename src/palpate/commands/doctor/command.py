@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.answer import CommandResult, ExitCode
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.doctor.arm import arm_findings
 from palpate.commands.doctor.computer import COMPUTER, computer_findings
 from palpate.commands.doctor.config import DoctorConfig
@@ -15,7 +15,7 @@ from palpate.commands.doctor.hand import hand_findings
 from palpate.commands.doctor.sensor import sensor_findings
 from palpate.commands.doctor.watched import failure
 from palpate.commands.progress import step_progress
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.extras import MissingLibraryError
 from palpate.hw.devices import DeviceError
 from palpate.robots.devices import with_devices

@@ -7,7 +7,7 @@ from types import FrameType
 
 from rich.console import Console
 
-from palpate.commands.answer import CommandResult
+from palpate.commands.command_result import CommandResult
 from palpate.commands.emulate.config import (
     EmulateConfig,
     EmulateDynamixelConfig,
@@ -16,7 +16,7 @@ from palpate.commands.emulate.config import (
     EmulateUrConfig,
     version_numbers,
 )
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.hw.dynamixel.registers import BAUD_RATES, KINDS
 from palpate.hw.emulators.control import EmulatorControl

@@ -5,7 +5,7 @@ from datetime import datetime
 
 import numpy as np
 
-from palpate.commands.answer import CommandResult
+from palpate.commands.command_result import CommandResult
 from palpate.commands.log.times import log_duration, log_spreads
 from palpate.errors import FloatArray
 from palpate.runtime.log import Log

@@ -8,13 +8,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from palpate.commands.answer import CommandResult
+from palpate.commands.command_result import CommandResult
 from palpate.commands.log.answer import log_answer
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
 from palpate.commands.log.export import CsvWriter, ParquetWriter, TableWriter, tables_of
 from palpate.commands.log.summary import VERSIONS, log_summary
 from palpate.commands.progress import lively
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.runtime.log import Log, log_in, read_log
 

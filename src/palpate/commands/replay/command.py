@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from palpate.commands.answer import CommandResult, ExitCode, shown_figures
+from palpate.commands.command_result import CommandResult, ExitCode, shown_figures
 from palpate.commands.progress import doing, lively
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.replay.controller import load_controller_maker
@@ -24,7 +24,7 @@ from palpate.commands.replay.report import (
 )
 from palpate.commands.replay.run import ReplayedLog, replay_log
 from palpate.commands.replay.settings import unchangeable
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder

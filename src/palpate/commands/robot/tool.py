@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import msgspec
 
-from palpate.commands.answer import CommandResult
+from palpate.commands.command_result import CommandResult
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.errors import InvalidValueError
 from palpate.nearest_name import unit_of, without_unit

@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.answer import CommandResult, ExitCode
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import LINE_INTERVAL, doing
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
 from palpate.commands.sweep.result import SweepResult, spread_of

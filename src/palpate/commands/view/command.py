@@ -8,12 +8,12 @@ from typing import Any
 
 from rich.console import Console
 
-from palpate.commands.answer import CommandResult, ExitCode
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
 from palpate.commands.run import plan_for
 from palpate.commands.run_shown import kept_if_interrupted
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of

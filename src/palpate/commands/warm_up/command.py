@@ -14,9 +14,9 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from palpate.commands.answer import CommandResult, ExitCode
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.progress import lively
-from palpate.commands.said import say
+from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.commands.warm_up.record import WarmUpRecord
 

@@ -57,7 +57,7 @@ def check_push(config: ExploreConfig, stiffness: float, following_error: float) 
     if config.greatest_force > push:
         raise InvalidValueError(
             f"force = {config.force:g} N: the robot pushes with at most {push:.2g} N, its servos' "
-            f"{stiffness:.3g} N/m over a following error of {following_error:g} m (leash_m, "
+            f"{stiffness:.3g} N/m over a following error of {following_error:g} m (following_error_m, "
             "bandwidth_rad_per_s in the robot file); press with less, or allow more of either"
         )
 

@@ -293,7 +293,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     ready = build(robot, task)
     # what holds a real arm back is its controller
     if not isinstance(robot.file.backend, RigEntry | EmulatedHandEntry):
-        check_push(config, ready.stiffness, robot.file.backend.leash)
+        check_push(config, ready.stiffness, robot.file.backend.following_error_limit)
     check_speed("speed", config.speed, limits)
     scene = scene_of(ready.backend)
     if scene is not None:

@@ -45,7 +45,7 @@ BENT = (
 )
 """Of strokes on what is not flat."""
 
-FARTHEST = 1.25
+AXIS_LIMIT = 1.25
 """Side of the picture of a limit surface, over its half axes."""
 
 
@@ -154,8 +154,8 @@ def surface_picture(found: SurfacePoints) -> Picture:
             label=f"at {load:g} N",
         )
     axes.set_aspect("equal")
-    axes.set_xlim(-0.05, FARTHEST)
-    axes.set_ylim(-0.05, FARTHEST)
+    axes.set_xlim(-0.05, AXIS_LIMIT)
+    axes.set_ylim(-0.05, AXIS_LIMIT)
     dress(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
     legend_above(figure, [axes], columns=3)
     return Picture(

@@ -41,7 +41,7 @@ FASTEST_LANDING = 0.005
 BEYOND = 0.005
 """How far below where the surface may be it is looked for [m]."""
 
-FARTHEST = 0.025
+MAX_TRAVEL = 0.025
 """How far strokes may go on what is large and flat [m]."""
 
 FROM_EDGE = 0.005
@@ -234,7 +234,7 @@ def _survey(
 ) -> tuple[SurveyWanted, tuple[float, ...]]:
     """What to rub, and which speeds are left out."""
     room = _room(config)
-    most = min(FARTHEST, room) if config.most_travel is None else config.most_travel
+    most = min(MAX_TRAVEL, room) if config.most_travel is None else config.most_travel
     if most > room * (1.0 + 1e-9):
         raise InvalidValueError(
             f"most_travel = {most:g} m: must be at most {room:.3g} m on this {config.object}: farther, its edge "

@@ -42,7 +42,7 @@ usual tenth, an object that slides out of fingers that press with 1.5 N is not h
 NUDGING_GRIP = 2.0
 """[N] 2 mu e f_n is then less than tips over a box of 0.1 kg, with mu 0.65 and e 6 mm too: 16 of 24 mNm."""
 
-FARTHEST = 3.0
+MAX_DEVIATIONS = 3.0
 """Standard deviations by which an estimate may be off: beyond, e could be nothing."""
 
 EVEN = 3.0**0.5
@@ -64,7 +64,7 @@ def believed_surface(config: GraspConfig, found: FrictionFile | None) -> LimitSu
     generator = np.random.default_rng((config.seed, 11))
     a, b = generator.uniform(-1.0, 1.0, 2).tolist()
     if config.known == "estimated":
-        a, b = np.clip(generator.standard_normal(2), -FARTHEST, FARTHEST).tolist()
+        a, b = np.clip(generator.standard_normal(2), -MAX_DEVIATIONS, MAX_DEVIATIONS).tolist()
     of_mu, of_e = SPREADS[config.known]
     true = true_surface(config)
     # the truth lies about what is believed, evenly or normally; exponents are taken as they are

@@ -10,7 +10,7 @@ from palpate.controllers.grip.grasp_solver import GraspSolver, LeastGrip, Likely
 from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin
-from palpate.controllers.grip.noted_watch import DeafWatch, NotedWatch, UnheededWatch
+from palpate.controllers.grip.noted_watch import DisabledWatch, NotedWatch, UnheededWatch
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.rippled import RippledGrip
@@ -185,7 +185,7 @@ class GraspPlan(PlanDefaults):
         """Who listens for slip; a grip that ignores spin, or is shared, does not heed it."""
         slips = slips_of(self.config, self.believed, self.hand.geometry.tip, self.period)
         if shares(self.config):
-            return DeafWatch(slips)
+            return DisabledWatch(slips)
         return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
 
     @property

@@ -129,7 +129,7 @@ class EmulatedHand:
         assert isinstance(grip, ServoGrip)
         trace = TruthTrace.of_process(self.process, self.memory)
         plant = _Lifting(scene, trace, _BusServos(grip))
-        arm = UrServer(wires.arm, mounting=ArmMounting(pose_base_foot=FOOT, pose_flange_tip=FLANGE_HAND))
+        arm = UrServer(wires.arm, mounting=ArmMounting(pose_base_robot=FOOT, pose_flange_tip=FLANGE_HAND))
         boxes = [
             NetFtServer(BoxSettings(address, rate=SENSOR_RATE * wires.time_scale, ranges=RANGES), i)
             for i, address in enumerate(wires.sensors)

@@ -98,19 +98,19 @@ def simulated_twin(robot: Robot) -> Robot:
     """Return the same robot without wires, as fast as it can be computed."""
     entry = emulated_entry(robot)
     simulated = SimulatedUr5eEntry(
-        foot_distance=entry.foot_distance,
+        robot_base_distance=entry.robot_base_distance,
         tool_length=entry.tool_length,
         bandwidth=entry.bandwidth,
-        leash=entry.leash,
+        following_error_limit=entry.following_error_limit,
         time_step=entry.time_step,
     )
     file = msgspec.structs.replace(robot.file, backend=simulated, pace=SimulatedPaceEntry())
     return replace(robot, file=file)
 
 
-def pose_base_foot(entry: EmulatedUr5eEntry) -> Pose:
+def pose_base_robot(entry: EmulatedUr5eEntry) -> Pose:
     """Return where the arm's own base frame is in that of the scene."""
-    return Pose((-entry.foot_distance, 0.0, 0.0))
+    return Pose((-entry.robot_base_distance, 0.0, 0.0))
 
 
 def pose_flange_tip(entry: EmulatedUr5eEntry) -> Pose:
@@ -120,4 +120,4 @@ def pose_flange_tip(entry: EmulatedUr5eEntry) -> Pose:
 
 def mounting_of(entry: EmulatedUr5eEntry) -> ArmMounting:
     """Return how the emulated controller's arm stands in the scene."""
-    return ArmMounting(pose_base_foot=pose_base_foot(entry), pose_flange_tip=pose_flange_tip(entry))
+    return ArmMounting(pose_base_robot=pose_base_robot(entry), pose_flange_tip=pose_flange_tip(entry))

@@ -12,7 +12,7 @@ from palpate.robots.emulated.scene import (
     CYCLE,
     EmulatedUr5e,
     emulated_entry,
-    pose_base_foot,
+    pose_base_robot,
     pose_flange_tip,
     simulated,
     simulated_twin,
@@ -55,7 +55,7 @@ def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
         stale_after=PATIENCE,
         clock_rate=entry.time_scale,
     )
-    arm = FramedArm(UrArm(entry.address, settings), pose_base_foot(entry))
+    arm = FramedArm(UrArm(entry.address, settings), pose_base_robot(entry))
     sensor = NetFt(entry.address, NetFtSettings(StreamSettings(QUIET, silent_after=PATIENCE)))
     tip = scene.tip
     rig = Rig(

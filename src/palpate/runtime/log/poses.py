@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.errors import FloatArray
 
-FARTHEST = 1e12
+MAX_MAGNITUDE = 1e12
 """[s, m] Beyond it a number is a damaged one, also if it is finite."""
 
 SKEWED = 1e-3
@@ -30,8 +30,8 @@ def poses_at(
     Returns:
         Positions (n, 3) [m] and rotations (n, 3, 3).
     """
-    late = np.flatnonzero((wanted != time) & (np.abs(wanted) < FARTHEST) & (np.abs(time) < FARTHEST))
-    usable = np.asarray((np.abs(time) < FARTHEST) & (np.abs(position) < FARTHEST).all(axis=1))
+    late = np.flatnonzero((wanted != time) & (np.abs(wanted) < MAX_MAGNITUDE) & (np.abs(time) < MAX_MAGNITUDE))
+    usable = np.asarray((np.abs(time) < MAX_MAGNITUDE) & (np.abs(position) < MAX_MAGNITUDE).all(axis=1))
     usable[usable] = _proper(rotation[usable])
     samples = np.flatnonzero(usable)
     if not len(late) or not len(samples):

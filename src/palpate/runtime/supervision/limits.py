@@ -15,7 +15,7 @@ GRAVEST_STEP = 25.0
 REDUCED_TURN = 2.5
 """[rad/s]: what is 0.1 m away from the fingertip then moves with the reduced speed."""
 
-GRAVEST_TWIST = 250.0
+MAX_ANGULAR_ACCELERATION = 250.0
 """[rad/s^2]: likewise, with `GRAVEST_STEP`."""
 
 OLDEST_SAMPLE = 0.02
@@ -50,7 +50,7 @@ class Limits:
     speed: float = REDUCED_SPEED
     acceleration: float = GRAVEST_STEP
     angular_speed: float = REDUCED_TURN
-    angular_acceleration: float = GRAVEST_TWIST
+    angular_acceleration: float = MAX_ANGULAR_ACCELERATION
     sample_age: float = OLDEST_SAMPLE
     workspace_lower: Vector = (-1.0, -1.0, -1.0)
     workspace_upper: Vector = (1.0, 1.0, 1.0)

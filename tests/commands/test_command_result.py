@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.commands.answer import UNITS, CommandResult, ExitCode, figure_name, shown_figures
+from palpate.commands.command_result import UNITS, CommandResult, ExitCode, figure_name, shown_figures
 from palpate.commands.json_document import document, plain
-from palpate.commands.manner import JsonDocument, Words, unboxed
+from palpate.commands.output_format import JsonDocument, Words, unboxed
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.reporting.data import KeyFigure
 
@@ -162,7 +162,7 @@ def test_an_exit_code_alone_is_an_answer(manner, capsys):
 def test_what_other_processes_and_libraries_print_goes_to_standard_error():
     code = (
         "import os, subprocess, sys\n"
-        "from palpate.commands.manner import JsonDocument\n"
+        "from palpate.commands.output_format import JsonDocument\n"
         "def run():\n"
         "    os.write(1, b'library\\n')\n"
         "    subprocess.run([sys.executable, '-c', 'print(\"child\")'])\n"

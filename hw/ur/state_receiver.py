@@ -50,7 +50,7 @@ class _Read(NamedTuple):
     acceleration: tuple[float, float, float]
 
 
-class Reception:
+class StateReceiver:
     """Looks whether there is a new state, and takes it."""
 
     def __init__(self, receiver: ReceiveClient, rate: float, *, raw_wrench: bool, clock: ControllerClock) -> None:

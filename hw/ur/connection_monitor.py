@@ -10,9 +10,9 @@ from time import monotonic, sleep
 
 from palpate.hw.ur.exchange import ClientPhase, Exchange, MotionCommand, Order, Status, UrState
 from palpate.hw.ur.problems import FATAL, PLAYING, Problem, safety_problem
-from palpate.hw.ur.reception import ControllerRestartedError, ImpossibleStateError, Reception
 from palpate.hw.ur.requests import Opening
 from palpate.hw.ur.session import RefusedError, Session
+from palpate.hw.ur.state_receiver import ControllerRestartedError, ImpossibleStateError, StateReceiver
 
 _KEEP_ALIVE = 0.2
 """Fraction of the watchdog's time after which it is fed, if no command did."""
@@ -30,7 +30,7 @@ _REASON_WITHIN = 0.01
 """[s] to wait, after a refused command, for the state that says why."""
 
 
-class Attendance:
+class ConnectionMonitor:
     """One round after the other.
 
     Attributes:
@@ -39,20 +39,25 @@ class Attendance:
     """
 
     def __init__(
-        self, exchange: Exchange, opening: Opening, reception: Reception, rest: Callable[[], None], log: int
+        self,
+        exchange: Exchange,
+        opening: Opening,
+        state_receiver: StateReceiver,
+        rest: Callable[[], None],
+        log: int,
     ) -> None:
         """Begin.
 
         Args:
             exchange: With the arm.
             opening: What the process was told.
-            reception: Of states.
+            state_receiver: Of states.
             rest: Asks the worker to bring the arm to rest.
             log: Descriptor of the file in memory to which the library prints; the loop reads it.
         """
         self.phase = ClientPhase.LISTENING
         self.state: UrState | None = None
-        self._exchange, self._told, self._reception = exchange, opening, reception
+        self._exchange, self._told, self._reception = exchange, opening, state_receiver
         self._rest, self._log, self._log_size = rest, log, 0
         self._problem, self._problem_since = Problem.NONE, 0.0
         self._refused_since: float | None = None

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import Any, Protocol
 
-from palpate.commands.answer import CommandResult, ExitCode
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.json_document import document
 from palpate.errors import InvalidValueError, PalpateError
 from palpate.extras import MissingLibraryError
@@ -24,7 +24,7 @@ KEPT = 200
 """Pieces of what went to standard error last: a refusal of what was typed is a few dozen."""
 
 
-class Manner(Protocol):
+class OutputFormat(Protocol):
     """How a command is carried out and heard."""
 
     def carry_out(self, run: Run) -> int:
