@@ -11,7 +11,6 @@ from rich.console import Console
 from palpate.commands.answer import Answer, ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
-from palpate.commands.run import plan_for
 from palpate.commands.run_shown import kept_if_interrupted
 from palpate.commands.said import say
 from palpate.commands.typed_values import set_options
@@ -29,6 +28,7 @@ from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, written
 from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.script import plan_for
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
 from palpate.runtime.live import live_parameters_of

@@ -1,12 +1,6 @@
 """What options that several experiments share may be; imports nothing heavy."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
-from palpate.errors import InvalidValueError, not_negative, positive
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+from palpate.errors import InvalidValueError, positive
 
 LARGEST_LENGTH = 2.0
 """Of object, fingertip and raster [m]: robots reach 1 m either way; a larger number is in another unit."""
@@ -16,31 +10,6 @@ LONGEST_PERIOD = 8e-3
 
 LARGEST_SEED = 2**63 - 1
 """Largest whole number that a configuration file keeps exactly."""
-
-
-def check_positive(config: "DataclassInstance", units: Mapping[str, str]) -> None:
-    """Refuse fields that are not above 0.
-
-    Args:
-        config: Whose fields they are.
-        units: Unit of each, by name.
-
-    Raises:
-        InvalidValueError: One is not, or is None.
-    """
-    for name, unit in units.items():
-        positive(name, getattr(config, name), unit)
-
-
-def check_not_negative(config: "DataclassInstance", units: Mapping[str, str]) -> None:
-    """Refuse fields that are below 0; otherwise as `check_positive`."""
-    for name, unit in units.items():
-        not_negative(name, getattr(config, name), unit)
-
-
-def given(config: "DataclassInstance", units: Mapping[str, str]) -> Mapping[str, str]:
-    """Return the part of `units` whose fields are not None: those that may be left out, but were not."""
-    return {name: unit for name, unit in units.items() if getattr(config, name) is not None}
 
 
 def check_length(name: str, length: float, largest: float = LARGEST_LENGTH) -> None:
