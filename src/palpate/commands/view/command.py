@@ -17,8 +17,7 @@ from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
-from palpate.commands.view.plan import shown_scene, watched_backend
-from palpate.commands.view.plans import plans_of_log
+from palpate.commands.view.plan import plans_of_log, shown_scene, watched_backend
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
 from palpate.experiments.kit.experiment import Experiment

@@ -41,7 +41,6 @@ from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, p
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.mapping import Knowledge
 from palpate.reporting.data import KeyFigure
-from palpate.robots.control_period import period_of
 from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
@@ -305,7 +304,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
         target=target,
         law=law,
         start=(first_x - x, first_y - y, top - z),
-        period=period_of(config, robot),
+        period=config.period or robot.file.period,
         sensor=sensor_for(robot, config),
         touch_force=config.touch_force,
     )

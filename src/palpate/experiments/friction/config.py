@@ -5,9 +5,15 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import check_period, check_seed, check_size, check_tip
+from palpate.experiments.kit.config_checks import (
+    check_friction,
+    check_period,
+    check_seed,
+    check_size,
+    check_spin_length,
+    check_tip,
+)
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 from palpate.friction.limit_surface import LimitSurface
 

@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import check_seed, check_size
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
+from palpate.experiments.kit.config_checks import check_friction, check_seed, check_size, check_spin_length
 from palpate.experiments.kit.options import NOISY, WRITTEN, check_options, option
 
 HeldName = Literal["box", "cylinder", "sphere"]

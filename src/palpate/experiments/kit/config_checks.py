@@ -11,6 +11,12 @@ LONGEST_PERIOD = 8e-3
 LARGEST_SEED = 2**63 - 1
 """Largest whole number that a configuration file keeps exactly."""
 
+LARGEST_FRICTION = 10.0
+"""Of what is simulated: as far as friction files and libraries reach."""
+
+LARGEST_SPIN_LENGTH = 0.1
+"""Of what is simulated [m]."""
+
 
 def check_length(name: str, length: float, largest: float = LARGEST_LENGTH) -> None:
     """Refuse a length that is none, or that is in another unit: all are in metres, as the largest is.
@@ -79,3 +85,23 @@ def check_period(period: float | None) -> None:
     """
     if period is not None and positive("period", period, "s") > LONGEST_PERIOD:
         raise InvalidValueError(f"period = {period:g} s: must be at most {LONGEST_PERIOD:g} s")
+
+
+def check_friction(friction: float, name: str = "friction") -> None:
+    """Refuse a friction coefficient that no surface has, or that is in per cent.
+
+    Raises:
+        InvalidValueError: It is such a coefficient.
+    """
+    if positive(name, friction, "") > LARGEST_FRICTION:
+        hint = f"; for {friction:g} % give {friction / 100.0:g}" if friction <= 100.0 * LARGEST_FRICTION else ""
+        raise InvalidValueError(f"{name} = {friction:g}: must be at most {LARGEST_FRICTION:g}{hint}")
+
+
+def check_spin_length(spin_length: float, name: str = "spin_length") -> None:
+    """Refuse a spin length [m] that no contact has, or that is in millimetres.
+
+    Raises:
+        InvalidValueError: It is such a length.
+    """
+    check_length(name, spin_length, LARGEST_SPIN_LENGTH)
