@@ -197,8 +197,8 @@ class ExploreConfig:
                 f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
         check_change_names(self.change, EXPLORED)
-        check_friction(self.friction)
-        check_spin_length(self.spin_length)
+        check_friction("friction", self.friction)
+        check_spin_length("spin_length", self.spin_length)
 
     @property
     def article(self) -> str:

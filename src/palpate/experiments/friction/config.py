@@ -180,8 +180,8 @@ class FrictionConfig:
 
     def _check_surface(self) -> None:
         """Refuse what no surface can be now, not once everything is built."""
-        check_friction(self.friction)
-        check_spin_length(self.spin_length)
+        check_friction("friction", self.friction)
+        check_spin_length("spin_length", self.spin_length)
         if self.skin_stiffness is not None and self.skin_stiffness < SOFTEST_SKIN:
             raise InvalidValueError(
                 f"skin_stiffness = {self.skin_stiffness:g} N/m: must be at least {SOFTEST_SKIN:g} N/m"

@@ -87,7 +87,7 @@ def check_period(period: float | None) -> None:
         raise InvalidValueError(f"period = {period:g} s: must be at most {LONGEST_PERIOD:g} s")
 
 
-def check_friction(friction: float, name: str = "friction") -> None:
+def check_friction(name: str, friction: float) -> None:
     """Refuse a friction coefficient that no surface has, or that is in per cent.
 
     Raises:
@@ -98,7 +98,7 @@ def check_friction(friction: float, name: str = "friction") -> None:
         raise InvalidValueError(f"{name} = {friction:g}: must be at most {LARGEST_FRICTION:g}{hint}")
 
 
-def check_spin_length(spin_length: float, name: str = "spin_length") -> None:
+def check_spin_length(name: str, spin_length: float) -> None:
     """Refuse a spin length [m] that no contact has, or that is in millimetres.
 
     Raises:

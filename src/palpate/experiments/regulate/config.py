@@ -169,8 +169,8 @@ class RegulateConfig:
     def __post_init__(self) -> None:
         check_options(self)
         check_change_names(self.change, LIVE)
-        check_friction(self.friction)
-        check_spin_length(self.spin_length)
+        check_friction("friction", self.friction)
+        check_spin_length("spin_length", self.spin_length)
         if self.force_noise is not None:
             check_force_noise(self.force_noise)
         check_tip(self.tip)
