@@ -59,7 +59,7 @@ class LiftDrive:
             model: The compiled scene.
             data: Its state, which must live on.
         """
-        self._leash, self._dt = following_error_limit, float(model.opt.timestep)
+        self._limit, self._dt = following_error_limit, float(model.opt.timestep)
         at, of = int(model.joint(LIFT).qposadr[0]), int(model.actuator(LIFT).id)
         # views that live as long as the data
         self._position, self._control = data.qpos[at : at + 1], data.ctrl[of : of + 1]
@@ -78,7 +78,7 @@ class LiftDrive:
                 "a robot that can"
             )
         refuse_to_turn(angular_velocity, "lift")
-        actual, following_error_limit = float(self._position[0]), self._leash
+        actual, following_error_limit = float(self._position[0]), self._limit
         self._height = max(actual - following_error_limit, min(actual + following_error_limit, self._height))
         self._rise = self._dt * z
 

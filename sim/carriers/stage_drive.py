@@ -11,8 +11,7 @@ FIRST_SLIDE = "x"
 
 
 class StageDrive:
-    """Integrates velocities into the servos' references, which stay within the following-error limit of where the
-    stage is."""
+    """Integrates velocities into references within the following-error limit of where the stage is."""
 
     def __init__(self, following_error_limit: float, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Take a stage in a scene.
@@ -22,7 +21,7 @@ class StageDrive:
             model: The compiled scene.
             data: Its state, which must live on.
         """
-        self._leash, self._dt = following_error_limit, float(model.opt.timestep)
+        self._limit, self._dt = following_error_limit, float(model.opt.timestep)
         # views that live as long as the data: fetching them anew costs a microsecond a period
         at, of = int(model.joint(FIRST_SLIDE).qposadr[0]), int(model.actuator(FIRST_SLIDE).id)
         self._position, self._control = data.qpos[at : at + 3], data.ctrl[of : of + 3]
@@ -38,7 +37,7 @@ class StageDrive:
         """See `Drive`: the servos get a ramp, not stairs, whose ripple would break friction."""
         refuse_to_turn(angular_velocity, "stage")
         dt = self._dt
-        self._reference = self._leashed()
+        self._reference = self._limited()
         self._step = (dt * velocity[0], dt * velocity[1], dt * velocity[2])
 
     def advance(self) -> None:
@@ -62,7 +61,7 @@ class StageDrive:
         x, y, z, dx, dy, dz = state
         self._reference, self._step = (x, y, z), (dx, dy, dz)
 
-    def _leashed(self) -> Vector:
+    def _limited(self) -> Vector:
         """The servos' reference, drawn back to within the following-error limit of the actual position."""
         x, y, z = self._position.tolist()
-        return toward((x, y, z), self._reference, self._leash)
+        return toward((x, y, z), self._reference, self._limit)

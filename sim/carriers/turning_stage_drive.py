@@ -35,7 +35,7 @@ class TurningStageDrive:
             data: Its state, which must live on.
         """
         self._slides = StageDrive(following_error_limit.distance, model, data)
-        self._leash, self._dt = following_error_limit.angle, float(model.opt.timestep)
+        self._limit, self._dt = following_error_limit.angle, float(model.opt.timestep)
         self._near = math.cos(0.5 * following_error_limit.angle)  # of two unit quaternions' inner product
         at = int(model.joint(HEAD).qposadr[0])
         frame = int(model.body(REFERENCE).mocapid[0])
@@ -54,7 +54,7 @@ class TurningStageDrive:
     def begin(self, velocity: Vector, angular_velocity: Vector) -> None:
         """See `Drive`."""
         self._slides.begin(velocity, ZERO)
-        self._wanted[:] = self._reference = self._leashed()
+        self._wanted[:] = self._reference = self._limited()
         still = angular_velocity is ZERO or not any(angular_velocity)
         self._turn = UNTURNED if still else turn_by(scale(self._dt, angular_velocity))
 
@@ -82,12 +82,12 @@ class TurningStageDrive:
         # the very object: between periods a stage that does not turn is told by it
         self._turn = UNTURNED if (w, x, y, z) == UNTURNED else (w, x, y, z)
 
-    def _leashed(self) -> Quaternion:
+    def _limited(self) -> Quaternion:
         """The reference, drawn back to within the following-error limit of where the head is."""
         a, b, c, d = self._reference
         w, x, y, z = self._orientation.tolist()
         if abs(a * w + b * x + c * y + d * z) >= self._near:
             return normalised(self._reference)
         ahead = turn_between((w, x, y, z), self._reference)
-        back = turn_by(scale(self._leash / norm(ahead), ahead))
+        back = turn_by(scale(self._limit / norm(ahead), ahead))
         return normalised(product(back, (w, x, y, z)))

@@ -105,8 +105,7 @@ class Ur5e:
         return result
 
     def push(self, joint_position: tuple[float, ...], direction: Vector) -> float:
-        """Return the force with which it pushes against a wall without friction, at rest on a taut following-error
-        limit [N].
+        """Return the force on a wall without friction, at rest at the following-error limit [N].
 
         The wall takes up a force f along the wanted direction n, and no moment: the tip yields by f n.C n ahead,
         with C the upper left block of `tip_compliance`. The motors' torque limits may end it earlier.

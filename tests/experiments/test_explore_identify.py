@@ -10,15 +10,10 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers import Admittance, DirectForce
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.identified import (
-    IDENTIFIED_TEXT,
-    IdentifiedForce,
-    identified_text,
-    read_identified,
-)
-from palpate.experiments.explore.pressing import pressing_of
+from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.explore.report import settings
 from palpate.experiments.kit.from_log import LoggedRun
+from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, read_identified
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 from support.explore_runs import carried_out, plan_of, planned_again
@@ -68,7 +63,9 @@ def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path):
     words = ["--robot", "ur5e-sim", "--identify", "--width", "0.006", "--depth", "0.002", "--force-noise", "0.003"]
     assert main(["explore", *words, "--out", str(tmp_path)]) == 0
     log = read_log(tmp_path / "latest.mcap")
-    assert LoggedRun.of(log).plan().identified == read_identified(log.attachments[IDENTIFIED_TEXT])
+    assert LoggedRun.of(log).plan().identified == read_identified(
+        log.attachments[IDENTIFIED_TEXT], IdentifiedForce
+    )
     found = replay_log(log)
     assert found.should_be_identical
     assert found.commands.identical == found.commands.count
@@ -79,11 +76,11 @@ def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path):
 
 
 def test_what_was_identified_is_read_back_as_it_was_written():
-    assert read_identified(identified_text(FOUND)) == FOUND
+    assert read_identified(identified_text(FOUND), IdentifiedForce) == FOUND
     assert isinstance(FOUND.law(1e-3), Admittance)
     assert isinstance(replace(FOUND, mass=0.0).law(1e-3), DirectForce)
     with pytest.raises(InvalidValueError, match=r"identified\.yaml: .*damping"):
-        read_identified(identified_text(FOUND).replace("damping: 86.7", "damping: 0"))
+        read_identified(identified_text(FOUND).replace("damping: 86.7", "damping: 0"), IdentifiedForce)
 
 
 def test_pressing_is_announced_until_it_is_done_and_a_log_keeps_what_it_found():
@@ -105,6 +102,6 @@ def test_changes_of_the_gain_are_checked_against_what_was_identified():
 @pytest.mark.parametrize("force", [0.3, 2.0, 15.0])
 def test_it_presses_about_the_set_force_within_touch_and_limit(force):
     planned = plan_of(ExploreConfig(robot="stage", force=force, identify=True, **SMALL))
-    pressing = pressing_of(planned)
+    pressing = planned.pressing()
     assert planned.touch_force < pressing.low < force < pressing.high < planned.limits.force
     assert 2.0 * pressing.swing <= pressing.high - pressing.low

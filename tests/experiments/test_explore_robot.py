@@ -310,7 +310,11 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
         ({"force_noise": 0.0}, NANO17, ["dead sensor", "force_N: 0.003125"]),
         ({"period": 2e-3}, NANO17, ["sample_rate_Hz = 1000", "write 500"]),
         ({"speed": 0.05}, changed(STAGE, ("speed_m_per_s: 0.25", "speed_m_per_s: 0.04")), ["limit, 0.04 m/s"]),
-        ({}, changed(STAGE, ("following_error_m: 0.0025", "following_error_m: 1e-5")), ["force = 2 N", "at most 0.5 N", "following_error_m"]),
+        (
+            {},
+            changed(STAGE, ("following_error_m: 0.0025", "following_error_m: 1e-5")),
+            ["force = 2 N", "at most 0.5 N", "following_error_m"],
+        ),
         ({}, changed(STAGE, ("rad_per_s: 100.0", "rad_per_s: 5")), ["at most 0.31 N", "bandwidth_rad_per_s"]),
         ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [0.001, 1, 1]")), ["along x", "0.001 m"]),
         ({}, changed(STAGE, ("_upper_m: [1, 1, 1]", "_upper_m: [1, 1, 0.01]")), ["along z", "workspace"]),

@@ -17,9 +17,8 @@ from palpate.hw.rig import FreshlyTared
 from palpate.hw.rig.placed_arm import ArmFromHere
 from palpate.reporting.page import report_page
 from palpate.robots.emulated.hand import HandOnTheWire
-from palpate.robots.hands import hand_wires
+from palpate.robots.hands import hand_wires, has_hand, robots_with_hand
 from palpate.robots.in_scene import check
-from palpate.robots.with_hand import has_hand, robots_with_hand
 from palpate.runtime.data import Command, Sample
 from palpate.runtime.robot import load_robot, shipped_robots
 from palpate.runtime.robot_backend import EmulatedHandEntry

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from palpate.commands.run import plan_for
 from palpate.commands.typed_options import read_experiment
 from palpate.experiments.friction.experiment import FindFriction
 from palpate.experiments.grasp.experiment import GraspObject
+from palpate.experiments.kit.script import plan_for
 from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How, friction_file_text
 
 EXPERIMENTS = (FindFriction(), GraspObject())

@@ -13,10 +13,11 @@ from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.figure import figures_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
+from palpate.experiments.kit.pressing import identified_text, read_identified
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.repeat_words import command_line
 from palpate.experiments.regulate.config import LIVE, RegulateConfig
-from palpate.experiments.regulate.identified import Identified, read_identified
+from palpate.experiments.regulate.identified import Identified
 from palpate.experiments.regulate.key_figures import margins
 from palpate.experiments.regulate.motion import motion_text, read_motion
 from palpate.experiments.regulate.report import regulation_report, series_of
@@ -409,7 +410,7 @@ def test_texts_read_back_the_same():
     config = RegulateConfig(**sines, axis=(0.0, 0.6, -0.8), tip=(0.01,), drift=0.2)
     assert read_config(config_text("regulate", config), RegulateConfig) == config
     found = Identified(1.0 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 0.1, 1e-3, 61.0)
-    assert read_identified(found.text) == found
+    assert read_identified(identified_text(found), Identified) == found
     for kind in (PathTable, VelocityTable):
         motion = read_motion(kind, "0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
         assert type(motion) is kind

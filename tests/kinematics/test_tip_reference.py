@@ -79,7 +79,7 @@ def test_the_reference_runs_ahead_of_an_arm_held_fast_by_the_leash_and_comes_bac
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 6), min_size=1, max_size=30))
-def test_no_twist_takes_it_off_the_leash(twists):
+def test_no_twist_takes_it_off_the_limit(twists):
     reference = started(dt=0.01)
     stuck = KINEMATICS.pose(START)
     for twist in twists:

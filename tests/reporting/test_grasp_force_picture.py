@@ -23,7 +23,7 @@ def test_shares_are_of_the_limit():
 
 
 def test_it_is_drawn_with_bars_for_every_contact_and_a_line_at_the_limit():
-    picture = grasp_force_picture(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0]), np.array([0.5, 0.1]))
+    picture = grasp_force_picture(PAIR, FORCES, LOAD, np.array([0, 0, 0, 0.03, 0, 0.0]))
     space, bars = picture.full.axes
     drawn = [bar.get_width() for bar in bars.patches[:2] if isinstance(bar, Rectangle)]
     assert drawn == pytest.approx([1.0, 0.0])
@@ -43,5 +43,5 @@ def test_it_is_drawn_without_load_and_for_one_contact():
 def test_shapes_that_do_not_go_together_are_refused():
     with pytest.raises(InvalidValueError, match=r"forces has shape \(3, 4\): must be \(2, 4\)"):
         grasp_force_picture(PAIR, np.zeros((3, 4)), LOAD)
-    with pytest.raises(InvalidValueError, match=r"reserve has shape \(3,\)"):
-        grasp_force_picture(PAIR, FORCES, LOAD, reserve=np.zeros(3))
+    with pytest.raises(InvalidValueError, match=r"disturbance has shape \(3,\)"):
+        grasp_force_picture(PAIR, FORCES, LOAD, np.zeros(3))

@@ -159,7 +159,11 @@ MISTAKES = [
     # right key, number in another unit
     ("radius_m: 0.008", "radius_m: 8", ["fingers[0].surface.radius_m = 8", "to 0.5 m", "another unit?"]),
     ("period_s: 0.001", "period_s: 1000", ["period_s = 1000", "from 1e-05 to 1 s"]),
-    ("following_error_m: 0.0025", "following_error_m: 2.5", ["backend.following_error_m = 2.5", "from 1e-06 to 0.1 m"]),
+    (
+            "following_error_m: 0.0025",
+            "following_error_m: 2.5",
+            ["backend.following_error_m = 2.5", "from 1e-06 to 0.1 m"],
+        ),
     ("sample_age_s: 0.02", "sample_age_s: 20", ["limits.sample_age_s = 20", "at most 1 s"]),
     ("speed_m_per_s: 0.25", "speed_m_per_s: 250", ["limits.speed_m_per_s = 250", "at most 10 m/s"]),
     ("[1, 1, 1]", "[1000, 1000, 1000]", ["limits.workspace_upper_m = 1000", "at most 100 m"]),

@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from palpate.commands.view.plan import watched_backend
-from palpate.commands.view.plans import plans_of_log
+from palpate.commands.view.plan import plans_of_log, watched_backend
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.from_log import LoggedRun

@@ -186,8 +186,8 @@ class Arm:
         if max(norm(shift), norm(turn)) > MISPLACED:
             raise InvalidValueError(
                 f"the plant's joints hold its tip {norm(shift):.4f} m and {norm(turn):.4f} rad away from where it "
-                f"says it is: must be within {MISPLACED:g}; give the mounting the plant's arm, pose_base_robot and "
-                "pose_flange_tip"
+                f"says it is: must be within {MISPLACED:g}; give the mounting the plant's arm, pose_base_robot "
+                "and pose_flange_tip"
             )
 
     def _follow(self) -> None:

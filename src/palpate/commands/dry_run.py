@@ -6,11 +6,11 @@ from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode, shown_figures
 from palpate.commands.earlier_run import earlier_run
-from palpate.commands.run import plan_for
 from palpate.commands.say import say
 from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.output_folder import check_folder
 from palpate.experiments.kit.recording import REPORT
+from palpate.experiments.kit.script import plan_for
 from palpate.reporting.data import KeyFigure
 from palpate.reporting.terminal import key_figures
 from palpate.robots.drivers import can_drive

@@ -18,25 +18,15 @@ from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result, written
 from palpate.experiments.kit.registry import reference_to
 from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.script import plan_for
 from palpate.reporting.terminal import key_figures
 from palpate.robots.drivers import check_drivers
-from palpate.robots.values import load_named_robot
 from palpate.runtime import Ending, RunResult, result_until
 
 SECOND_STOPPED = (
     "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"
 )
 """Said at once after a Ctrl-C in the second run."""
-
-
-def plan_for(experiment: Experiment, config: Any) -> Plan:
-    """Return the plan of a new run.
-
-    Raises:
-        InvalidValueError: It cannot be carried out.
-    """
-    robot = None if config.robot is None else load_named_robot(config.robot)
-    return experiment.plan(config, robot, {})
 
 
 def run_experiment(experiment: Experiment, config: Any) -> CommandResult:

@@ -130,7 +130,7 @@ class TipReference:
             return self._stand_still(velocity, angular_velocity)
         wanted_shift, wanted_turn = scale(dt, velocity), scale(dt, angular_velocity)
         actual = kinematics.pose(joint_position)
-        shift, turn = self._leashed_shift(actual, wanted_shift), self._leashed_turn(actual, wanted_turn)
+        shift, turn = self._limited_shift(actual, wanted_shift), self._limited_turn(actual, wanted_turn)
         behind, turned_behind = _difference(here, kinematics.pose(self.joint_reference))
         motion = self.inverse.solve(
             self.joint_reference,
@@ -164,9 +164,8 @@ class TipReference:
         self.joint_feed_forward = (0.0,) * len(self.joint_reference)
         return self.inverse.solve(self.joint_reference, (math.nan, *velocity[1:]), angular_velocity)
 
-    def _leashed_shift(self, actual: Pose, wanted: Vector) -> Vector:
-        """The reference's shift in this period: as wanted (the same object), unless the following-error limit says
-        otherwise."""
+    def _limited_shift(self, actual: Pose, wanted: Vector) -> Vector:
+        """The reference's shift in this period: as wanted (the same object), unless that is too far ahead."""
         here, following_error_limit = self.pose_base_tip.position, self.following_error_limit.distance
         ahead = subtract(add(here, wanted), actual.position)
         if norm(ahead) <= following_error_limit:
@@ -186,9 +185,8 @@ class TipReference:
             here,
         )
 
-    def _leashed_turn(self, actual: Pose, wanted: Vector) -> Vector:
-        """The reference's turn in this period: as wanted (the same object), unless the following-error limit says
-        otherwise."""
+    def _limited_turn(self, actual: Pose, wanted: Vector) -> Vector:
+        """The reference's turn in this period: as wanted (the same object), unless that is too far ahead."""
         here = self.pose_base_tip.rotation
         ahead = rotvec_from_rotation(times(_turned(here, wanted), transposed(actual.rotation)))
         if norm(ahead) <= self.following_error_limit.angle:

@@ -4,11 +4,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from palpate.reporting.report import Pictures, Section, TextTable
-from palpate.reporting.timing_table import timing_rows
-from palpate.runtime import RunTiming
+from palpate.runtime import Distribution, RunTiming
 
 if TYPE_CHECKING:
     from palpate.reporting.style import Picture
+
+_MICRO = 1e6
 
 
 def computing(timing: RunTiming) -> Section:
@@ -19,4 +20,27 @@ def computing(timing: RunTiming) -> Section:
 
         yield timing_picture(timing)
 
-    return Section("Computing", (TextTable(timing_rows(timing)), Pictures(draw)))
+    return Section("Computing", (TextTable(_timing_rows(timing)), Pictures(draw)))
+
+
+def _timing_rows(timing: RunTiming) -> tuple[tuple[str, str, str, str], ...]:
+    """Return rows (name, value, unit, note): what was computed, and, in real time, how deadlines were kept."""
+    rows = [_row("computing a period, 99 %", timing.compute_spread)]
+    if timing.lateness.size:
+        rows += [
+            _row("start to start of a period, 99 %", timing.period_spread),
+            _row("waking up late, 99 %", timing.lateness_spread),
+            ("overruns", str(timing.overruns), "", "deadlines that passed before the work was done"),
+        ]
+    else:
+        rows.append(("slower than real time", str(timing.slow_periods), "periods", "simulated: none was late"))
+    if timing.note:
+        rows.append(("system", "", "", timing.note))
+    return tuple(row for row in rows if row[1] or row[3])
+
+
+def _row(name: str, spread: Distribution) -> tuple[str, str, str, str]:
+    if spread.count == 0:
+        return (name, "", "", "")
+    note = f"median {_MICRO * spread.p50:.0f}, max {_MICRO * spread.largest:.0f} µs of {spread.count}"
+    return (name, f"{_MICRO * spread.p99:.0f}", "µs", note)

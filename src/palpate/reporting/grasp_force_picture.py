@@ -51,7 +51,6 @@ def grasp_force_picture(
     forces: FloatArray,
     load: FloatArray,
     disturbance: FloatArray | None = None,
-    reserve: FloatArray | None = None,
 ) -> Picture:
     """Return the picture of a grasp under a load.
 
@@ -60,7 +59,6 @@ def grasp_force_picture(
         forces: (f_n, f_t1, f_t2, tau_n) of each on the object, shape (n, 4) [N, N, N, N m].
         load: What else acts on the object, about its origin, shape (6,) [N, N m].
         disturbance: The worst direction of a further load, shape (6,); None for none.
-        reserve: Share of each friction limit kept back, shape (n,) [N]; None for none.
 
     Raises:
         InvalidValueError: Shapes that do not go with the grasp.
@@ -70,21 +68,19 @@ def grasp_force_picture(
         ("forces", forces, (n, 4)),
         ("load", load, (6,)),
         ("disturbance", disturbance, (6,)),
-        ("reserve", reserve, (n,)),
     ):
         if value is not None and value.shape != shape:
             raise InvalidValueError(f"{name} has shape {value.shape}: must be {shape}")
     told = ", and the worst disturbance from the middle of the contacts" if disturbance is not None else ""
-    kept = "; the line marks what is kept in reserve" if reserve is not None else ""
     return Picture(
         title="Forces of the grasp",
         caption=(
             f"Left: what contacts exert on the object inside their friction cones (drawn without spin), and "
             f"the load{told}. Right: how much of its limit each contact uses, together and by tangential force or "
-            f"spin alone{kept}; below the limit with room is good."
+            f"spin alone; below the limit with room is good."
         ),
-        full=_draw(grasp, forces, load, disturbance, reserve, Width.FULL),
-        narrow=_draw(grasp, forces, load, disturbance, reserve, Width.HALF),
+        full=_draw(grasp, forces, load, disturbance, Width.FULL),
+        narrow=_draw(grasp, forces, load, disturbance, Width.HALF),
     )
 
 
@@ -104,7 +100,6 @@ def _draw(
     forces: FloatArray,
     load: FloatArray,
     disturbance: FloatArray | None,
-    reserve: FloatArray | None,
     width: Width,
 ) -> Figure:
     bars = max(HEIGHT, 0.5 * len(grasp))
@@ -116,7 +111,7 @@ def _draw(
         grid = figure.add_gridspec(2, 1, height_ratios=(FULL_DEPTH, bars))
     space = figure.add_subplot(grid[0], projection="3d", computed_zorder=False)
     _draw_space(space, grasp, forces, load, disturbance)
-    _draw_shares(figure.add_subplot(grid[1]), grasp, forces, reserve)
+    _draw_shares(figure.add_subplot(grid[1]), grasp, forces)
     return figure
 
 
@@ -210,17 +205,13 @@ def _frame_space(axes: Axes3D, ends: FloatArray) -> None:
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
 
 
-def _draw_shares(axes: Axes, grasp: GraspContacts, forces: FloatArray, reserve: FloatArray | None) -> None:
+def _draw_shares(axes: Axes, grasp: GraspContacts, forces: FloatArray) -> None:
     shares = np.nan_to_num(limit_shares(grasp, forces), posinf=0.0)
     at = np.arange(len(grasp), dtype=float)
     axes.barh(at, shares[:, 0], 0.34, color=MEASURED, label="together")
     axes.barh(at + 0.27, shares[:, 1], 0.16, color=CONE_EDGE, label="tangential force")
     axes.barh(at + 0.45, shares[:, 2], 0.16, color=SPIN, label="spin")
     axes.axvline(1.0, color=LIMIT, linewidth=1.4, linestyle=DASH_DOT, label="limit")
-    if reserve is not None:
-        most = grasp.friction * forces[:, 0]
-        left = 1.0 - reserve / np.where(most > 0.0, most, np.inf)
-        axes.vlines(left, at - 0.25, at + 0.55, color=INK, linewidth=1.4, label="limit less reserve")
     axes.set_yticks(at + 0.15, [f"{i + 1}: {f:.2f} N" for i, f in enumerate(forces[:, 0])])
     axes.set_ylim(len(grasp) - 0.3, -0.5)
     axes.set_xlim(0.0, max(1.05, 1.05 * float(shares.max(initial=0.0))))

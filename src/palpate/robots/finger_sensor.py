@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Protocol
 
 from palpate.errors import InvalidValueError
-from palpate.robots.control_period import period_of
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_file import FingerEntry
 from palpate.sim.sensor.from_entry import model_of, with_noise
@@ -107,7 +106,7 @@ def sensor_for(robot: Robot, config: Pressing) -> SeededSensor:
     """
     finger = robot.file.fingers[0]
     model = model_with_noise(finger, config.force_noise, config.moment_noise)
-    _check_fine_enough(finger, model, config, period_of(config, robot))
+    _check_fine_enough(finger, model, config, config.period or robot.file.period)
     return SeededSensor(model, config.seed)
 
 

@@ -15,7 +15,7 @@ from palpate.robots.hand_task import PERIOD, HandTask
 from palpate.robots.rig_built import assembled, described_finger, tared_if_told
 from palpate.robots.rig_settings import hand_geometry, noise_of_finger
 from palpate.runtime import Backend, Finger, FingerDescription, Limits
-from palpate.runtime.robot import Robot
+from palpate.runtime.robot import Robot, load_robot, shipped_robots
 from palpate.runtime.robot_backend import EmulatedHandEntry
 from palpate.runtime.robot_rig import RigEntry
 from palpate.runtime.robot_surface import SphereEntry
@@ -68,6 +68,19 @@ def simulated_hand(fingers: int) -> HandDescription:
     geometry = two_finger_hand() if fingers == 2 else three_finger_hand()
     tip = geometry.tip
     return HandDescription(geometry, (Finger(tip.surface, SensorPayload(tip.mass, tip.center_of_mass)),) * fingers)
+
+
+def has_hand(robot: Robot) -> bool:
+    """Return whether it has fingers that close on an object."""
+    backend = robot.file.backend
+    if isinstance(backend, RigEntry):
+        return backend.hand is not None and len(robot.file.fingers) > 1
+    return isinstance(backend, EmulatedHandEntry)
+
+
+def robots_with_hand() -> str:
+    """Return the names of those that come with palpate, as a list in a sentence."""
+    return ", ".join(name for name in shipped_robots() if has_hand(load_robot(name)))
 
 
 def described_hand(robot: Robot) -> HandDescription:

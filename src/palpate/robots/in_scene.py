@@ -7,8 +7,7 @@ from palpate.errors import InvalidValueError
 from palpate.robots.emulated.ur5e import build_emulated_ur5e
 from palpate.robots.hands import described_hand
 from palpate.robots.rig_built import build_rig, check_rig
-from palpate.robots.simulated_stage import RobotInScene, Task, build_stage, check_simulated
-from palpate.robots.simulated_turning_stage import build_turning_stage
+from palpate.robots.simulated_stage import RobotInScene, Task, build_stage, build_turning_stage, check_simulated
 from palpate.robots.simulated_ur5e import build_ur5e
 from palpate.runtime.robot import Robot
 from palpate.runtime.robot_backend import (

@@ -1,4 +1,4 @@
-"""The simulated stage of a robot file, above the object that it is to touch."""
+"""The simulated stage of a robot file, one that turns or not, above the object that it is to touch."""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.errors import InvalidValueError
+from palpate.kinematics import FollowingErrorLimit
 from palpate.robots.entry import entry_of
 from palpate.robots.finger_sensor import check_age, model_of_finger
 from palpate.robots.known_sensor import known_sensor
 from palpate.runtime import Backend, Finger, FingerDescription, SensorFinger
 from palpate.runtime.robot import Robot
-from palpate.runtime.robot_backend import StageEntry
+from palpate.runtime.robot_backend import StageEntry, TurningStageEntry
 from palpate.runtime.robot_file import FingerEntry
 from palpate.runtime.robot_surface import EllipsoidEntry, SphereEntry
 from palpate.sensing.compensation import SensorPayload
@@ -26,6 +27,7 @@ from palpate.sim import (
     Stage,
     Target,
     Tip,
+    TurningStage,
     build_scene,
 )
 from palpate.sim.friction.law import FrictionLaw
@@ -100,6 +102,20 @@ def build_stage(robot: Robot, task: Task) -> RobotInScene:
     stage = Stage(entry.mass, entry.bandwidth, entry.following_error_limit)
     tip = simulated_tip(robot, task)
     fidelity = replace(EXPLORE.fidelity, time_step=entry.time_step)
+    return on_a_carrier(robot, task, tip, stage, fidelity, stage.lag, stage.lag, stage.stiffness(tip.mass))
+
+
+def build_turning_stage(robot: Robot, task: Task) -> RobotInScene:
+    """Return the simulated turning stage of a robot file.
+
+    Raises:
+        InvalidValueError: The simulation cannot be what the file says, or not do the task.
+    """
+    entry, tip = entry_of(robot, TurningStageEntry), simulated_tip(robot, task)
+    following_error_limit = FollowingErrorLimit(entry.following_error_limit, entry.angular_following_error)
+    stage = TurningStage(entry.mass, entry.bandwidth, following_error_limit, entry.inertia)
+    # implicitfast: the servo of its ball joint counts on damping that is implicit
+    fidelity = Fidelity(entry.time_step)
     return on_a_carrier(robot, task, tip, stage, fidelity, stage.lag, stage.lag, stage.stiffness(tip.mass))
 
 

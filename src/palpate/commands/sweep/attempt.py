@@ -8,7 +8,6 @@ import time
 import traceback
 from dataclasses import replace
 
-from palpate.commands.run import plan_for
 from palpate.commands.sweep.record import RunCase, RunRecord, RunStatus, one_line
 from palpate.experiments.kit.config_file import read_config
 from palpate.experiments.kit.experiment import Experiment, Result
@@ -17,6 +16,7 @@ from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.script import plan_for
 from palpate.experiments.kit.versions import versions
 from palpate.runtime import Ending
 

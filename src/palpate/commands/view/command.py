@@ -11,15 +11,13 @@ from rich.console import Console
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.earlier_run import earlier_run
 from palpate.commands.progress import doing
-from palpate.commands.run import plan_for
 from palpate.commands.run_shown import kept_if_interrupted
 from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.commands.view.config import ViewConfig
 from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
 from palpate.commands.view.pictures import write_still, write_video
-from palpate.commands.view.plan import shown_scene, watched_backend
-from palpate.commands.view.plans import plans_of_log
+from palpate.commands.view.plan import plans_of_log, shown_scene, watched_backend
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import load_overlay
 from palpate.experiments.kit.experiment import Experiment
@@ -29,6 +27,7 @@ from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, written
 from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.script import plan_for
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
 from palpate.runtime.live import live_parameters_of

@@ -1,13 +1,18 @@
-"""What `palpate view` shows of a plan, and how fast it goes while it is watched."""
+"""What `palpate view` shows of a plan, how fast it goes while watched, and where a recorded one was going."""
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.experiment import Experiment, Plan
+from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import lasting
+from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.robots.twin import stage_twin
 from palpate.runtime import Backend, Command, Pacer, Sample
+from palpate.runtime.live import live_parameters_of
 from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.real_time import RealTime
+from palpate.runtime.replay import RecordedChanges
 from palpate.runtime.robot_rig import RigEntry
+from palpate.runtime.shown_plan import PlanChange, PlanDiary
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.viewing import ViewScene
 
@@ -62,3 +67,19 @@ def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
     if robot is None or not isinstance(robot.file.backend, RigEntry) or robot.file.backend.hand is not None:
         return plan.view()
     return experiment.plan(lasting(plan.config), stage_twin(robot), plan.texts()).view()
+
+
+def plans_of_log(logged: LoggedRun) -> tuple[PlanChange, ...]:
+    """Return each plan of a recorded run, and from when on it was the one.
+
+    Raises:
+        InvalidValueError: The log cannot be replayed.
+    """
+    plan = logged.plan()
+    run = RecordedRun(plan, logged.backend())
+    source = plan.shown_plan(run.controller)
+    if source is None:
+        return ()
+    diary = PlanDiary(source)
+    run.run((diary,), live=RecordedChanges(live_parameters_of(run.controller), logged.log.changes))
+    return diary.changes

@@ -3,7 +3,6 @@
 Forces and speeds beyond the robot's limits: see `palpate.experiments.kit.run_checks`.
 """
 
-from palpate.controllers import ExploreParameters, live_parameters
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
@@ -26,20 +25,6 @@ def check_least_force(config: ExploreConfig, least: float) -> None:
             f"force = {config.force:g} N{swings} must be at least {least:g} N, {LEAST_FORCE:g} times what the "
             "robot's sensor file takes for a touch (touch_force_N)"
         )
-
-
-def check_changes(config: ExploreConfig, parameters: ExploreParameters) -> None:
-    """Refuse changes of live parameters that are out of their bounds.
-
-    Raises:
-        InvalidValueError: One is.
-    """
-    live = live_parameters(parameters)
-    for time, name, value in config.change:
-        try:
-            live.check(name, value)
-        except InvalidValueError as error:
-            raise InvalidValueError(f"change after {time:g} s: {error}") from None
 
 
 def check_push(config: ExploreConfig, stiffness: float, following_error: float) -> None:

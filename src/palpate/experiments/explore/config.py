@@ -21,9 +21,11 @@ from palpate.experiments.explore.strategies import (
 )
 from palpate.experiments.kit.change_names import EXPLORED, check_change_names
 from palpate.experiments.kit.config_checks import (
+    check_friction,
     check_length,
     check_period,
     check_seed,
+    check_spin_length,
     check_tip,
     spaced,
     speed_hint,
@@ -35,7 +37,6 @@ from palpate.experiments.kit.contact_checks import (
     TOUCH_DEVIATIONS,
     check_force_noise,
 )
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 
 SHORTEST_SWING = 0.1
@@ -196,8 +197,8 @@ class ExploreConfig:
                 f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
         check_change_names(self.change, EXPLORED)
-        check_friction(self.friction)
-        check_spin_length(self.spin_length)
+        check_friction("friction", self.friction)
+        check_spin_length("spin_length", self.spin_length)
 
     @property
     def article(self) -> str:

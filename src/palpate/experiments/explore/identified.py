@@ -1,14 +1,9 @@
 """What pressing has found, as an exploration's force control goes by it, and as text for its log."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from palpate.controllers import Admittance, DirectForce, ForceGain, ForceLaw, Identification, VirtualBody
-from palpate.errors import InvalidValueError, not_negative, positive
-from palpate.strict_decode import decode, read_mapping
-from palpate.yaml_text import yaml_text
-
-IDENTIFIED_TEXT = "identified.yaml"
-"""Under this name a log keeps it."""
+from palpate.errors import not_negative, positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,20 +72,3 @@ _UNITS = {
     "gain_margin": "",
     "phase_margin_deg": "degrees",
 }
-
-
-def identified_text(found: IdentifiedForce) -> str:
-    """Return it as YAML; `read_identified` gives back the very same."""
-    return yaml_text({field.name: getattr(found, field.name) for field in fields(found)})
-
-
-def read_identified(text: str) -> IdentifiedForce:
-    """Return what `identified_text` wrote.
-
-    Raises:
-        InvalidValueError: A key is misspelt, or a value of the wrong type or impossible.
-    """
-    try:
-        return decode(read_mapping(text, "what was identified"), IdentifiedForce, text)
-    except InvalidValueError as error:
-        raise InvalidValueError(f"{IDENTIFIED_TEXT}: {error}") from None

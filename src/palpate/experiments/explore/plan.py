@@ -10,10 +10,13 @@ from palpate.controllers import (
     ExploreController,
     ExploreParameters,
     ForceProfile,
+    IdentifyController,
+    IdentifyParameters,
     LandingModel,
     Room,
     SineForce,
     force_gain,
+    live_parameters,
     series_stiffness,
     tracking_delay,
 )
@@ -21,28 +24,23 @@ from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.landing import moved_mass
 from palpate.controllers.paths import PathPlane
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.checks import check_changes, check_least_force, check_push, check_sliding
+from palpate.experiments.explore.checks import check_least_force, check_push, check_sliding
 from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
 from palpate.experiments.explore.explored_object import object_of, object_texts
 from palpate.experiments.explore.files import FILE_NAMES
-from palpate.experiments.explore.identified import (
-    IDENTIFIED_TEXT,
-    IdentifiedForce,
-    identified_text,
-    read_identified,
-)
+from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.plan_watch import PlanWatch
-from palpate.experiments.explore.pressing import pressed
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.explore.wall_bound import WallBound
+from palpate.experiments.kit.change_names import check_changes
 from palpate.experiments.kit.contact_checks import LEAST_FORCE, MOST_FORCE, check_compression
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
+from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE, LANDING_SHARE, check_force, check_speed
 from palpate.mapping import Knowledge
 from palpate.reporting.data import KeyFigure
-from palpate.robots.control_period import period_of
 from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.in_scene import build
 from palpate.robots.known_truth import known_scene, scene_of
@@ -72,6 +70,9 @@ SPARE_TIME = 10.0
 
 FASTEST_LANDING = 0.005
 """[m/s], where what lands and what it lands on would allow more."""
+
+PRESSING = 60.0
+"""[s] It takes about 30 once it has landed."""
 
 MILLI = 1e3
 """mm per m."""
@@ -178,7 +179,7 @@ class ExplorationPlan(PlanDefaults):
 
     def prepared(self) -> "ExplorationPlan":
         """See `Plan`: press where it begins, if that was asked for, and take the force law that follows."""
-        return self.with_identified(pressed(self)) if self._must_press else self
+        return self.with_identified(self._pressed()) if self._must_press else self
 
     @property
     def _must_press(self) -> bool:
@@ -191,9 +192,30 @@ class ExplorationPlan(PlanDefaults):
             InvalidValueError: A change that was asked for is out of its bounds.
         """
         parameters = replace(self.parameters, gain=found.gain)
-        check_changes(self.config, parameters)
+        check_changes(self.config.change, live_parameters(parameters))
         return replace(
             self, parameters=parameters, effort=replace(self.effort, parameters=parameters), identified=found
+        )
+
+    def pressing(self) -> IdentifyParameters:
+        """Return how it presses first."""
+        return pressing(
+            self.config.force,
+            limit=self.limits.force,
+            touch_force=self.touch_force,
+            sensing_delay=self.finger.pipeline().delay,
+            approach_distance=self.parameters.approach_distance,
+        )
+
+    def _pressed(self) -> IdentifiedForce:
+        wanted = self.pressing()
+        return pressed(
+            self.backend(),
+            self.finger,
+            self.limits,
+            IdentifyController(wanted, self.period),
+            IdentifiedForce.of,
+            longest=wanted.approach_distance / wanted.landing_speed + PRESSING,
         )
 
     def dry_run(self) -> DryRun:
@@ -253,7 +275,7 @@ def plan(config: ExploreConfig, robot: Robot, texts: Mapping[str, str]) -> Explo
     config = on_robot(config, robot)
     planned = plan_on(object_of(config, texts), config, robot)
     found = texts.get(IDENTIFIED_TEXT)
-    return planned if found is None else planned.with_identified(read_identified(found))
+    return planned if found is None else planned.with_identified(read_identified(found, IdentifiedForce))
 
 
 def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> ExplorationPlan:
@@ -282,7 +304,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
         target=target,
         law=law,
         start=(first_x - x, first_y - y, top - z),
-        period=period_of(config, robot),
+        period=config.period or robot.file.period,
         sensor=sensor_for(robot, config),
         touch_force=config.touch_force,
     )
@@ -317,7 +339,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
         speed_range=(SLOWEST, min(FASTEST, limits.speed)),
         room=room,
     )
-    check_changes(config, parameters)
+    check_changes(config.change, live_parameters(parameters))
     below = float(target.height(np.array(first_x), np.array(first_y)))
     below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
     gap = max(top - below - config.tip[-1], CLEARANCE)

@@ -30,6 +30,7 @@ from palpate.experiments.explore.tables import (
 )
 from palpate.experiments.kit.advice import advice_on_ending
 from palpate.experiments.kit.change_account import change_rows, change_sentences
+from palpate.experiments.kit.repeat_words import log_row
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.computing import computing
@@ -342,13 +343,6 @@ def _set_force(exploration: Exploration) -> str:
     return f"set {set_force.min():g} to {set_force.max():g} N, changed while it ran"
 
 
-def _recording(exploration: Exploration) -> tuple[tuple[str, str], ...]:
-    kept = exploration.run.recording
-    if kept is None or kept.path is None:
-        return ()
-    return (("log", str(kept)),)
-
-
 def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units, and the gain that followed."""
     config, known = exploration.config, exploration.truth.known
@@ -370,7 +364,7 @@ def settings(exploration: Exploration) -> tuple[tuple[str, str], ...]:
         ("control period", f"{1e3 * exploration.run.timing.period:g} ms"),
         *_force_law(exploration),
         *change_rows(exploration.changes),
-        *_recording(exploration),
+        *log_row(exploration.run),
     )
 
 

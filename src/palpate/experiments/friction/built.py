@@ -8,7 +8,6 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS
 from palpate.experiments.kit.run_checks import CLEARANCE
-from palpate.robots.control_period import period_of
 from palpate.robots.finger_sensor import model_with_noise
 from palpate.robots.in_scene import build
 from palpate.robots.known_sensor import described
@@ -109,7 +108,7 @@ def _touching_above(robot: Robot, model: SensorModel, config: FrictionConfig, to
     """
     file, least = robot.sensors[0], 0.0
     if file is None:
-        file = described(robot.file.fingers[0], model, period_of(config, robot))
+        file = described(robot.file.fingers[0], model, config.period or robot.file.period)
         # nobody tares it between two rubs
         least = touch_force if config.drift else 0.0
     elif config.force_noise is not None:
@@ -151,7 +150,7 @@ def built(config: FrictionConfig, robot: Robot) -> RobotInScene:
             smallest_force=loads[0],
         ),
         start=(-x, -y, shape.top + max(tip) + CLEARANCE - z),
-        period=period_of(config, robot),
+        period=config.period or robot.file.period,
         sensor=sensor,
         touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )

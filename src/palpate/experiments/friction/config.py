@@ -5,9 +5,15 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import check_period, check_seed, check_size, check_tip
+from palpate.experiments.kit.config_checks import (
+    check_friction,
+    check_period,
+    check_seed,
+    check_size,
+    check_spin_length,
+    check_tip,
+)
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 from palpate.friction.limit_surface import LimitSurface
 
@@ -174,8 +180,8 @@ class FrictionConfig:
 
     def _check_surface(self) -> None:
         """Refuse what no surface can be now, not once everything is built."""
-        check_friction(self.friction)
-        check_spin_length(self.spin_length)
+        check_friction("friction", self.friction)
+        check_spin_length("spin_length", self.spin_length)
         if self.skin_stiffness is not None and self.skin_stiffness < SOFTEST_SKIN:
             raise InvalidValueError(
                 f"skin_stiffness = {self.skin_stiffness:g} N/m: must be at least {SOFTEST_SKIN:g} N/m"

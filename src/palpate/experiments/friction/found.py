@@ -30,15 +30,13 @@ FEWEST_SLIPS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AtSpeed:
-    """What strokes told at one load and speed.
+    """What strokes told at one speed.
 
     Attributes:
-        load: Asked for [N].
         speed: Asked for [m/s].
         friction: mu, or a lower bound.
     """
 
-    load: float
     speed: float
     friction: FrictionMeasured | FrictionBound
 
@@ -182,7 +180,6 @@ def _over_speed(
     load = max(speeds, key=lambda each: (len(speeds[each]), each))
     return tuple(
         AtSpeed(
-            load,
             speed,
             told[load] if speed == main else measure_friction(_strokes(pairs, load, speed), errors, settling),
         )

@@ -4,6 +4,7 @@ from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.result import FrictionResult, listed
 from palpate.experiments.friction.strokes import FreeAir
+from palpate.experiments.kit.repeat_words import log_row
 from palpate.friction.friction_file import How
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
@@ -119,7 +120,6 @@ def settings(result: FrictionResult) -> tuple[tuple[str, str], ...]:
     """Return what was asked for, with units."""
     plan = result.plan
     config, wanted = plan.config, plan.wanted
-    kept = result.run.recording
     size = " x ".join(f"{1e3 * length:g}" for length in config.sizes)
     speeds = ", ".join(f"{1e3 * speed:g}" for speed in sorted({wanted.speed, *wanted.speeds}))
     air = result.air
@@ -139,7 +139,7 @@ def settings(result: FrictionResult) -> tuple[tuple[str, str], ...]:
         *_library(result),
         *cost_row(result.cost),
         ("control period", f"{1e3 * plan.ready.backend.period:g} ms"),
-        *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),
+        *log_row(result.run),
     )
 
 

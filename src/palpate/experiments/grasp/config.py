@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import check_seed, check_size
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
+from palpate.experiments.kit.config_checks import check_friction, check_seed, check_size, check_spin_length
 from palpate.experiments.kit.options import NOISY, WRITTEN, check_options, option
 
 HeldName = Literal["box", "cylinder", "sphere"]
@@ -193,10 +192,10 @@ class GraspConfig:
             )
         for name in ("friction", "believed_friction"):
             if getattr(self, name) is not None:
-                check_friction(getattr(self, name), name)
+                check_friction(name, getattr(self, name))
         for name in ("spin_length", "believed_spin_length"):
             if getattr(self, name) is not None:
-                check_spin_length(getattr(self, name), name)
+                check_spin_length(name, getattr(self, name))
         if self.lift_height > HIGHEST_LIFT:
             raise InvalidValueError(
                 f"lift_height = {self.lift_height:g} m: must be at most {HIGHEST_LIFT:g} m, what the lift travels"

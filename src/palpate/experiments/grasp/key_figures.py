@@ -73,10 +73,6 @@ def _known_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
     return tuple(figures)
 
 
-def _largest_grip(grasp: Grasp, note: str) -> KeyFigure:
-    return KeyFigure("largest grip", grasp.largest_grip, "N", f"{note}; {_COMMANDED}", 3)
-
-
 def _alarm_figures(grasp: Grasp) -> tuple[KeyFigure, ...]:
     pulled = len(grasp.pulled_alarms)
     return (

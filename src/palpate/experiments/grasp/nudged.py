@@ -12,12 +12,10 @@ class NudgeFinding:
     """What one finger felt of its contact.
 
     Attributes:
-        finger: Which.
         friction: mu; None where nothing slid.
         spin_length: e at the grip of the nudge [m]; None where nothing spun.
     """
 
-    finger: int
     friction: float | None
     spin_length: float | None
 
@@ -41,5 +39,5 @@ class NotedNudge(NudgedSurface):
 
     def learn(self, finger: int, friction: float | None, spin_length: float | None) -> None:
         """See `NudgedSurface`."""
-        self.found += (NudgeFinding(finger, friction, spin_length),)
+        self.found += (NudgeFinding(friction, spin_length),)
         super().learn(finger, friction, None if spin_length is None else spin_length / self._growth)

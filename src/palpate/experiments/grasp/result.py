@@ -16,7 +16,7 @@ from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding
 from palpate.experiments.grasp.plan import GraspPlan
 from palpate.experiments.grasp.truth import STAGES, GraspTruth
 from palpate.experiments.kit.recorded_run import Recorded
-from palpate.runtime import Ending, RunResult
+from palpate.runtime import RunResult
 from palpate.sim.fidelity import GRAVITY
 
 BoolArray = npt.NDArray[np.bool_]
@@ -256,11 +256,6 @@ class Grasp:
     def _row(self, time: float) -> int:
         """The row of a time [s], or the next one."""
         return min(int(np.searchsorted(self.truth.time, time - 0.5 * self.planned.period)), len(self.truth) - 1)
-
-    @property
-    def let_go(self) -> bool:
-        """Whether the object was set down and let go in the end."""
-        return self.run.ending is Ending.DONE
 
 
 def grasp_of(planned: GraspPlan, recorded: Recorded) -> Grasp:

@@ -12,6 +12,7 @@ from palpate.experiments.grasp.strength import LARGEST_GRIP
 from palpate.experiments.grasp.surface import rubbed_by_plant
 from palpate.experiments.grasp.truth import STAGES
 from palpate.experiments.grasp.unit_text import MILLI, bears, in_degrees, in_mm, in_percent
+from palpate.experiments.kit.repeat_words import log_row
 from palpate.robots.known_truth import NOT_KNOWN
 from palpate.runtime import Ending
 
@@ -181,7 +182,7 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
     planned = grasp.planned
     config = planned.config
     size = " x ".join(f"{MILLI * length:g}" for length in config.sizes)
-    kept, known = grasp.run.recording, grasp.truth_known
+    known = grasp.truth_known
     rubbing = "the friction plant" if rubbed_by_plant(config) else "MuJoCo"
     noise = f"noise {MILLI * config.force_noise:g} mN and {MILLI * config.moment_noise:g} mN m"
     drift = f", drift {MILLI * config.drift:g} mN/s, seed {config.seed}"
@@ -197,7 +198,7 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
         ("control", "ignores spin" if config.ignore_spin else "limit surface"),
         ("sensors", f"{noise}{drift}" if known else noise),
         ("control period", f"{MILLI * planned.period:g} ms"),
-        *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),
+        *log_row(grasp.run),
     )
 
 

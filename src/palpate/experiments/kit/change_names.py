@@ -1,9 +1,13 @@
-"""Which live parameters there are to change, checked before anything heavy is imported."""
+"""Which live parameters there are to change, and how far; imports nothing heavy."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from palpate.errors import InvalidValueError, not_negative
 from palpate.nearest_name import nearest
+
+if TYPE_CHECKING:
+    from palpate.runtime.live import LiveParameters
 
 EXPLORED = ("force", "speed", "force_gain")
 """What may be changed while an exploration runs; its controller knows within which bounds."""
@@ -25,3 +29,16 @@ def check_change_names(changes: Sequence[tuple[float, str, float]], known: Seque
             near = nearest(name, known)
             advice = f"did you mean {near}?" if near else f"known are {', '.join(known)}"
             raise InvalidValueError(f"change after {time:g} s: no live parameter is called {name!r}; {advice}")
+
+
+def check_changes(changes: Sequence[tuple[float, str, float]], live: "LiveParameters") -> None:
+    """Refuse changes (as in `check_change_names`) of live parameters that are out of their bounds.
+
+    Raises:
+        InvalidValueError: One is.
+    """
+    for time, name, value in changes:
+        try:
+            live.check(name, value)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"change after {time:g} s: {error}") from None

@@ -1,12 +1,6 @@
 """What options that several experiments share may be; imports nothing heavy."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
-from palpate.errors import InvalidValueError, not_negative, positive
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+from palpate.errors import InvalidValueError, positive
 
 LARGEST_LENGTH = 2.0
 """Of object, fingertip and raster [m]: robots reach 1 m either way; a larger number is in another unit."""
@@ -17,30 +11,11 @@ LONGEST_PERIOD = 8e-3
 LARGEST_SEED = 2**63 - 1
 """Largest whole number that a configuration file keeps exactly."""
 
+LARGEST_FRICTION = 10.0
+"""Of what is simulated: as far as friction files and libraries reach."""
 
-def check_positive(config: "DataclassInstance", units: Mapping[str, str]) -> None:
-    """Refuse fields that are not above 0.
-
-    Args:
-        config: Whose fields they are.
-        units: Unit of each, by name.
-
-    Raises:
-        InvalidValueError: One is not, or is None.
-    """
-    for name, unit in units.items():
-        positive(name, getattr(config, name), unit)
-
-
-def check_not_negative(config: "DataclassInstance", units: Mapping[str, str]) -> None:
-    """Refuse fields that are below 0; otherwise as `check_positive`."""
-    for name, unit in units.items():
-        not_negative(name, getattr(config, name), unit)
-
-
-def given(config: "DataclassInstance", units: Mapping[str, str]) -> Mapping[str, str]:
-    """Return the part of `units` whose fields are not None: those that may be left out, but were not."""
-    return {name: unit for name, unit in units.items() if getattr(config, name) is not None}
+LARGEST_SPIN_LENGTH = 0.1
+"""Of what is simulated [m]."""
 
 
 def check_length(name: str, length: float, largest: float = LARGEST_LENGTH) -> None:
@@ -110,3 +85,23 @@ def check_period(period: float | None) -> None:
     """
     if period is not None and positive("period", period, "s") > LONGEST_PERIOD:
         raise InvalidValueError(f"period = {period:g} s: must be at most {LONGEST_PERIOD:g} s")
+
+
+def check_friction(name: str, friction: float) -> None:
+    """Refuse a friction coefficient that no surface has, or that is in per cent.
+
+    Raises:
+        InvalidValueError: It is such a coefficient.
+    """
+    if positive(name, friction, "") > LARGEST_FRICTION:
+        hint = f"; for {friction:g} % give {friction / 100.0:g}" if friction <= 100.0 * LARGEST_FRICTION else ""
+        raise InvalidValueError(f"{name} = {friction:g}: must be at most {LARGEST_FRICTION:g}{hint}")
+
+
+def check_spin_length(name: str, spin_length: float) -> None:
+    """Refuse a spin length [m] that no contact has, or that is in millimetres.
+
+    Raises:
+        InvalidValueError: It is such a length.
+    """
+    check_length(name, spin_length, LARGEST_SPIN_LENGTH)

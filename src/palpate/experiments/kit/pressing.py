@@ -1,6 +1,22 @@
-"""How an experiment presses first, to find stiffness and delay: about the force that it is to hold."""
+"""How an experiment presses first, to find stiffness and delay, about the force that it is to hold; its text."""
 
-from palpate.controllers import IdentifyParameters
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import TYPE_CHECKING, TypeVar
+
+from palpate.controllers import Identification, IdentifyController, IdentifyParameters
+from palpate.errors import InvalidValueError
+from palpate.runtime import Backend, FingerDescription, Limits, Supervisor, Touch, run
+from palpate.strict_decode import decode, read_mapping
+from palpate.yaml_text import yaml_text
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Found = TypeVar("Found")
+
+IDENTIFIED_TEXT = "identified.yaml"
+"""Under this name a log keeps what it has found."""
 
 PRESSED_SHARE = 0.5
 """It presses between (1 - this) and (1 + this) of the set force, if the robot's limit has room for that."""
@@ -36,3 +52,49 @@ def pressing(
         sensing_delay=sensing_delay,
         approach_distance=approach_distance,
     )
+
+
+def pressed(
+    backend: Backend,
+    finger: FingerDescription,
+    limits: Limits,
+    controller: IdentifyController,
+    of: Callable[[Identification], Found],
+    *,
+    longest: float,
+) -> Found:
+    """Press with a robot and scene of its own, and return what that tells.
+
+    Args:
+        backend: The robot, not yet started.
+        finger: For touch.
+        limits: For the supervisor.
+        controller: That presses, a fresh one.
+        of: Makes of an identification what force control goes by.
+        longest: After which it is stopped [s].
+
+    Raises:
+        InvalidValueError: It did not get so far.
+    """
+    result = run(backend, Touch(finger), controller, Supervisor(limits), duration=longest)
+    try:
+        return of(controller.result())
+    except InvalidValueError as error:
+        raise InvalidValueError(f"identify: {error} (the run: {result})") from None
+
+
+def identified_text(found: "DataclassInstance") -> str:
+    """Return what pressing has found as YAML; `read_identified` gives back the very same."""
+    return yaml_text(asdict(found))
+
+
+def read_identified(text: str, kind: type[Found]) -> Found:
+    """Return what `identified_text` wrote of a `kind`.
+
+    Raises:
+        InvalidValueError: A key is misspelt, or a value of the wrong type or impossible.
+    """
+    try:
+        return decode(read_mapping(text, "what was identified"), kind, text)
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{IDENTIFIED_TEXT}: {error}") from None

@@ -1,4 +1,4 @@
-"""How to do a run again, as its report says it."""
+"""How to do a run again, and where its log is, as its report says it."""
 
 import shlex
 from collections.abc import Sequence
@@ -31,6 +31,12 @@ def repeat_commands(name: str, config: "DataclassInstance", result: RunResult) -
             ("Beside another run of the kind:", f"palpate compare {log} ANOTHER_RUN"),
         ]
     return tuple(said)
+
+
+def log_row(result: RunResult) -> tuple[tuple[str, str], ...]:
+    """Return the log among the settings of a report; nothing if there is none."""
+    kept = result.recording
+    return () if kept is None or kept.path is None else (("log", str(kept)),)
 
 
 def command_line(name: str, config: "DataclassInstance") -> str:

@@ -4,11 +4,21 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.experiments.kit.experiment import Experiment
+from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer, write_result
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Observer
+
+
+def plan_for(experiment: Experiment, config: Any) -> Plan:
+    """Return the plan of a new run.
+
+    Raises:
+        InvalidValueError: It cannot be carried out.
+    """
+    robot = None if config.robot is None else load_named_robot(config.robot)
+    return experiment.plan(config, robot, {})
 
 
 def perform(
@@ -27,8 +37,7 @@ def perform(
         KeyboardInterrupt: The robot was stopped; of what it had found there is the log, if it was recorded.
         OSError: A file cannot be written.
     """
-    robot = None if config.robot is None else load_named_robot(config.robot)
-    plan = experiment.plan(config, robot, {}).prepared()
+    plan = plan_for(experiment, config).prepared()
     sinks = () if out is None else (log_writer(experiment, plan, Path(out)),)
     result = experiment.found(plan, carry_out(plan, observers, sinks))
     if out is not None:

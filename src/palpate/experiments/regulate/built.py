@@ -7,7 +7,6 @@ from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE, TOUCH_DEVI
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.parts import sensor_of, shape_of
-from palpate.robots.control_period import period_of
 from palpate.robots.in_scene import build
 from palpate.robots.simulated_stage import RobotInScene, Task, only_finger, tip_sizes
 from palpate.runtime.robot import Robot
@@ -44,7 +43,7 @@ def built(config: RegulateConfig, robot: Robot, target: Target) -> RobotInScene:
         target=target,
         law=law,
         start=(-x, -y, shape_of(config).top + max(tip) + CLEARANCE - z),
-        period=period_of(config, robot),
+        period=config.period or robot.file.period,
         sensor=sensor,
         touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
     )

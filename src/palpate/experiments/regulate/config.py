@@ -7,9 +7,16 @@ from typing import Literal
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.change_names import check_change_names
-from palpate.experiments.kit.config_checks import check_length, check_period, check_seed, check_tip, speed_hint
+from palpate.experiments.kit.config_checks import (
+    check_friction,
+    check_length,
+    check_period,
+    check_seed,
+    check_spin_length,
+    check_tip,
+    speed_hint,
+)
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
-from palpate.experiments.kit.friction_checks import check_friction, check_spin_length
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
 
 PressedName = Literal["plate", "sphere"]
@@ -162,8 +169,8 @@ class RegulateConfig:
     def __post_init__(self) -> None:
         check_options(self)
         check_change_names(self.change, LIVE)
-        check_friction(self.friction)
-        check_spin_length(self.spin_length)
+        check_friction("friction", self.friction)
+        check_spin_length("spin_length", self.spin_length)
         if self.force_noise is not None:
             check_force_noise(self.force_noise)
         check_tip(self.tip)

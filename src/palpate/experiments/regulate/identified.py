@@ -1,16 +1,11 @@
 """What pressing has found before a regulation, and its text in the log."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Self
 
 from palpate.controllers.gains import ForceGain
 from palpate.controllers.identification import Identification
-from palpate.errors import InvalidValueError, positive
-from palpate.strict_decode import decode, read_mapping
-from palpate.yaml_text import yaml_text
-
-IDENTIFIED_TEXT = "identified.yaml"
-"""Under this name a log keeps it."""
+from palpate.errors import positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,20 +47,3 @@ class Identified:
     def gain(self) -> ForceGain:
         """Of force control, with its margins."""
         return ForceGain(self.force_gain, self.series_stiffness, self.delay)
-
-    @property
-    def text(self) -> str:
-        """As YAML; `read_identified` gives back the very same."""
-        return yaml_text(asdict(self))
-
-
-def read_identified(text: str) -> Identified:
-    """Return what `Identified.text` wrote.
-
-    Raises:
-        InvalidValueError: A key is misspelt, or a value is wrong.
-    """
-    try:
-        return decode(read_mapping(text, "what was identified"), Identified, text)
-    except InvalidValueError as error:
-        raise InvalidValueError(f"{IDENTIFIED_TEXT}: {error}") from None

@@ -12,15 +12,16 @@ from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters, live_regulation
 from palpate.controllers.tangent_motion import TangentMotion
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.change_names import check_changes
 from palpate.experiments.kit.contact_checks import LEAST_FORCE
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.limit_figures import limit_figures
-from palpate.experiments.kit.pressing import pressing
+from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, pressed, pressing, read_identified
 from palpate.experiments.kit.run_checks import CLEARANCE
 from palpate.experiments.regulate.built import built
 from palpate.experiments.regulate.checks import check_limits, most_force
 from palpate.experiments.regulate.config import MOTION_TEXT, RegulateConfig
-from palpate.experiments.regulate.identified import IDENTIFIED_TEXT, Identified, read_identified
+from palpate.experiments.regulate.identified import Identified
 from palpate.experiments.regulate.landing import check_meeting, landing_model, landing_speed
 from palpate.experiments.regulate.motion import motion_text
 from palpate.experiments.regulate.parts import (
@@ -34,7 +35,7 @@ from palpate.experiments.regulate.parts import (
 from palpate.reporting.data import KeyFigure
 from palpate.robots.known_truth import known_scene
 from palpate.robots.simulated_stage import RobotInScene
-from palpate.runtime import Backend, FingerDescription, Limits, Supervisor, Touch, run
+from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.runtime.live import Change
 from palpate.runtime.robot import Robot
 from palpate.sim import MovingTarget, Target
@@ -164,7 +165,7 @@ class RegulationPlan(PlanDefaults):
     def texts(self) -> Mapping[str, str]:
         """Return motion and identification, if there are any, by file name."""
         table = motion_text(self.motion)
-        found = {} if self.identified is None else {IDENTIFIED_TEXT: self.identified.text}
+        found = {} if self.identified is None else {IDENTIFIED_TEXT: identified_text(self.identified)}
         return found if table is None else {MOTION_TEXT: table, **found}
 
     def dry_run(self) -> DryRun:
@@ -212,13 +213,11 @@ class RegulationPlan(PlanDefaults):
 
     def _pressed(self) -> Identified:
         """Press on the object while it stands still, on a robot and scene of its own; return what that tells."""
-        controller = IdentifyController(self.pressing(), self.period)
         resting = built(self.config, self.robot, target_of(self.config, at_rest=True)).backend
-        result = run(resting, Touch(*self.fingers), controller, Supervisor(self.limits), duration=LONGEST_PRESSING)
-        try:
-            return Identified.of(controller.result())
-        except InvalidValueError as error:
-            raise InvalidValueError(f"identify: {error} (the run: {result})") from None
+        controller = IdentifyController(self.pressing(), self.period)
+        return pressed(
+            resting, self.ready.finger, self.limits, controller, Identified.of, longest=LONGEST_PRESSING
+        )
 
 
 def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, str]) -> RegulationPlan:
@@ -273,12 +272,7 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
         lift_distance=LIFT + travel_of(config),
         lift_speed=LIFT_SPEED + (config.surface_speed if config.surface == "sine" else 0.0),
     )
-    live = live_regulation(parameters)
-    for time, name, value in config.change:
-        try:
-            live.check(name, value)
-        except InvalidValueError as error:
-            raise InvalidValueError(f"change after {time:g} s: {error}") from None
+    check_changes(config.change, live_regulation(parameters))
     before = (CLEARANCE + travel_of(config)) / landing + parameters.settle_time
     planned = RegulationPlan(
         config,
@@ -294,7 +288,7 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
         before + duration + 0.5,
     )
     if IDENTIFIED_TEXT in texts:
-        return planned.with_identified(read_identified(texts[IDENTIFIED_TEXT]))
+        return planned.with_identified(read_identified(texts[IDENTIFIED_TEXT], Identified))
     return planned
 
 

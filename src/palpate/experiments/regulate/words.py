@@ -6,6 +6,7 @@ import numpy as np
 
 from palpate.controllers.guarded_approach import Loss
 from palpate.experiments.kit.change_account import change_rows, change_sentences
+from palpate.experiments.kit.repeat_words import log_row
 from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.result import Regulation
@@ -135,7 +136,6 @@ def settings(regulation: Regulation) -> tuple[tuple[str, str], ...]:
     planned = regulation.planned
     config, sensor = planned.config, planned.ready.finger
     axis = planned.parameters.axis
-    kept = regulation.run.recording
     return (
         ("object", f"{config.object}, {config.surface}{_course(config.surface, planned)}"),
         ("profile", f"{config.profile}{_profile(planned)}"),
@@ -149,7 +149,7 @@ def settings(regulation: Regulation) -> tuple[tuple[str, str], ...]:
         *cost_row(regulation.cost),
         *change_rows(regulation.changes),
         ("control period", f"{1e3 * planned.period:g} ms"),
-        *((("log", str(kept)),) if kept is not None and kept.path is not None else ()),
+        *log_row(regulation.run),
     )
 
 
