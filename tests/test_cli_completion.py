@@ -40,7 +40,7 @@ def completed(script, *words):
 
 
 @needs_bash
-@pytest.mark.parametrize("name", leaves())
+@pytest.mark.parametrize("name", list(leaves()))
 def test_every_command_and_every_option_is_completed(name, script, capsys):
     *before, last = name.split()
     assert last in completed(script, *before, last[:2])

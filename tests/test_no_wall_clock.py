@@ -78,8 +78,8 @@ def test_what_judges_no_clock_is_left_alone(body):
 
 def test_it_says_where_and_what_instead_and_leaves_services_alone(tmp_path):
     tests = tmp_path / "tests"
-    tests.mkdir()
-    for name in ("test_a.py", "waiting.py"):
+    (tests / "support").mkdir(parents=True)
+    for name in ("test_a.py", "support/waiting.py"):
         (tests / name).write_text(within(FOUND[0]))
     command = [sys.executable, no_wall_clock.__file__, "tests"]
     found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
