@@ -46,7 +46,7 @@ def palpate(tmp_path_factory):
         assert bool(done.returncode) is fails, done.stderr + done.stdout
         return done.stderr if fails else done.stdout
 
-    typed.folder = folder
+    setattr(typed, "folder", folder)  # noqa: B010
     return typed
 
 
@@ -112,7 +112,7 @@ def outside(name):
 
 
 GENERIC = ("cli", "commands", "reporting", "robots", "experiments/kit", "learning")
-"""What carries out, reports and compares experiments of whatever package. (A view draws friction, the quantity.)"""
+"""What carries out, reports and compares experiments of any package. (A view draws friction, the quantity.)"""
 
 
 @pytest.mark.parametrize("point", entry_points(group="palpate.experiments"), ids=lambda point: point.name)

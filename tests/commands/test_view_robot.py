@@ -1,5 +1,7 @@
 """What a view shows of runs on a real robot: what they were told of, and a stage in the place of the arm."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -56,7 +58,7 @@ def test_the_twin_touches_what_the_run_was_told_of(kind):
 
 def test_a_rigs_grasp_is_shown_with_its_own_hand():
     believed = {"believed_friction": 0.4, "believed_spin_length": 0.003}
-    planned = plan_of("grasp", "ur5e-hand", **believed)
+    planned: Any = plan_of("grasp", "ur5e-hand", **believed)
     scene = shown_scene(experiment_named("grasp"), planned)
     start = scene.placement.start
     x, y, z = start.pose_base_tip.position

@@ -49,6 +49,7 @@ def spun(tmp_path_factory):
     plan = plan_of(rise=0.2, lift_height=0.03, believed_spin_length=0.008)
     run, true = RecordedRun(plan, watched_backend(plan, math.inf)), []
     poses = free_poses_of(run.backend)
+    assert poses is not None
     run.run((lambda *_: true.append(poses()),), (log_writer(experiment_named("grasp"), plan, folder),))
     return folder, np.array(true)
 
@@ -75,6 +76,7 @@ def test_the_held_object_is_seen_to_rise_and_to_spin_as_it_truly_did(spun, monke
     folder, true = spun
     monkeypatch.setattr(view_command, "Player", Shown)
     assert run_view(ViewConfig(str(folder))).exit_code == 0
+    assert Shown.given is not None
     scene, frames, _ = Shown.given
     np.testing.assert_array_equal(frames.rows[:, frames.layout.free_columns], true)
     assert true[:, 2].max() > 0.025

@@ -1,6 +1,7 @@
 """Pressing first: what it finds, what the force then is, and that its log gives the same run again."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,9 +64,8 @@ def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path):
     words = ["--robot", "ur5e-sim", "--identify", "--width", "0.006", "--depth", "0.002", "--force-noise", "0.003"]
     assert main(["explore", *words, "--out", str(tmp_path)]) == 0
     log = read_log(tmp_path / "latest.mcap")
-    assert LoggedRun.of(log).plan().identified == read_identified(
-        log.attachments[IDENTIFIED_TEXT], IdentifiedForce
-    )
+    again: Any = LoggedRun.of(log).plan()
+    assert again.identified == read_identified(log.attachments[IDENTIFIED_TEXT], IdentifiedForce)
     found = replay_log(log)
     assert found.should_be_identical
     assert found.commands.identical == found.commands.count

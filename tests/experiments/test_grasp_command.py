@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -255,7 +256,7 @@ def test_what_came_of_a_grasp_is_worked_out_again_from_its_log_alone(tmp_path):
     experiment = GraspObject()
     planned = plan_of(known="nudged", plant=True, load="none", rise=0.1, lift_height=0.01)
     done = run_grasp(planned, sinks=(log_writer(experiment, planned, tmp_path),))
-    found = LoggedRun.of(read_log(log_in(tmp_path))).found()
+    found: Any = LoggedRun.of(read_log(log_in(tmp_path))).found()
     assert figures_of(experiment, found) == figures_of(experiment, done)
     assert (found.alarms, found.nudged) == (done.alarms, done.nudged)
     for field in fields(done.truth):
@@ -373,7 +374,7 @@ def test_a_finger_that_is_knocked_off_what_it_holds_presses_on():
     blow = RampLoad((0.0,) * 3, (12.0, 0.0, 0.0), 2.2, 0.0)
     back = RampLoad((0.0,) * 3, (-12.0, 0.0, 0.0), 2.23, 0.0)
     task = replace(planned.task(), load=SumOfLoads((blow, back)))
-    backend = hand_backend(planned.hand, task)
+    backend: Any = hand_backend(planned.hand, task)
     lost, grips = [], []
 
     def see(sample, now, command):

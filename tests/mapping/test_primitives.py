@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -168,7 +170,7 @@ def test_a_bowl_and_a_bore_are_hollow():
         (felt_shapes.cylinder(0.02, np.radians(70.0), 0.05), PrimitiveKind.CYLINDER),
     ):
         cloud, _ = felt(path[0], -path[1], rng, 1e-5, NORMAL_SD)
-        found = fit_primitive(cloud, kind)
+        found: Any = fit_primitive(cloud, kind)
         assert found.shape.hollow
         assert found.shape.radius == pytest.approx(0.02, abs=1e-4)
 

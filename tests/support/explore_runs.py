@@ -2,6 +2,7 @@
 
 import functools
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ def carried_out(planned) -> Exploration:
     return found_by(planned, carry_out(planned))
 
 
-def section(report, heading):
+def section(report, heading) -> Any:
     """The section of a report; None if there is none."""
     return next((each for each in report.sections if each.heading == heading), None)
 

@@ -2,6 +2,7 @@
 
 from palpate.experiments.friction.experiment import FindFriction
 from palpate.experiments.kit.recorded_run import carry_out
+from palpate.reporting.report import Paragraph
 from palpate.robots.values import load_named_robot
 
 FRICTION = FindFriction()
@@ -23,4 +24,4 @@ def texts_of(result, heading):
     """Everything that a section of the report says in words; nothing if there is no such section."""
     parts = [p for s in FRICTION.report(result).sections if s.heading == heading for p in s.parts]
     rows = [" | ".join(row) for part in parts for row in getattr(part, "rows", ())]
-    return "\n".join([*(part.text for part in parts if hasattr(part, "text")), *rows])
+    return "\n".join([*(part.text for part in parts if isinstance(part, Paragraph)), *rows])

@@ -20,6 +20,7 @@ from palpate.reporting.data import KeyFigure
 from palpate.reporting.report import Report, Section, TextTable
 from palpate.robots.finger_sensor import model_with_noise
 from palpate.robots.in_scene import build
+from palpate.robots.known_truth import known_scene
 from palpate.robots.simulated_stage import Task, tip_sizes
 from palpate.runtime import Phase
 from palpate.sim import SeededSensor, SphereObject
@@ -66,7 +67,7 @@ class TapPlan(SimpleNamespace, PlanDefaults):
         return DryRun("Tapping a sphere", (KeyFigure("force", self.config.force, "N"),), ("forces.txt",))
 
     def view(self):
-        return scene_view("Tapping a sphere", self.backend().scene.model)
+        return scene_view("Tapping a sphere", known_scene(self.backend()).model)
 
 
 class Tap:

@@ -143,7 +143,9 @@ def test_the_held_object_is_seen_to_rise_with_the_hand(grasp):
 def test_a_log_has_all_of_it(grasp):
     """Without its truth, the object stands where it stood at the start."""
     log = grasp.log
-    np.testing.assert_allclose(free_poses_in(log)[-1], free_poses_of(grasp.backend)(), atol=0.0)
+    poses = free_poses_of(grasp.backend)
+    assert poses is not None
+    np.testing.assert_allclose(free_poses_in(log)[-1], poses(), atol=0.0)
     logged = frames_of_log(log)
     assert logged.layout.free == 0
     assert len(logged) == len(grasp.frames)

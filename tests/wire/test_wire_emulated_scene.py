@@ -3,6 +3,7 @@
 import os
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -174,7 +175,7 @@ def test_a_scene_stands_until_it_may_begin_and_its_clock_runs_on(trace):
     steps = np.diff(times)
     assert steps == pytest.approx(np.full(20, plant.period), rel=0.3)
     # the scene itself knows nothing of the wait
-    directly = scene()
+    directly: Any = scene()
     directly.start()
     for _ in range(20):
         directly.step(Command(DOWN))

@@ -71,7 +71,7 @@ def test_a_rig_stands_ready_and_nobody_knows_the_truth(tmp_path):
 
 
 def test_an_arm_whose_place_is_known_must_be_at_the_start(tmp_path):
-    robot = rig(tmp_path, ("    watchdog_s", "    robot base: {position_m: [-0.4, 0.0, 0.0]}\n    watchdog_s"))
+    robot = rig(tmp_path, ("    watchdog_s", "    robot_base: {position_m: [-0.4, 0.0, 0.0]}\n    watchdog_s"))
     backend = plan_of(ExploreConfig(robot=str(tmp_path / "rig.yaml")), robot).backend()
     assert isinstance(backend, FreshlyTared)
     assert type(backend.backend.arm) is ArmAtPlace

@@ -109,7 +109,7 @@ def _checked(text: str) -> str:
 
 def library_path(config: FrictionConfig) -> Path | None:
     """Return the file of the library that a configuration names; None if it names none."""
-    if config.library == SHIPPED and not config.library.exists():
+    if config.library is not None and config.library == SHIPPED and not config.library.exists():
         return Path(str(importlib.resources.files("palpate").joinpath("materials/simulated.yaml")))
     return config.library
 

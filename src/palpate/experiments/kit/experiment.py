@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.runtime.truth import TruthSource
     from palpate.viewing import ViewScene
 
-Writer = Callable[[Path], None]
+Writer = Callable[[Path], object]
 """Writes a file at a path; raises OSError if it cannot."""
 
 

@@ -120,7 +120,8 @@ def check_options(config: "DataclassInstance") -> None:
             object.__setattr__(config, each.name, Path(value))
         elif each.type in _NUMBERS and not isinstance(value, Real) and (value is not None or each.type is float):
             raise InvalidValueError(f"{each.name} = {shown(value)}: must be a number")
-        for number in value if isinstance(value, tuple) else (value,):
+        numbers: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
+        for number in numbers:
             if said.above and number is not None:
                 positive(each.name, number, said.unit)
             elif said.least and number is not None:
