@@ -31,7 +31,7 @@ class Lift:
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
         positive("bandwidth", self.bandwidth, "rad/s")
-        positive("following-error limit", self.following_error_limit, "m")
+        positive("following_error_limit", self.following_error_limit, "m")
 
     def mount(self, spec: mujoco.MjSpec, load: CarriedMass, start: Vector) -> mujoco.MjsBody:
         """See `Carrier`."""

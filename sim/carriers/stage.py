@@ -34,7 +34,7 @@ class Stage:
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
         positive("bandwidth", self.bandwidth, "rad/s")
-        positive("following-error limit", self.following_error_limit, "m")
+        positive("following_error_limit", self.following_error_limit, "m")
 
     @property
     def lag(self) -> float:

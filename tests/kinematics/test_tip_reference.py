@@ -59,7 +59,7 @@ def test_an_orientation_once_taken_is_kept():
 
 
 @pytest.mark.parametrize(
-    "following-error limit", [FollowingErrorLimit(0.0005, 0.005), FollowingErrorLimit(0.002, 0.02)]
+    "following_error_limit", [FollowingErrorLimit(0.0005, 0.005), FollowingErrorLimit(0.002, 0.02)]
 )
 def test_the_reference_runs_ahead_of_an_arm_held_fast_by_the_leash_and_comes_back_at_once(following_error_limit):
     reference = started(following_error_limit=following_error_limit)

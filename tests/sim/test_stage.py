@@ -63,7 +63,7 @@ def test_the_stage_floats_where_it_is_left():
     assert last.arm.position_base_tip == pytest.approx(first.arm.position_base_tip, abs=1e-12)
 
 
-@pytest.mark.parametrize("following-error limit", [0.0005, 0.0025])
+@pytest.mark.parametrize("following_error_limit", [0.0005, 0.0025])
 def test_the_leash_bounds_the_push_against_an_obstacle(following_error_limit):
     stage = Stage(following_error_limit=following_error_limit)
     backend = MujocoBackend(scene(stage, (0.0, 0.0, 0.0282), Box(), ContactLaw(stiffness=100e3)))
@@ -179,7 +179,7 @@ def test_a_tip_weighs_something():
         Tip(Sphere(0.008), mass=0.0)
 
 
-@pytest.mark.parametrize("name", ["mass", "bandwidth", "following-error limit"])
+@pytest.mark.parametrize("name", ["mass", "bandwidth", "following_error_limit"])
 def test_a_stage_has_positive_quantities(name):
     with pytest.raises(InvalidValueError, match=name):
         Stage(**{name: 0.0})

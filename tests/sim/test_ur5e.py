@@ -331,7 +331,7 @@ def pushing(following_error_limit=None, friction=0.3, speed=0.01, stiffness=100e
 
 
 @pytest.mark.parametrize(
-    "following-error limit", [FollowingErrorLimit(0.0005, 0.005), FollowingErrorLimit(0.001, 0.01)]
+    "following_error_limit", [FollowingErrorLimit(0.0005, 0.005), FollowingErrorLimit(0.001, 0.01)]
 )
 def test_the_leash_bounds_the_push_against_an_obstacle(following_error_limit):
     run, arm, start = pushing(following_error_limit, friction=0.05)
