@@ -26,7 +26,7 @@ from palpate.commands.emulate.config import (
     EmulateUrConfig,
 )
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
-from palpate.commands.output_format import JsonDocument, OutputFormat, Words
+from palpate.commands.output_format import JsonOutput, OutputFormat, TextOutput
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.robot.config import RobotCheckConfig, RobotListConfig, RobotShowConfig
 from palpate.commands.sweep.config import SweepConfig
@@ -261,7 +261,7 @@ def _run_typed(arguments: Sequence[str]) -> CommandResult | int:
 def _manner(arguments: Sequence[str]) -> OutputFormat:
     """How to say what there is to say, before anybody has judged what is typed: a refusal has to be said, too."""
     if "--json" not in arguments or HELP_WORDS & set(arguments):
-        return Words()
+        return TextOutput()
     words: list[str] = []
     found: object = typed_commands()
     for word in arguments:
@@ -270,7 +270,7 @@ def _manner(arguments: Sequence[str]) -> OutputFormat:
             break
         found = commands[word]
         words.append(word)
-    return JsonDocument(" ".join(words) or next((word for word in arguments[:1] if ":" in word), ""))
+    return JsonOutput(" ".join(words) or next((word for word in arguments[:1] if ":" in word), ""))
 
 
 def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> CommandResult | int:

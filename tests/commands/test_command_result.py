@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from palpate.commands.command_result import UNITS, CommandResult, ExitCode, figure_name, shown_figures
 from palpate.commands.json_document import document, plain
-from palpate.commands.output_format import JsonDocument, Words, unboxed
+from palpate.commands.output_format import JsonOutput, TextOutput, unboxed
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.reporting.data import KeyFigure
 
@@ -142,7 +142,7 @@ def raising(error):
     ],
 )
 def test_whatever_is_raised_one_document_says_it(error, code, said, capsys):
-    assert JsonDocument("made up").carry_out(raising(error)) == code
+    assert JsonOutput("made up").carry_out(raising(error)) == code
     told = capsys.readouterr()
     found = json.loads(told.out)
     assert (found["command"], found["exit_code"], found["error"]) == ("made up", code, said)
@@ -151,10 +151,10 @@ def test_whatever_is_raised_one_document_says_it(error, code, said, capsys):
 
 def test_words_let_through_what_nobody_foresaw():
     with pytest.raises(ZeroDivisionError):
-        Words().carry_out(raising(ZeroDivisionError()))
+        TextOutput().carry_out(raising(ZeroDivisionError()))
 
 
-@pytest.mark.parametrize("manner", [Words(), JsonDocument("x")])
+@pytest.mark.parametrize("manner", [TextOutput(), JsonOutput("x")])
 def test_an_exit_code_alone_is_an_answer(manner, capsys):
     assert manner.carry_out(lambda: 1) == 1
 
@@ -162,13 +162,13 @@ def test_an_exit_code_alone_is_an_answer(manner, capsys):
 def test_what_other_processes_and_libraries_print_goes_to_standard_error():
     code = (
         "import os, subprocess, sys\n"
-        "from palpate.commands.output_format import JsonDocument\n"
+        "from palpate.commands.output_format import JsonOutput\n"
         "def run():\n"
         "    os.write(1, b'library\\n')\n"
         "    subprocess.run([sys.executable, '-c', 'print(\"child\")'])\n"
         "    print('palpate')\n"
         "    return 0\n"
-        "sys.exit(JsonDocument('x').carry_out(run))\n"
+        "sys.exit(JsonOutput('x').carry_out(run))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert json.loads(done.stdout)["status"] == "done"

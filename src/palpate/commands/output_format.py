@@ -32,7 +32,7 @@ class OutputFormat(Protocol):
         ...
 
 
-class Words:
+class TextOutput:
     """A command says everything itself; of an error, one line goes to standard error."""
 
     def carry_out(self, run: Run) -> int:
@@ -47,7 +47,7 @@ class Words:
         return int(answer.exit_code)
 
 
-class JsonDocument:
+class JsonOutput:
     """One document goes to standard output, all words to standard error: those of other processes, too."""
 
     def __init__(self, command: str) -> None:
