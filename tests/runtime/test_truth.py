@@ -58,7 +58,7 @@ def test_a_simulation_tells_what_its_log_keeps(kind, tmp_path):
     backend, command = BACKENDS[kind](1)
     fingers, script = 2 if "hand" in kind else 1, {k: command(k) for k in range(400)}
     memory, log, told = recorded(tmp_path, backend, PuppetController(script), fingers, 0.4)
-    assert len(told) == 400
+    assert len(told) == len(log) >= 400, "a row per sample, until the robot is at rest"
     assert memory.rows.tobytes() == log.truth.rows.tobytes() == told.tobytes()
     assert np.ptp(told, axis=0).any(), "nothing happened"
     with pytest.raises(InvalidValueError, match=r"no column mass_kg; there are \w+"):
