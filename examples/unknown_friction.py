@@ -24,10 +24,10 @@ def report(config: pp.GraspConfig) -> None:
     print(f"{config.known}: {done.run}; {'dropped' if done.dropped else 'held'}")
     slip, spin = 1e6 * done.slip_aloft, math.degrees(done.spin_aloft)
     print(f"  grip {done.grip_ratio:.2f} times the least; slipped {slip:.1f} um, spun {spin:.3f} degrees")
-    for found in done.nudged:
+    for finger, found in enumerate(done.nudged, start=1):
         mu = "unknown" if found.friction is None else f"{found.friction:.3f}"
         e = "unknown" if found.spin_length is None else f"{1e3 * found.spin_length:.2f} mm"
-        print(f"  finger {found.finger} found mu {mu}, e {e}")
+        print(f"  finger {finger} found mu {mu}, e {e}")
 
 
 def main(friction: float = 0.4, spin_length: float = 0.004, pull: float = 3.0, seed: int = 0) -> None:

@@ -26,9 +26,9 @@ class NoWholeProcess(ctypes.PyDLL):
         super().__init__(name, *given, **more)
 
 ctypes.PyDLL = NoWholeProcess
-import palpate, palpate.hw, palpate.experiments
-for package in (palpate.hw, palpate.experiments):
-    for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+import palpate
+for module in pkgutil.walk_packages(palpate.__path__, "palpate."):
+    if not module.name.endswith("__main__"):
         __import__(module.name)
         print(module.name)
 """
