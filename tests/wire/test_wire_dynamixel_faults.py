@@ -10,6 +10,7 @@ import os
 import random
 import re
 import select
+import statistics
 import threading
 import time
 from dataclasses import fields
@@ -165,11 +166,15 @@ def test_a_missed_exchange_gives_the_state_before_it_with_its_time(emulated, han
 
 @pytest.mark.slow
 @pytest.mark.parametrize("late", [0.04, 0.08, 0.2])
-def test_no_late_answer_is_taken_for_a_new_one(emulated, late):
-    """The shaft turns all the time; a sample must never be older than its question."""
+def test_a_late_reply_is_not_taken_for_a_new_one_and_the_hand_recovers_after_the_last(emulated, late):
+    """The shaft turns all the time: a sample is never older than its request.
+
+    The line keeps replies in order, so those to later requests queue behind a late one, and the hand misses as many
+    exchanges as fit into the delay, and one more.
+    """
     hand = connected(emulated, watchdog=0.0, answer_time=0.03, silence=20.0)
     hand.start()
-    turned = [0.0]
+    positions = [0.0]
     ended = threading.Event()
 
     def turn():
@@ -177,30 +182,37 @@ def test_no_late_answer_is_taken_for_a_new_one(emulated, late):
             if ended.wait(1e-3):
                 return
             with emulated.lock:
-                turned.append(1e-3 * (i % 1500))
+                positions.append(1e-3 * (i % 1500))
                 for motor in emulated.motors:
-                    motor.state = ServoState(turned[-1], 0.0, 0.0)
+                    motor.state = ServoState(positions[-1], 0.0, 0.0)
                 emulated.bus.take(emulated.plant.start())
+
+    def fresh():
+        before = len(positions)
+        if sample := new_sample(hand):
+            passed = positions[before - 1 :]  # from when the request went out until the reply was there
+            for q in sample.joint_position:
+                assert min(abs(q / 0.02 - position) for position in passed) < 2e-3
+        return sample
 
     thread = threading.Thread(target=turn)
     thread.start()
-    samples = []
+    missed = []
     try:
-        for i in range(36):
-            emulated.inject("late", late if i % 3 == 0 else 0.0)
-            for _ in range(2):
-                before = len(turned)
-                if sample := new_sample(hand):
-                    # with where the shafts stood from when the request went out until the answer was there
-                    samples.append((sample, turned[before - 1 :]))
+        for _ in range(10):
+            emulated.inject("late", late)
+            fresh()
+            fresh()
+            emulated.inject("late", 0.0)
+            before = hand.missed
+            until(fresh)
+            missed.append(hand.missed - before)
     finally:
         ended.set()
         thread.join()
         hand.close()
-    assert len(samples) >= 10
-    for sample, during in samples:
-        for q in sample.joint_position:
-            assert min(abs(q / 0.02 - position) for position in during) < 2e-3
+    # the median: a machine that stands still makes some replies later than they were meant to be
+    assert statistics.median(missed) <= math.ceil(late / hand.settings.answer_time) + 1
 
 
 @pytest.mark.parametrize(
