@@ -1,4 +1,4 @@
-"""What really happened, kept beside a run: each sample's row as the back end reported it; of a robot nobody knows."""
+"""What really happened, kept beside a run: the row of each sample as the back end reported it; none of a real robot."""
 
 import numpy as np
 import pytest
