@@ -1,4 +1,4 @@
-"""What really happened, kept beside a run: the row of each sample as the back end reported it; none of a real robot."""
+"""What really happened, kept beside a run: each row as the back end reported it; a real robot has none."""
 
 import numpy as np
 import pytest
