@@ -1,4 +1,4 @@
-"""The socket through which a test asks and does what no device offers: JSON, one line each way, loopback only."""
+"""The control socket of an emulator, for tests: one line of JSON per request and reply, loopback only."""
 
 import contextlib
 import json
@@ -11,25 +11,25 @@ LOOPBACK = "127.0.0.1"
 
 _LONGEST_LINE = 65536
 _TIMEOUT = 5.0
-"""[s] within which a host answers, even one that is held up by a busy machine."""
+"""[s] within which a host replies, even on a busy machine."""
 
-Answer = Callable[[Mapping[str, object]], Mapping[str, object]]
+Handler = Callable[[Mapping[str, object]], Mapping[str, object]]
 
 
 class ControlSocket:
     """The host's end."""
 
-    def __init__(self, answer: Answer, port: int = 0) -> None:
+    def __init__(self, handler: Handler, port: int = 0) -> None:
         """Listen.
 
         Args:
-            answer: Does what a request asks for; `InvalidValueError` is told to who asked.
+            handler: Carries out a request; its `InvalidValueError` is sent back to the client.
             port: On which; 0: a free one.
 
         Raises:
             InvalidValueError: The port is not free.
         """
-        self._answer = answer
+        self._handler = handler
         try:
             self._listener = socket.create_server((LOOPBACK, port))
         except OSError as error:
@@ -51,7 +51,7 @@ class ControlSocket:
         return [self._listener.fileno(), *self._sockets]
 
     def receive(self, file: int) -> None:
-        """Accept somebody, or answer."""
+        """Accept a client, or reply to one."""
         if file == self._listener.fileno():
             with contextlib.suppress(OSError):
                 accepted, _ = self._listener.accept()
@@ -85,10 +85,10 @@ class ControlSocket:
             request = json.loads(line)
             if not isinstance(request, dict):
                 raise InvalidValueError(f"request = {request!r}: must be an object")
-            answer = self._answer(request)
+            reply = self._handler(request)
         except (ValueError, RecursionError) as error:
-            answer = {"error": str(error)}
-        return json.dumps(answer).encode() + b"\n"
+            reply = {"error": str(error)}
+        return json.dumps(reply).encode() + b"\n"
 
 
 class EmulatorControl:
@@ -100,20 +100,20 @@ class EmulatorControl:
         self._file = self._socket.makefile("rb")
 
     def ask(self, **request: object) -> dict[str, object]:
-        """Ask for something and return the answer.
+        """Ask for something and return the reply.
 
         Raises:
             InvalidValueError: The host says that it makes no sense.
-            OSError: It is gone, or does not answer within 5 s.
+            OSError: It is gone, or does not reply within 5 s.
         """
         self._socket.sendall(json.dumps(request).encode() + b"\n")
         line = self._file.readline()
         if not line:
             raise ConnectionResetError("the emulator's host is gone: start it again")
-        answer: dict[str, object] = json.loads(line)
-        if "error" in answer:
-            raise InvalidValueError(str(answer["error"]))
-        return answer
+        reply: dict[str, object] = json.loads(line)
+        if "error" in reply:
+            raise InvalidValueError(str(reply["error"]))
+        return reply
 
     def fault(self, device: str, fault: str, value: float = 1.0) -> str:
         """Switch a fault of a device and return what was done."""

@@ -23,7 +23,7 @@ it may be the loop that runs first, and what the sensor sent meanwhile has not b
 
 _JOIN = 6.0
 """Longest to wait for the reading thread at the end [s]: it is never away for longer than a dialogue takes. A
-Bota's has 1.5 s to boot in, then four questions and answers of 0.5 s each."""
+Bota's has 1.5 s to boot in, then four requests and replies of 0.5 s each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +207,7 @@ class StreamedSensor:
         raise self._silence(f"no steady stream within {self._settings.start_within:g} s")
 
     def _read_on(self, ending: threading.Event) -> None:
-        """Read until told to end; whatever happens is said by `read`."""
+        """Read until asked to end; `read` raises whatever goes wrong."""
         silent, heard, asked = True, 0.0, -float("inf")
         link, again = self._link, self._settings.ask_again_after
         try:

@@ -23,30 +23,30 @@ def controller_version(device: str, address: str, timeout: float = 2.0) -> Versi
     Args:
         device: Name for messages.
         address: Of the controller.
-        timeout: For each answer [s].
+        timeout: For each reply [s].
 
     Returns:
         Major, minor, bug fix, build.
 
     Raises:
-        DeviceError: Nobody answers, it is no such controller, or too old.
+        DeviceError: There is no reply, it is no such controller, or too old.
     """
     try:
         with socket.create_connection((address, RTDE_PORT), timeout) as stream:
             stream.settimeout(timeout)
             stream.sendall(_HEADER.pack(5, _WANT_PROTOCOL) + struct.pack(">H", 2))
-            if _answer(stream, _WANT_PROTOCOL)[:1] != b"\x01":
+            if _reply(stream, _WANT_PROTOCOL)[:1] != b"\x01":
                 raise DeviceError(
                     device, "it does not speak RTDE version 2", f"update PolyScope to {_wanted()} or newer"
                 )
             stream.sendall(_HEADER.pack(3, _WANT_VERSION))
-            major, minor, bug_fix, build = struct.unpack(">4I", _answer(stream, _WANT_VERSION))
+            major, minor, bug_fix, build = struct.unpack(">4I", _reply(stream, _WANT_VERSION))
     except DeviceError:
         raise
     except (OSError, struct.error, ValueError) as error:
         raise DeviceError(
             device,
-            f"no controller answers on port {RTDE_PORT} ({error})",
+            f"no controller replies on port {RTDE_PORT} ({error})",
             "check its address, that it is switched on and started, and that no firewall is in between",
         ) from error
     version = (major, minor, bug_fix, build)
@@ -60,10 +60,10 @@ def _wanted() -> str:
     return ", ".join(f"{v[0]}.{v[1]}" for v in OLDEST.values())
 
 
-def _answer(stream: socket.socket, kind: int) -> bytes:
+def _reply(stream: socket.socket, kind: int) -> bytes:
     size, got = _HEADER.unpack(_exactly(stream, _HEADER.size))
     if got != kind or not _HEADER.size < size < 256:
-        raise ValueError(f"no answer of RTDE: type {got}, {size} bytes")
+        raise ValueError(f"no reply of RTDE: type {got}, {size} bytes")
     return _exactly(stream, size - _HEADER.size)
 
 

@@ -14,7 +14,7 @@ from palpate.runtime.supervision import Limits, Supervisor
 from palpate.runtime.touch import Touch
 
 ChangedSample = Callable[[Sample, Sample], Sample]
-"""From what the device says, and what it said last before the fault, to what arrives."""
+"""Maps the device's sample, and its last one before the fault, to what arrives."""
 
 
 class FaultyBackend:
@@ -53,7 +53,7 @@ class FaultyBackend:
         assert self.closed_after is None, "moved after it was closed"
         self.commands.append(command)
         if len(self.commands) in self.errors:
-            self.sound.step(command)  # it did arrive; the answer did not
+            self.sound.step(command)  # it did arrive; the reply did not
             self.samples.append(self.samples[-1])
             self.truly.append(self.truly[-1])
             raise self.errors[len(self.commands)]
@@ -123,7 +123,7 @@ class LostDevice:
     """`step` raises so many times in a row."""
 
     times: int
-    error: Callable[[], Exception] = lambda: OSError("no answer")
+    error: Callable[[], Exception] = lambda: OSError("no reply")
 
     def into(self, rig: Rig, at: int) -> None:
         # the exception comes with the command of index `at`, instead of the sample after it

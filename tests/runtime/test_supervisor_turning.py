@@ -215,10 +215,10 @@ def test_a_reaction_that_turns_too_fast_is_slowed_down_and_keeps_its_way():
     assert passed.velocity_base_tip == pytest.approx((0.0025, 0.0, 0.0))
 
 
-@pytest.mark.parametrize("told", [turning((0.0, 3.0, 0.0)), turning((math.nan, 0.0, 0.0)), turning("round")])
-def test_in_the_loop_it_is_brought_to_rest(told):
+@pytest.mark.parametrize("change", [turning((0.0, 3.0, 0.0)), turning((math.nan, 0.0, 0.0)), turning("round")])
+def test_in_the_loop_it_is_brought_to_rest(change):
     backend = PuppetBackend()
-    result = run(backend, touch(), PuppetController({20: told}), duration=0.05)
+    result = run(backend, touch(), PuppetController({20: change}), duration=0.05)
     assert result.ending is Ending.TRIPPED
     assert "angular" in result.trip.measure
     assert result.stopped

@@ -31,7 +31,7 @@ from palpate.runtime.robot import load_robot
 from support.emulated_file import unhurried_file
 from support.grasp_runs import found_after, plan_of
 from support.ur_library import needs_ur
-from support.waiting import WITHIN, told, until
+from support.waiting import WITHIN, first_error, until
 
 pytestmark = needs_ur
 
@@ -119,7 +119,7 @@ def test_a_lost_connection_ends_the_run_as_a_device_that_was_lost():
 
 
 @pytest.mark.slow
-def test_a_killed_emulator_is_told_and_a_new_start_works():
+def test_a_killed_emulator_is_reported_and_a_new_start_works():
     config = ExploreConfig(robot="emulated-ur5e", width=0.01, depth=0.004)
     with EXPLORE.plan(config, robot("127.0.9.44"), {}).backend() as backend:
         assert isinstance(backend, EmulatedBackend)
@@ -127,7 +127,7 @@ def test_a_killed_emulator_is_told_and_a_new_start_works():
         backend.pacer.start()
         backend.step(Command())
         backend.emulator.kill()
-        told(lambda: backend.step(Command()))
+        first_error(lambda: backend.step(Command()))
         backend.start()
         backend.pacer.start()
         for _ in range(10):

@@ -156,7 +156,7 @@ def test_a_long_stall_is_given_up_and_a_short_one_caught_up_with(
     after = time.steps[99][0] + stall
     steps = sum(after <= now < after + 0.1 for now, _ in time.steps)
     assert steps == pytest.approx(0.1 / 0.002 + caught_up_with, abs=1)
-    assert time.host._told()["given_up"] == pytest.approx(0.0 if caught_up_with else stall, abs=0.003)
+    assert time.host._status()["given_up"] == pytest.approx(0.0 if caught_up_with else stall, abs=0.003)
 
 
 def test_a_device_is_woken_when_it_wants(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,11 +180,11 @@ def test_a_device_is_woken_when_it_wants(monkeypatch: pytest.MonkeyPatch) -> Non
         b"[" * 50_000,
     ],
 )
-def test_senseless_requests_are_answered(running: Running, line: bytes) -> None:
+def test_invalid_requests_get_an_error_reply(running: Running, line: bytes) -> None:
     with socket.create_connection(("127.0.0.1", running.host.control_port), timeout=WITHIN) as client:
         client.sendall(line + b"\n")
-        answer = json.loads(client.makefile("rb").readline())
-    assert set(answer) == {"error"}
+        reply = json.loads(client.makefile("rb").readline())
+    assert set(reply) == {"error"}
     assert running.control.state()["steps"]
 
 

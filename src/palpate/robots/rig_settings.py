@@ -82,7 +82,7 @@ def hand_settings(robot: Robot, entry: DynamixelEntry) -> HandSettings:
         closing_speed=entry.closing_speed,
         baud_rate=entry.baud_rate,
         watchdog=entry.watchdog,
-        answer_time=entry.answer_time,
+        reply_timeout=entry.reply_timeout,
         silence=entry.silent_after,
     )
 

@@ -29,7 +29,7 @@ OVERSHOOT = 1.1
 
 RELIEF = 0.1
 """A finger that felt too much is pressed, and backs off, as long as it feels more than this share of the limit:
-less than what a surface that follows it presses with before the tip answers."""
+less than what a surface that follows it presses with before the tip responds."""
 
 
 @dataclass(frozen=True, slots=True)
