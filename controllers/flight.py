@@ -22,7 +22,7 @@ class Airspace:
         parameters: Of the exploration: distances, speeds and the room.
         plane: Of the path.
         period: Of control [s].
-        top: Height above the plane at which the run began [m]: there is nothing in the way there, as far as known.
+        top: Height above the plane at which the run began [m]: the space there is free, as far as known.
     """
 
     parameters: ExploreParameters
@@ -32,9 +32,9 @@ class Airspace:
 
 
 class Flight:
-    """One way through the air: off the surface if the tip touches, then up and across, if a goal is given.
+    """One motion through the air: off the surface if the tip touches, then up and across, if a goal is given.
 
-    A touch on the way stops it: off that again, then on, higher by the lift's distance, but not above `top`. At
+    A touch during it stops it: off that again, then on, higher by the lift's distance, but not above `top`. At
     that height, or if the tip does not come free, it is blocked; so is a goal outside of the room.
 
     Attributes:
@@ -83,7 +83,7 @@ class Flight:
             if lift_over(travel, elapsed, self._distance, self._space.parameters.lift_speed):
                 self._set_off(state)
         elif self._travel is not None:
-            if state.touching and self._in_the_way(self._travel, state):
+            if state.touching and self._obstructed(self._travel, state):
                 self._bump(self._travel, state)
             elif self._travel.finished:
                 self.arrived = True
@@ -123,7 +123,7 @@ class Flight:
         elif not wanted.room.holds(end):
             self.arrived = False
 
-    def _in_the_way(self, travel: Travel, state: TipState) -> bool:
+    def _obstructed(self, travel: Travel, state: TipState) -> bool:
         """Whether what is felt stands against the motion: rising leaves what does not overhang."""
         return travel.risen or dot(state.normal, self._space.plane.axis) > 0.0
 

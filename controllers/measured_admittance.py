@@ -65,8 +65,8 @@ def measured_admittance(
         loop_gain: k K T of a delayed integrator that has the wanted margins.
     """
     found = [(lag, _gain(response, loop_gain, lag)) for lag in LAGS]
-    lag, gain = max(found, key=lambda one: _answer(one[1], one[0]))
-    if _answer(gain, lag) < WORTHWHILE * response.gain(loop_gain):
+    lag, gain = max(found, key=lambda one: _response(one[1], one[0]))
+    if _response(gain, lag) < WORTHWHILE * response.gain(loop_gain):
         return None
     _, critical = response.oscillation(lag)
     delay = loop_gain / (gain * series_stiffness)
@@ -91,5 +91,5 @@ def _gain(response: ForceResponse, loop_gain: float, lag: float) -> float:
     return gain
 
 
-def _answer(gain: float, lag: float) -> float:
+def _response(gain: float, lag: float) -> float:
     return gain / math.hypot(1.0, DISTURBANCE * lag)

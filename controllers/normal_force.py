@@ -117,7 +117,7 @@ class NormalForce:
         gain: float,
         fastest: float,
         rate: float = 0.0,
-        give_way: float = 0.0,
+        retreat_speed: float = 0.0,
     ) -> float:
         """Return the velocity into the object for the next period [m/s].
 
@@ -127,7 +127,7 @@ class NormalForce:
             gain: Velocity per force error [m/s/N].
             fastest: Largest velocity that the error alone can ask for [m/s].
             rate: At which the wanted force will change when this command acts [N/s].
-            give_way: How fast the tip may go back from too large a force [m/s], if faster than that.
+            retreat_speed: How fast the tip may go back from too large a force [m/s], if faster than that.
         """
         self._wanted = wanted
         error, forward = wanted - felt, rate * self._compliance
@@ -136,7 +136,7 @@ class NormalForce:
             gain *= share * self._lower(gain)
             forward += share * self.surface.predicted
         asked = self.law.step(error, gain)
-        push = min(max(asked, -max(fastest, give_way)), fastest)
+        push = min(max(asked, -max(fastest, retreat_speed)), fastest)
         if push != asked:
             self.law.start(push)  # a law that remembers must not go on beyond what is done
         return push + forward

@@ -112,13 +112,13 @@ class SurveyWanted:
         """About how long all of it takes [s], if everything slips."""
         pause = 0.2
         strokes = [self.stroke(load, self.speed) for load in self.loads]
-        ways = [stroke.duration for stroke in strokes] + [
+        durations = [stroke.duration for stroke in strokes] + [
             self.stroke(self.loads[0], speed).duration for speed in self.speeds if speed != self.speed
         ]
         twists = 2 * len(self.loads) if self.most_spin else 0
         turning = self.twist(self.loads[0], self.fastest_spin).duration if self.most_spin else SHORTEST
         return (
-            2.0 * self.repeats * (sum(ways) + len(ways) * pause + twists * (turning + pause))
+            2.0 * self.repeats * (sum(durations) + len(durations) * pause + twists * (turning + pause))
             + 2.0 * self.exponent_slips * (turning + pause)
             + 1.5 * len(self.loads)
         )
@@ -130,8 +130,8 @@ class Survey:
     Attributes:
         stuck_sliding: Loads at which strokes never seemed to slip, however far they went [N].
         stuck_turning: Likewise twists.
-        exponents_told: Whether slips for the exponents were done, if they were wanted; for that it must slip both
-            ways at two loads.
+        exponents_measured: Whether slips for the exponents were done, if they were wanted; for that it must slip
+            both ways at two loads.
     """
 
     def __init__(self, wanted: SurveyWanted) -> None:
@@ -143,7 +143,7 @@ class Survey:
         """See `RubProgram`."""
         self.stuck_sliding: list[float] = []
         self.stuck_turning: list[float] = []
-        self.exponents_told = True
+        self.exponents_measured = True
         self._felt: FeltRub | None = None
         self._frictions: dict[float, float] = {}
         self._lengths: dict[float, float] = {}
@@ -232,7 +232,7 @@ class Survey:
         wanted, lengths = self._wanted, self._lengths
         low, high = wanted.loads[0], wanted.loads[-1]
         if low not in lengths or high not in lengths or high < LEAST_LOAD_SPAN * low:
-            self.exponents_told = False
+            self.exponents_measured = False
             return
         # as fast as the tip can turn, but no faster than strokes
         speed = min(wanted.speed, wanted.fastest_spin * min(lengths[low], lengths[high]))

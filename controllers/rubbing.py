@@ -188,7 +188,7 @@ class RubbingController:
             self._wait, self._began = wanted.settle_time, time
         elif time - self._began >= self._wait:
             if not self._back:
-                self._choose_way()
+                self._choose_direction()
             contact.enter(Phase.SCAN)
 
     # how to move
@@ -216,8 +216,8 @@ class RubbingController:
         lever = rotate(now.arm.rotation_base_tip, self._lever or ZERO)
         return add_scaled(add(along, carried_along(turn, lever)), push, normal), turn
 
-    def _choose_way(self) -> None:
-        """Fix the way of the next strokes: as wanted, or any other if that goes straight into the surface."""
+    def _choose_direction(self) -> None:
+        """Fix the direction of the next strokes: as wanted, or any other if that points into the surface."""
         wanted, normal = self._parameters.along, self._tracker.normal
         if norm(_projected(wanted, normal)) < LEAST_TANGENTIAL_SHARE * norm(wanted):
             steepest = max(range(3), key=lambda i: abs(normal[i]))
@@ -253,11 +253,11 @@ class RubbingController:
         self._meter.add(self._back, since, add_scaled(force, pushing, normal), pushing, torque)
 
 
-def _projected(way: Vector, normal: Vector) -> Vector:
-    return add_scaled(way, -dot(way, normal), normal)
+def _projected(direction: Vector, normal: Vector) -> Vector:
+    return add_scaled(direction, -dot(direction, normal), normal)
 
 
-def _along(way: Vector, normal: Vector) -> Vector:
-    """Unit vector along the surface; none where a way goes straight into it."""
-    along = _projected(way, normal)
+def _along(direction: Vector, normal: Vector) -> Vector:
+    """Unit vector along the surface; none where a direction goes straight into it."""
+    along = _projected(direction, normal)
     return unit(along) if norm(along) > 0.0 else ZERO

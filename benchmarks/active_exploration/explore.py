@@ -93,7 +93,7 @@ def active_way(shape: Shape, rule: Rule, seed: int, longest: float) -> tuple[flo
     """Way until the rule is met [mm], and whether the planner stopped by itself before."""
     for step in explore(shape, rule, seed):
         if step.off is not None and rule.met(step.off):
-            return step.way, False
-        if step.way > longest:
+            return step.path_length, False
+        if step.path_length > longest:
             return math.inf, False
     return math.inf, True

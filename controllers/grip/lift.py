@@ -2,7 +2,7 @@
 
 Nobody has told what it weighs: that is felt while its weight comes into the fingers. Meanwhile the hand moves up
 ever faster, by a factor of e in `GROWTH_TIME`. A contact of any stiffness K bears K s, and s is then the speed
-times that time: so its load, too, grows by that factor and no faster, and what it will need in `FORETOLD` is
+times that time: so its load, too, grows by that factor and no faster, and what it will need in `LOOKAHEAD` is
 known. Where the fingers do not yet press with that and `ROOM`, the hand stands still and lets the grip catch up:
 servos that are position controlled may follow with no more than 15 N/s.
 
@@ -26,7 +26,7 @@ SLOWEST = 5e-5
 GROWTH_TIME = 0.03
 """[s] In which the speed grows by a factor of e, until the acceleration is all of what is allowed."""
 
-FORETOLD = 0.03
+LOOKAHEAD = 0.03
 """[s] So far ahead the needed grip is looked at: smoothing, bus and servos of hand and carrier, 10 + 20 ms."""
 
 RATE_TIME = 0.01
@@ -159,8 +159,8 @@ class LiftController:
         p, dt = self._parameters, self._period
         share, needed = dt / RATE_TIME, self.grip.needed
         self._rate += share * ((needed - self._needed) / dt - self._rate)
-        self._needed, foretold = needed, needed + FORETOLD * max(self._rate, 0.0)
-        if self.grip.pressed(now) < foretold * (1.0 + ROOM):
+        self._needed, predicted = needed, needed + LOOKAHEAD * max(self._rate, 0.0)
+        if self.grip.pressed(now) < predicted * (1.0 + ROOM):
             self._speed = max(self._speed - BRAKING * dt, 0.0)
             if now.time - self._moved >= CATCHES_UP:
                 self._go_on(Phase.LOST, now.time)

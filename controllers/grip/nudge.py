@@ -27,7 +27,8 @@ STILL_GROWS = 0.05
 spring of any stiffness that starts unloaded grows by 40 % (7/8 over 5/8)."""
 
 AT_FIRST = 0.02
-"""Share of a stroke that counts as its beginning: of 2 mm 40 um, a sixth of what a contact of 5 kN/m gives way."""
+"""Share of a stroke that counts as its beginning: of 2 mm 40 um, a sixth of the deflection of a contact of 5
+kN/m."""
 
 BUILT_UP = 0.5
 """Share of a plateau by which the load must have changed since the stroke began: all of it where it began without
@@ -91,32 +92,32 @@ class NudgeParameters:
 
 
 class Ramped:
-    """A motion over a way, from rest to rest: up to speed, steady, and down, with one acceleration.
+    """A motion over a distance, from rest to rest: up to speed, steady, and down, with one acceleration.
 
     Attributes:
-        way: [m or rad].
+        distance: [m or rad].
         corner: How long it takes to get up to speed, and down again [s].
         duration: Of all of it [s].
     """
 
-    __slots__ = ("_acceleration", "corner", "duration", "way")
+    __slots__ = ("_acceleration", "corner", "distance", "duration")
 
-    def __init__(self, way: float, speed: float, acceleration: float) -> None:
-        """Take the way, and the largest speed and acceleration; a short way is over before it is at speed."""
-        self.way, self._acceleration = way, acceleration
-        self.corner = min(speed / acceleration, math.sqrt(way / acceleration))
-        self.duration = way / (acceleration * self.corner) + self.corner
+    def __init__(self, distance: float, speed: float, acceleration: float) -> None:
+        """Take the distance, and the largest speed and acceleration; a short motion does not reach the speed."""
+        self.distance, self._acceleration = distance, acceleration
+        self.corner = min(speed / acceleration, math.sqrt(distance / acceleration))
+        self.duration = distance / (acceleration * self.corner) + self.corner
 
     def speed(self, time: float) -> float:
         """Return the speed at a time since it began [s]."""
         return self._acceleration * max(0.0, min(time, self.corner, self.duration - time))
 
     def progress(self, time: float) -> float:
-        """Return the share of the way that is done at a time since it began [s]."""
+        """Return the share of the distance covered at a time since it began [s]."""
         at = min(max(time, 0.0), self.duration)
         rising, falling = min(at, self.corner), max(0.0, at - (self.duration - self.corner))
         done = rising * (at - 0.5 * rising) - 0.5 * falling * falling
-        return self._acceleration * done / self.way
+        return self._acceleration * done / self.distance
 
 
 class NudgedSurface:

@@ -20,9 +20,9 @@ from palpate.runtime.data import FingerObservation, Observation
 _TOO_FEW = 2
 """Fingers that a grip takes, at least."""
 
-ANSWER_TIME = 0.05
-"""[s] After which a slip that goes on is answered once more: about what it takes until a raised grip is felt (bus,
-servo, and the swing of its rotor on the contact: 2 + 15 + 30 ms for the simulated hand)."""
+REGRIP_INTERVAL = 0.05
+"""[s] After which a slip that goes on raises the grip once more: about what it takes until a raised grip is felt
+(bus, servo, and the swing of its rotor on the contact: 2 + 15 + 30 ms for the simulated hand)."""
 
 Forces = tuple[float, ...]
 """One per finger [N]."""
@@ -37,7 +37,7 @@ class SlipSafeGrip:
         watch: Who tells when a contact begins to slip.
         targets: Grip that is wanted of each finger [N].
         faulty: Whether a finger feels nothing, or nothing to be believed.
-        regrips: How often a slip was answered.
+        regrips: How often a slip raised the grip.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class SlipSafeGrip:
         self.faulty = False
         self._safe = self._moved = self.targets
         self._commanded = nothing
-        self._floor, self._floor_until, self._answered = nothing, -math.inf, -math.inf
+        self._floor, self._floor_until, self._regripped_at = nothing, -math.inf, -math.inf
 
     def step(self, now: Observation, at_least: float = 0.0) -> Forces:
         """Return with which force each finger is to press during the next period [N].
@@ -129,8 +129,8 @@ class SlipSafeGrip:
             self._hold(now.time, now.time, _larger(self.targets, raised))
         # what a detector says of a finger that feels nothing is old
         slips = onset or (ongoing and not self.faulty)
-        if slips and now.time >= self._answered + ANSWER_TIME:
-            self._answered, self.regrips = now.time, self.regrips + 1
+        if slips and now.time >= self._regripped_at + REGRIP_INTERVAL:
+            self._regripped_at, self.regrips = now.time, self.regrips + 1
             held = _larger(self.targets, self._plan.needed)
             self._hold(now.time, now.time + p.regrip_time, tuple(force * (1.0 + p.regrip) for force in held))
         least = max(at_least, self.live.value("least_grip"))

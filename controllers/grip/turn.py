@@ -67,9 +67,9 @@ class TurnParameters:
         rate: At most [rad/s].
         acceleration: To that and from it [rad/s^2].
         finger_speed: Of any finger, sideways, at most [m/s].
-        travel: Of any finger sideways, from where its joint is at 0, either way [m]: 1 mm less than what the
-            hand's joints allow is left for their lag.
-        gain: Rate per angle that is missing, and velocity per way that the object has gone astray [1/s].
+        travel: Of any finger sideways, from where its joint is at 0, in either direction [m]: 1 mm less than what
+            the hand's joints allow is left for their lag.
+        gain: Rate per angle that is missing, and velocity per distance that the object has drifted [1/s].
         tolerance: Of an angle that counts as reached [rad].
         settle_time: For which it then rests [s].
         patience: How long a finger may feel nothing, or nothing to be believed, and how long an angle may take
@@ -114,7 +114,7 @@ class TurnInHand:
         grip: How it presses.
         phase: SCAN while it turns, HOLD while it rests at an angle, then DONE or LOST.
         at: Index of the angle that it turns to.
-        wanted: Angle that is wanted now, on the way there [rad].
+        wanted: Set point of the angle now [rad].
         meter: How far it has turned and gone astray, as touch tells it.
         travel_ended: Whether the fingers' travel ended the last turn.
     """
@@ -229,8 +229,8 @@ class TurnInHand:
         for pose, middle, lever in zip(poses, self._middle, levers, strict=True):
             if abs(lever) < _LEAST_LEVER:
                 continue
-            way = dot(_sideways(pose), subtract(pose.position, middle.position))
-            ahead = p.travel - (way if sign * lever > 0.0 else -way)
+            offset = dot(_sideways(pose), subtract(pose.position, middle.position))
+            ahead = p.travel - (offset if sign * lever > 0.0 else -offset)
             room = min(room, ahead / abs(lever) - lag)
         self.travel_ended = max(room, 0.0) < abs(left)
         return sign * max(0.0, min(abs(left), room))

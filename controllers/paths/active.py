@@ -2,10 +2,10 @@
 
 A Gaussian process of fixed length scale is as unsure everywhere between rows, whatever was felt. What was felt
 tells more. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
-would miss (`missed`); a row between two others tells how far they foretold it (`surprise`). The first rows thus
-choose the distance of the coarse pass; later, every strip between rows has an expected error, and the stroke comes
-next that takes away most of it per way: details that were met first, and between them rows that halve the widest
-strips, until no detail of the size that is sought can lie between two rows.
+would miss (`missed`); a row between two others shows how well they predicted it (`innovation_error`). The first
+rows thus choose the distance of the coarse pass; later, every strip between rows has an expected error, and the
+stroke comes next that removes most of it per path length: details that were met first, and between them rows that
+halve the widest strips, until no detail of the size that is sought can lie between two rows.
 """
 
 import math
@@ -30,16 +30,17 @@ COLUMN = 5e-4
 """Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path tells."""
 
 ASIDE = 3e-4
-"""Farther from its row than this the tip is still on the way to it [m]."""
+"""Farther from its row than this the tip is still travelling to it [m]."""
 
 DETAIL = 0.3
 """Part of the sum of squared errors that one detail may leave. Chosen with `benchmarks/active.py --tune`: over the
-16 local explorations of `--seeds 8` the median RMS way is 0.70 of the best raster's with it, 0.75 with all."""
+16 local explorations of `--seeds 8` the median path length to the RMS goal is 0.70 of the best raster's with it,
+0.75 with all."""
 
 MARGIN = 0.6
 """Expected error over the wanted one at which the goal counts as reached. In `benchmarks/active.py --tune
---seeds 15`, of 27 local explorations to 0.1 mm 2 stop early with it and 3 with 1.0, the median way is the same. It
-does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
+--seeds 15`, of 27 local explorations to 0.1 mm 2 stop early with it and 3 with 1.0, the median path length is the
+same. It does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
 
 BERTH = 3e-3
 """On the way to a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
@@ -85,11 +86,11 @@ class ActiveSettings:
 
 
 class Active:
-    """Explores a rectangle. All its choices follow from what it was told.
+    """Explores a rectangle. All its choices follow from the reports it was given.
 
     Attributes:
         plane: In which the rectangle lies.
-        way: Length of the legs asked for, lifted or not [m].
+        path_length: Total length of the requested legs, lifted or not [m].
     """
 
     def __init__(
@@ -145,7 +146,7 @@ class Active:
         self._slid: tuple[Point, Point] | None = None  # the present stroke, if the tip slid to its beginning
         self._failed = False  # the last leg did not end well
         self._obstacles: list[Point] = []  # where legs did not end well
-        self.way = 0.0
+        self.path_length = 0.0
 
     def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
@@ -174,13 +175,13 @@ class Active:
             self._stroke = None
             felt = self._take_row()
             again, self._slid = self._slid, None
-            if self._failed and again is not None and not felt:  # stopped on the way there: from above, then
+            if self._failed and again is not None and not felt:  # stopped before it got there: from above, then
                 return self._go(*again)
         planned = self._plan()
         return None if planned is None else self._go(*planned)
 
     def _go(self, begin: Point, end: Point) -> Leg:
-        self.way += math.dist(self._at, begin) + math.dist(begin, end)
+        self.path_length += math.dist(self._at, begin) + math.dist(begin, end)
         slid = self._sliding and not self._failed and self._clear(self._at, begin)
         self._at, self._row = end, begin[1]
         if slid:
@@ -195,8 +196,8 @@ class Active:
         along = ((end[0] - begin[0]) / length, (end[1] - begin[1]) / length) if length > 0.0 else (0.0, 0.0)
         for place in self._obstacles:
             u, v = place[0] - begin[0], place[1] - begin[1]
-            way = min(max(u * along[0] + v * along[1], 0.0), length)
-            if math.dist((u, v), (way * along[0], way * along[1])) < BERTH:
+            projection = min(max(u * along[0] + v * along[1], 0.0), length)
+            if math.dist((u, v), (projection * along[0], projection * along[1])) < BERTH:
                 return False
         return True
 
@@ -210,7 +211,7 @@ class Active:
         return len(row) > 1
 
     def _plan(self) -> tuple[Point, Point] | None:
-        if self.way >= self._goal.way:
+        if self.path_length >= self._goal.path_length:
             self._enough = Enough.SPENT
             return None
         return (self._coarse_stroke() if self._coarse else None) or self._fine_stroke()
@@ -236,7 +237,7 @@ class Active:
         return max(gap, 2.0 * own.finest)
 
     def _fine_stroke(self) -> tuple[Point, Point] | None:
-        """The stroke that is worth most per way; None if the goal is reached, or nothing is left."""
+        """The stroke that is worth most per path length; None if the goal is reached, or nothing is left."""
         own = self._settings
         if not self._rows:
             return None
@@ -253,7 +254,7 @@ class Active:
         if not open_strips:
             self._enough = Enough.EXHAUSTED
             return None
-        best = max(open_strips, key=self._worth_per_way)
+        best = max(open_strips, key=self._worth_per_length)
         self._tried.add(best.place)  # what could not be felt the first time is not asked for again
         return self._ends(best)
 
@@ -283,7 +284,7 @@ class Active:
         b = (middle + half if middle + half < far else self._u[1], v)
         return (a, b) if math.dist(self._at, a) <= math.dist(self._at, b) else (b, a)
 
-    def _worth_per_way(self, strip: Strip) -> float:
+    def _worth_per_length(self, strip: Strip) -> float:
         begin, end = self._ends(strip)
         return strip.worth / (math.dist(self._at, begin) + math.dist(begin, end))
 

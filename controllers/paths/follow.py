@@ -38,7 +38,7 @@ class Follow:
         self.plane = plane or PathPlane()
         self._corners = path.corners()
         steps = (math.dist(a, b) for a, b in pairwise(self._corners))
-        self._ways = tuple(accumulate(steps, initial=0.0))  # along the path to every corner
+        self._arc_lengths = tuple(accumulate(steps, initial=0.0))  # along the path to every corner
         self._left_out = positive("left_out", left_out, "m")
         self.start()
 
@@ -50,7 +50,7 @@ class Follow:
     def start(self) -> None:
         """As `Strategy`."""
         self._diary = Diary()
-        self._way = 0.0  # along the path, to where the present leg began or begins
+        self._arc_length = 0.0  # along the path, to where the present leg began or begins
         self._landing = False
         self._met = False
         self._leave_out = self._left_out
@@ -65,7 +65,7 @@ class Follow:
         """As `Strategy`."""
         if ended is None:
             return self._land(0.0)
-        aim = self.plane.base(self._at(self._way), self.plane.flat(ended.tip)[2]) if self._landing else None
+        aim = self.plane.base(self._at(self._arc_length), self.plane.flat(ended.tip)[2]) if self._landing else None
         self._diary.end(ended, aim)
         if ended.how is LegEnd.LOST or (ended.how is LegEnd.MISSED and not self._met):
             return None
@@ -73,32 +73,37 @@ class Follow:
             if not self._landing:
                 return None
             self._landing = False
-            return Stroke(self._corners[bisect_right(self._ways, self._way) :])
-        way = (self._way if self._landing else self._reached(ended)) + self._leave_out
+            return Stroke(self._corners[bisect_right(self._arc_lengths, self._arc_length) :])
+        arc_length = (self._arc_length if self._landing else self._reached(ended)) + self._leave_out
         self._leave_out *= 2.0
-        return self._land(way) if way < self._ways[-1] - PathFollower.ARRIVED else None
+        return self._land(arc_length) if arc_length < self._arc_lengths[-1] - PathFollower.ARRIVED else None
 
-    def _land(self, way: float) -> Leg:
-        self._way, self._landing = way, True
-        return Hop(self._at(way))
+    def _land(self, arc_length: float) -> Leg:
+        self._arc_length, self._landing = arc_length, True
+        return Hop(self._at(arc_length))
 
-    def _at(self, way: float) -> Point:
+    def _at(self, arc_length: float) -> Point:
         """The place so far along the path [m]."""
-        k = min(bisect_right(self._ways, way), len(self._ways) - 1)
+        k = min(bisect_right(self._arc_lengths, arc_length), len(self._arc_lengths) - 1)
         (ax, ay), (bx, by) = self._corners[k - 1], self._corners[k]
-        share = (way - self._ways[k - 1]) / (self._ways[k] - self._ways[k - 1])
+        share = (arc_length - self._arc_lengths[k - 1]) / (self._arc_lengths[k] - self._arc_lengths[k - 1])
         return (ax + share * (bx - ax), ay + share * (by - ay))
 
     def _reached(self, ended: Ended) -> float:
-        """How far along the path the tip came [m]: to the place nearest to it, on the way that was left."""
+        """How far along the path the tip came [m]: to the place nearest to it, on the part of it that was left."""
         u, v, _ = self.plane.flat(ended.tip)
-        first = bisect_right(self._ways, self._way) - 1
+        first = bisect_right(self._arc_lengths, self._arc_length) - 1
         tried = []
         for k, (a, b) in enumerate(pairwise(self._corners[first:]), first):
             share = _share((u, v), a, b)
             nearest = (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]))
-            tried.append((math.dist((u, v), nearest), self._ways[k] + share * (self._ways[k + 1] - self._ways[k])))
-        return max(min(tried)[1], self._way)
+            tried.append(
+                (
+                    math.dist((u, v), nearest),
+                    self._arc_lengths[k] + share * (self._arc_lengths[k + 1] - self._arc_lengths[k]),
+                )
+            )
+        return max(min(tried)[1], self._arc_length)
 
 
 def _share(point: Point, a: Point, b: Point) -> float:

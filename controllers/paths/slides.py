@@ -1,4 +1,4 @@
-"""The way along a surface that a leg asks for, period by period, while force control keeps the tip on it."""
+"""The motion along a surface that a leg requests, period by period, while force control keeps the tip on it."""
 
 import math
 from typing import Protocol
@@ -24,7 +24,7 @@ one that is nearer steers back to the stroke's own first line."""
 
 
 class Slide(Protocol):
-    """One leg's way along the surface."""
+    """One leg's motion along the surface."""
 
     def step(self, felt: ContactPeriod, speed: float) -> Vector | LegEnd:
         """Return the velocity along the surface for the next period [m/s], or how the leg has ended.
@@ -80,7 +80,7 @@ class StrokeSlide:
         if follower.finished:
             return LegEnd.REACHED
         along = rotate(rotation, (vu, vv, -(nu * vu + nv * vv) / nh))
-        progress.told(along)
+        progress.command(along)
         return along
 
 
@@ -103,7 +103,7 @@ class CircuitSlide:
         """See `Slide`."""
         progress = self._progress
         progress.step(felt.tip)
-        if progress.way > self._circuit.longest:
+        if progress.distance > self._circuit.longest:
             return LegEnd.OVERLONG
         direction = self._circuit.steering.direction(felt)
         if direction is None or progress.stalled:
@@ -111,7 +111,7 @@ class CircuitSlide:
         self._current = min(self._current + self._most_change, speed)
         direction = add_scaled(direction, -dot(direction, felt.normal), felt.normal)
         along = scale(self._current, direction)
-        progress.told(along)
+        progress.command(along)
         return along
 
 
@@ -139,7 +139,7 @@ def slide(
     acceleration: float,
     period: float,
 ) -> Slide:
-    """Return the way along the surface of a leg.
+    """Return the motion along the surface of a leg.
 
     Args:
         leg: Which.

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from palpate.controllers.paths.innovation import innovation_error
 from palpate.controllers.paths.missed import TouchNoise, missed_around
 from palpate.controllers.paths.row import Row
-from palpate.controllers.paths.surprise import surprise
 from palpate.errors import FloatArray
 
 LOUD = 0.35
@@ -22,11 +22,12 @@ STANDS_OUT = 3.0
 """Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
 
 HIDDEN = 0.02
-"""Error expected of a detail of which only the foot was felt, per gap. Chosen with `benchmarks/active.py --tune`:
-over `--seeds 15` the median way to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77 without."""
+"""Error expected of a detail of which only the flank was felt, per gap. Chosen with `benchmarks/active.py --tune`:
+over `--seeds 15` the median path length to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77
+without."""
 
-FOOT = 3.3e-3
-"""Strips wider than this may hide a detail of which a row felt the foot only [m]: a raised cosine 2 mm wide ends
+FLANK_GAP = 3.3e-3
+"""Strips wider than this may hide a detail of which a row felt the flank only [m]: a raised cosine 2 mm wide ends
 2 mm from its middle, so 1.7 mm to both sides of it a row feels a fortieth of it."""
 
 TAIL = 0.5
@@ -92,7 +93,7 @@ class Expectation:
         stretch: Over which contacts are averaged [m].
         unknown: Error expected of detail that no row met, per gap: a strip as wide as the field must hold
             something, a narrow one hardly.
-        prior: Gap over which the foot of a detail is looked for [m].
+        prior: Gap over which the flank of a detail is looked for [m].
     """
 
     noise: TouchNoise
@@ -142,15 +143,15 @@ class Columns:
         self._gap = np.where(below >= 0, self._v[:, None] - self._v[below], 0.0)
         height = np.array([np.interp(at, row.u, row.height) for row in ordered])
         cross = np.array([np.interp(at, row.u, row.cross_slope) for row in ordered])
-        error = surprise(self._v, height, cross, below, self._how.noise, self._width)
+        error = innovation_error(self._v, height, cross, below, self._how.noise, self._width)
         tails = np.zeros(error.shape, bool)
         for high, low in self._pairs():
             here = below[high] == low
             gap = float(self._v[high] - self._v[low])
             along = np.maximum(self._along_row(low, gap), self._along_row(high, gap))
-            if gap > FOOT:
-                foot = self._foot(low) | self._foot(high)
-                along = np.where(foot, np.maximum(along, HIDDEN * gap), along)
+            if gap > FLANK_GAP:
+                flank = self._flank(low) | self._flank(high)
+                along = np.where(flank, np.maximum(along, HIDDEN * gap), along)
             error[high, here] = np.maximum(error[high, here], along[here])
             self._mark_tails(tails[high], error[high], here, gap)
         self._error = error
@@ -189,7 +190,7 @@ class Columns:
             for begin, end in _runs(self._below[high] == low, 1):
                 inside = np.zeros(len(error), bool)
                 inside[begin:end] = error[begin:end] > max(threshold, LOUD * float(error[begin:end].max()))
-                # what lies between two loud places closer than the gap is worth the way between them
+                # what lies between two loud places closer than the gap is worth the distance between them
                 for first, last in _runs(inside, max(int(gap / step), 1)):
                     worth = float(total[last] - total[first])
                     found.append(self._detail(low, high, (first, last), worth, power, tolerance))
@@ -257,8 +258,8 @@ class Columns:
         keys = np.unique(upper * n + self._below[upper, column])
         return [(int(key // n), int(key % n)) for key in keys]
 
-    def _foot(self, place: int) -> npt.NDArray[np.bool_]:
-        """Where a row felt at least the foot of a detail: how small it is there says little of its height."""
+    def _flank(self, place: int) -> npt.NDArray[np.bool_]:
+        """Where a row felt at least the flank of a detail: how small it is there says little of its height."""
         index = int(self._order[place])
         if index not in self._feet:
             gap, row = self._how.prior, self._rows[index]

@@ -229,8 +229,12 @@ def check_friction(state: FrictionState | None, plant: FrictionPlant | None) -> 
     """
     if (state is None) == (plant is None):
         return
-    told, here = ("MuJoCo's own friction", "a friction plant") if state is None else ("a friction plant", "none")
-    raise InvalidValueError(f"the state is of a scene with {told}, this one has {here}: take one of this scene")
+    recorded, here = (
+        ("MuJoCo's own friction", "a friction plant") if state is None else ("a friction plant", "none")
+    )
+    raise InvalidValueError(
+        f"the state is of a scene with {recorded}, this one has {here}: take one of this scene"
+    )
 
 
 def _vector(row: list[float], at: int) -> Vector:

@@ -113,7 +113,7 @@ def test_a_rough_surface_gets_closer_rows_than_a_smooth_one():
 def test_the_way_and_a_loss_end_it():
     active = Active(0.04, 0.04, Goal(length=0.1))
     explore(active, HeightWorld(bump))
-    assert 0.1 <= active.way < 0.2
+    assert 0.1 <= active.path_length < 0.2
     lost = Active(0.04, 0.04)
     legs = explore(lost, HeightWorld(bump, lost=lambda u, v: v > 0.0))
     assert [mark.event for mark in lost.marks] == [PathEvent.LOST]
@@ -149,7 +149,7 @@ def test_a_part_of_the_field_is_less_work_than_all_of_it():
     def way(area):
         active = Active(0.03, 0.03, Goal(area=area, length=5.0))
         explore(active, HeightWorld(bump))
-        return active.way
+        return active.path_length
 
     assert way(0.3) < way(0.7) < way(1.0)
 
@@ -171,7 +171,7 @@ def test_a_goal_met_later_costs_more():
     def way(error):
         active = Active(0.03, 0.03, Goal(error, GoalError.LARGEST, length=5.0))
         explore(active, HeightWorld(bump))
-        return active.way
+        return active.path_length
 
     # greedy: a little more travel for a little less work may happen
     assert way(2e-4) <= 1.1 * way(1e-4)

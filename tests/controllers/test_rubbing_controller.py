@@ -224,7 +224,7 @@ def answered(wanted, mu=0.5, e=0.003, rise=lambda rub: 0.0):
 def test_a_survey_rubs_and_turns_both_ways_at_every_load_and_every_speed_at_one():
     asked, survey = answered(SURVEY)
     assert survey.stuck_sliding == survey.stuck_turning == []
-    assert survey.exponents_told
+    assert survey.exponents_measured
     assert {(r.normal_force, r.speed) for r in asked if not r.spin} == {
         (1.0, 0.01),
         (4.0, 0.005),
@@ -262,20 +262,20 @@ def test_what_slips_late_is_rubbed_just_far_enough():
     ways = [r.travel for r in asked if r.normal_force == 1.0 and r.speed]
     assert ways[-2] < 0.008 <= ways[-1] < 0.017
     assert survey.stuck_sliding == survey.stuck_turning == []
-    assert survey.exponents_told
+    assert survey.exponents_measured
 
 
 def test_exponents_take_slips_of_both_kinds_at_once_and_known_e_at_both_loads():
     asked, survey = answered(replace(SURVEY, exponent_slips=18))
     mixed = [r for r in asked if r.speed and r.spin]
     assert survey.stuck_sliding == survey.stuck_turning == []
-    assert survey.exponents_told
+    assert survey.exponents_measured
     assert {r.normal_force for r in mixed} == {1.0, 4.0}
     ratios = {round(r.speed / (0.003 * r.spin), 2) for r in mixed}
     assert {0.4, 2.5} <= ratios
     assert all(abs(r.spin) <= SURVEY.most_spin for r in asked)
     _, stuck = answered(replace(SURVEY, exponent_slips=18), rise=lambda rub: 1.0 if rub.spin else 0.0)
-    assert not stuck.exponents_told
+    assert not stuck.exponents_measured
 
 
 def test_a_tip_that_cannot_turn_is_never_asked_to():

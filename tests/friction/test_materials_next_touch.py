@@ -167,7 +167,7 @@ def test_a_confusion_matrix_counts_every_case_once():
         [(m.name, recognise(LIBRARY, drawn_touches(m, slips, rng))) for m in LIBRARY.materials for _ in range(5)],
     )
     assert trials.truths == LIBRARY.names
-    assert trials.answers == (*LIBRARY.names, UNKNOWN)
+    assert trials.predictions == (*LIBRARY.names, UNKNOWN)
     assert (trials.counts.sum(axis=1) == 5).all()
     np.testing.assert_allclose(trials.shares.sum(axis=1), 1.0)
     assert trials.right > 0.8

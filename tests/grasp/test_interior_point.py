@@ -14,7 +14,7 @@ from palpate.grasp.attempts import ATTEMPTS, Attempt
 from palpate.grasp.compiled import Compiled, Interpreted, cache_folder
 from palpate.grasp.contact_problem import ContactProblem
 from palpate.grasp.grasp_proof import proof_value
-from palpate.grasp.interior_point import InteriorPoint, InteriorPointAnswer, InteriorPointStatus
+from palpate.grasp.interior_point import InteriorPoint, InteriorPointResult, InteriorPointStatus
 from palpate.grasp.objective import Objective
 from palpate.grasp.statement import optimality, state_contact
 from support.hard_grasps import antipodal, around, contact, held, instances, pushed, pushes, unit
@@ -38,7 +38,7 @@ def assert_optimal(
     objective: Objective,
     contacts: FloatArray,
     load: FloatArray,
-    answer: InteriorPointAnswer,
+    answer: InteriorPointResult,
     rows: FloatArray | None = None,
     limits: FloatArray | None = None,
 ) -> None:

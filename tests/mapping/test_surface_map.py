@@ -64,7 +64,7 @@ def test_a_sphere_felt_without_noise_is_known_to_a_micrometre():
     answer = mapped(cap(), QUIET).query(x)
     np.testing.assert_allclose(answer.distance, 0.4e-3, atol=1e-6)
     np.testing.assert_allclose(answer.normal, normal, atol=2e-4)
-    np.testing.assert_allclose(answer.foot, x - 0.4e-3 * normal, atol=2e-6)
+    np.testing.assert_allclose(answer.nearest, x - 0.4e-3 * normal, atol=2e-6)
     assert answer.observed.all()
 
 

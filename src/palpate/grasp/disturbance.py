@@ -196,12 +196,12 @@ class _Search:
             return outcome, self._scaled.multiplier(self._solver.y)
         if self._behind is None:
             self._behind = GraspForceOptimizer(self._grasp)
-        answer = self._behind.solve(load, warm_start=False)
-        if answer.status is SolveStatus.SOLVED:
-            forces[:] = answer.forces
-            return Outcome.SOLVED, answer.dual
-        if answer.certificate is not None:
-            return Outcome.INFEASIBLE, answer.certificate
+        result = self._behind.solve(load, warm_start=False)
+        if result.status is SolveStatus.SOLVED:
+            forces[:] = result.forces
+            return Outcome.SOLVED, result.dual
+        if result.certificate is not None:
+            return Outcome.INFEASIBLE, result.certificate
         return Outcome.UNDECIDED, self._scaled.multiplier(self._solver.y)
 
     def _bound(self, y: FloatArray, direction: FloatArray) -> float:

@@ -32,7 +32,7 @@ end it would move as little as it can, and a contact with good friction would he
 
 LEANT_ON = 0.01
 """Contacts that hardly press are leant on as if they had a tenth of the others' friction: where no other would do,
-as against rolling between two fingers, they are told so by the reserve they get, and press."""
+as against rolling between two fingers, they get that as a larger reserve, and press."""
 
 STIFF = 1e6
 """K: normal forces yield a millionth of what friction would."""
@@ -214,12 +214,12 @@ def spread(
             of_e[i] += rule[i, j] * slopes[j] * cov_e[j, i]
         for k in range(4):
             weight = square[i] ** 2 / kappa**2 * (1.0 if k < 3 else -((1.0 + kappa) ** 2))
-            way = columns[i, k] if k < 3 else big_d[i]
+            column = columns[i, k] if k < 3 else big_d[i]
             along_pulled, through_both = 0.0, 0.0
             for r in range(6):
-                along_pulled += way[r] * pulled[r, i]
+                along_pulled += column[r] * pulled[r, i]
                 for s in range(6):
-                    through_both += way[r] * multipliers[r, s] * way[s]
+                    through_both += column[r] * multipliers[r, s] * column[s]
             turning[i] += weight * through_both
             together[i] += weight * along_pulled**2
         turning[i], together[i] = max(turning[i], 0.0), max(together[i], 0.0)  # squares, but for rounding

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.answer import Knowledge
+from palpate.mapping.surface_map.estimate import Knowledge
 from palpate.mapping.surface_map.mesh import SurfaceMesh
 
 MOST_VOXELS = 2e7

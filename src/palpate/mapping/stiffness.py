@@ -153,16 +153,16 @@ def stiffness_layer(found: LocalStiffness, vertices: FloatArray, reach: float) -
         reach: Farthest a window is asked [m].
     """
     reach = positive("reach", reach, "m")
-    told = np.isfinite(found.compliance_sd)
+    known = np.isfinite(found.compliance_sd)
     unknown = np.full(len(vertices), np.nan)
-    if not told.any() or not len(vertices):
+    if not known.any() or not len(vertices):
         return VertexLayer("stiffness", unknown, unknown)
-    asked = min(NEAREST, int(told.sum()))
-    distance, index = KDTree(found.position[told]).query(vertices, asked, distance_upper_bound=reach)
+    asked = min(NEAREST, int(known.sum()))
+    distance, index = KDTree(found.position[known]).query(vertices, asked, distance_upper_bound=reach)
     distance, index = np.reshape(distance, (-1, asked)), np.reshape(index, (-1, asked))
     near = np.isfinite(distance)
     index = np.where(near, index, 0)
-    value, deviation = found.compliance[told][index], found.compliance_sd[told][index]
+    value, deviation = found.compliance[known][index], found.compliance_sd[known][index]
     weight = np.where(near, 1.0 / deviation**2, 0.0)
     total = weight.sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -93,7 +93,7 @@ def shortfall_words(survey: Survey) -> tuple[str, ...]:
         if loads:
             told = listed([f"{load:g}" for load in loads])
             said.append(f"At {told} N it did not slip {how} long enough to be seen, as far as the finger may go.")
-    if not survey.exponents_told:
+    if not survey.exponents_measured:
         said.append(
             "Exponents were not measured: that takes slips of both kinds at two loads, the larger at least "
             f"{LEAST_LOAD_SPAN:g} times the smaller."

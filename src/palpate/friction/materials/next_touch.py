@@ -83,8 +83,8 @@ def next_touch(found: Recognition, candidates: Sequence[PlannedSlip]) -> TouchAd
     if not candidates:
         raise InvalidValueError("0 candidates: must be at least one stroke or twist")
     bits = tuple(expected_bits(found, slip) for slip in candidates)
-    if found.answer is not RecognitionOutcome.UNDECIDED:
-        return TouchAdvice(Advice[found.answer.name], None, bits)
+    if found.outcome is not RecognitionOutcome.UNDECIDED:
+        return TouchAdvice(Advice[found.outcome.name], None, bits)
     best = int(np.argmax(bits))
     if bits[best] < LEAST_BITS:
         return TouchAdvice(Advice.NOTHING_TELLS, None, bits)

@@ -64,10 +64,10 @@ class _Slip:
         mean = slips.mean(axis=0)
         if not mean.any():
             raise InvalidValueError("the finger does not move in this stroke: must be a motion in one direction")
-        way = mean / np.linalg.norm(mean)
-        part = steady_part(stroke.time, slips @ way, settling)
+        direction = mean / np.linalg.norm(mean)
+        part = steady_part(stroke.time, slips @ direction, settling)
         part = slice(part.start + round(left_out * (part.stop - part.start)), part.stop)
-        travel = np.concatenate([[0.0], np.cumsum((slips @ way)[:-1] * np.diff(stroke.time))])
+        travel = np.concatenate([[0.0], np.cumsum((slips @ direction)[:-1] * np.diff(stroke.time))])
         force = stroke.force[part]
         pushing = -(force @ normal)
         torque = stroke.spin_torque(normal)[part]
@@ -77,4 +77,4 @@ class _Slip:
         self.normal_force = float(pushing.mean())
         # against the motion, both on the scale of a force
         scale = np.array([1.0, 1.0, 1.0, 1.0 / spin_length])
-        self.resistance = Resistance(travel[part], -(loads * scale) @ way)
+        self.resistance = Resistance(travel[part], -(loads * scale) @ direction)

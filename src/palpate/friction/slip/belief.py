@@ -81,8 +81,8 @@ class FrictionBelief:
         self._cells = np.log(cells[0]) + np.log(cells[1])
         # of an observation and of where in its cell the truth lies: evenly, a twelfth of the square of its width
         self._width = np.sqrt(self._s**2 + (cells[0] ** 2 + cells[1] ** 2) / 12.0)
-        self._told = self._normal(friction_deviation, spin_length_deviation)
-        self._held = np.zeros_like(self._told)
+        self._log_likelihood = self._normal(friction_deviation, spin_length_deviation)
+        self._held = np.zeros_like(self._log_likelihood)
         self._hardest = [0.0] * DIRECTIONS
         self._weights: FloatArray | None = None
 
@@ -115,14 +115,14 @@ class FrictionBelief:
             return
         # friction at most 3 s above what this load shows
         if float(self._believed()[log_ratio >= -3.0 * self._s].sum()) < INCREDIBLE:
-            self._told = self._normal(CHANGED, CHANGED)
+            self._log_likelihood = self._normal(CHANGED, CHANGED)
             self._held[:] = 0.0
             self._hardest = [0.0] * DIRECTIONS
         density = (1.0 - FALSE_ALARM) * np.exp(-0.5 * (log_ratio / self._width) ** 2) * self._s / self._width
         # a false alarm comes below the surface, anywhere within its capacity
         density += FALSE_ALARM * np.exp(-np.abs(np.minimum(log_ratio, 0.0))) * (log_ratio < 0.0)
-        self._told = self._told + np.log(density + 1e-30)
-        self._told -= self._told.max()
+        self._log_likelihood = self._log_likelihood + np.log(density + 1e-30)
+        self._log_likelihood -= self._log_likelihood.max()
         self._weights = None
 
     def quantile(self, probability: float) -> LimitSurface:
@@ -167,7 +167,7 @@ class FrictionBelief:
     def _believed(self) -> FloatArray:
         """Probability of each node, shape (NODES, NODES)."""
         if self._weights is None:
-            both = self._told + self._held
+            both = self._log_likelihood + self._held
             weights: FloatArray = np.exp(both - both.max())
             weights /= weights.sum()
             self._weights = weights

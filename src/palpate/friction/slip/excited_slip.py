@@ -137,11 +137,11 @@ class ExcitedSlip:
         ratio = self.weakest.load_ratio(load.normal_force, load.tangential_length, load.spin_torque)
         if ratio < own.gate or load.normal_force <= 0.0:
             self._test.add(-own.most)
-            return self._told(load)
+            return self._slip_kind(load)
         self._test.add(self._log_ratio())
-        return self._told(load)
+        return self._slip_kind(load)
 
-    def _told(self, load: ContactLoad) -> SlipKind | None:
+    def _slip_kind(self, load: ContactLoad) -> SlipKind | None:
         return kind_of_slip(self.weakest, load) if self._test.alarm else None
 
     def _log_ratio(self) -> float:
@@ -152,7 +152,7 @@ class ExcitedSlip:
         ripple = 0.125 * (d[0] - 3.0 * c[0] + 3.0 * b[0] - a[0])
         earlier = 0.125 * (past[3 * half][0] - 3.0 * past[2 * half][0] + 3.0 * past[half][0] - past[0][0])
         force, torque = NOISE_GAIN * self._noise.force, NOISE_GAIN * self._noise.torque
-        told, tiny = -self._unsteady(a, b, c, d), 1e-300  # no logarithm of 0 where all three underflow
+        log_ratio, tiny = -self._unsteady(a, b, c, d), 1e-300  # no logarithm of 0 where all three underflow
         for i in range(1, 5):
             noise = force if i < 4 else torque
             y = 0.125 * (d[i] - 3.0 * c[i] + 3.0 * b[i] - a[i])
@@ -164,8 +164,8 @@ class ExcitedSlip:
             odd = own.blow / blow * math.exp(-0.5 * (y / blow) ** 2)
             slipping = odd + (1.0 - own.blow) * follows
             sticking = odd + (1.0 - own.blow) * math.exp(-0.5 * (y / noise) ** 2) / noise
-            told += math.log((slipping + tiny) / (sticking + tiny))
-        return told
+            log_ratio += math.log((slipping + tiny) / (sticking + tiny))
+        return log_ratio
 
     def _density(self, y: float, r: float, ripple: float, noise: float) -> float:
         """Of y where it follows a ripple of the normal force, but for a factor that all share."""

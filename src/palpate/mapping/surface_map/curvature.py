@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray
-from palpate.mapping.surface_map.answer import Knowledge
 from palpate.mapping.surface_map.blend import Voice
+from palpate.mapping.surface_map.estimate import Knowledge
 from palpate.mapping.surface_map.surface_map import SurfaceMap
 
 ANY_DIRECTION = np.pi / 12.0**0.5
@@ -59,8 +59,8 @@ def surface_curvature(surface: SurfaceMap, points: FloatArray) -> SurfaceCurvatu
     Raises:
         InvalidValueError: As `SurfaceMap.query`.
     """
-    answer = surface.query(points)
-    return curvature_on(surface, answer.foot, answer.normal, answer.knowledge)
+    estimate = surface.query(points)
+    return curvature_on(surface, estimate.nearest, estimate.normal, estimate.knowledge)
 
 
 def curvature_on(

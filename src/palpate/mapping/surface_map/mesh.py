@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import FloatArray, InvalidValueError, positive
-from palpate.mapping.surface_map.answer import Knowledge, half_widths
+from palpate.mapping.surface_map.estimate import Knowledge, half_widths
 from palpate.mapping.surface_map.surface_map import SurfaceMap
 from palpate.mapping.surface_map.surface_nets import IndexArray, surface_nets
 
@@ -45,7 +45,7 @@ class SurfaceMesh:
     voxel: float
 
     def band(self, probability: float = 0.95) -> FloatArray:
-        """Return half-widths that hold the true surface, as `SurfaceAnswer.band`, shape (n,) [m]."""
+        """Return half-widths that hold the true surface, as `SurfaceEstimate.band`, shape (n,) [m]."""
         return half_widths(self.sd, self.bias, probability)
 
     @property

@@ -7,7 +7,7 @@ is shortened until the residual falls and the force still pushes.
 
 The start is the exact solution on the ellipsoid with the same half lengths. Should the iteration get stuck, the
 moment is led from one for which the start is exact, m_0 = c_0 x f + (s/phi_0) n_0 with s = f.m, to the measured
-one: s stays the same on the way, and with it the sign of the spin, so that the path never meets the singularity.
+one: s stays the same in between, and with it the sign of the spin, so that the path never meets the singularity.
 
 A surface that yields, c = x - delta(f_n) n with x on the undeformed one, is solved for x in the same way: moving x
 by d moves c by (I - delta W) d and, through the normal force, along n. It makes sense while delta W stays below 1.
@@ -36,7 +36,7 @@ RESIDUAL = 1e-14
 ACCEPTED = 1e-12
 """Largest such residual that counts as a contact."""
 
-ON_THE_WAY = 1e-6
+INTERMEDIATE = 1e-6
 """The same for the contacts between the easy moment and the measured one."""
 
 MOST_STEPS = 40
@@ -55,7 +55,7 @@ SMALLEST_SHARE = 1.0 / 64.0
 """Shortest share of a Newton step that is tried."""
 
 SMALLEST_LEAD = 1e-7
-"""Shortest step from the easy moment to the measured one, of the whole way."""
+"""Shortest step from the easy moment to the measured one, of the whole distance."""
 
 
 @lru_cache(maxsize=64)
@@ -243,17 +243,17 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         delta, _rate = indentation(law, phi)
         x, y, z = start[0] - delta * n[0], start[1] - delta * n[1], start[2] - delta * n[2]
         m0 = (y * f[2] - z * f[1] + k * n[0], z * f[0] - x * f[2] + k * n[1], x * f[1] - y * f[0] + k * n[2])
-        c, way, share, residual = start, 0.0, 0.25, math.inf
-        while way < 1.0:
-            ahead = min(1.0, way + share)
+        c, progress, share, residual = start, 0.0, 0.25, math.inf
+        while progress < 1.0:
+            ahead = min(1.0, progress + share)
             moment = (
                 m0[0] + ahead * (m[0] - m0[0]),
                 m0[1] + ahead * (m[1] - m0[1]),
                 m0[2] + ahead * (m[2] - m0[2]),
             )
             new, residual = newton(p, law, f, moment, c)
-            if residual <= (ACCEPTED if ahead == 1.0 else ON_THE_WAY):
-                c, way, share = new, ahead, 2.0 * share
+            if residual <= (ACCEPTED if ahead == 1.0 else INTERMEDIATE):
+                c, progress, share = new, ahead, 2.0 * share
             else:
                 share *= 0.5
                 if share < SMALLEST_LEAD:
@@ -263,13 +263,13 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
     @jit
     def soften(p, law, f, m, start):
         """Follow the contact from the rigid surface's while the surface becomes as soft as it is."""
-        c, way, share, residual = start, 0.0, 0.25, math.inf
-        while way < 1.0:
-            ahead = min(1.0, way + share)
+        c, progress, share, residual = start, 0.0, 0.25, math.inf
+        while progress < 1.0:
+            ahead = min(1.0, progress + share)
             # delta is `ahead` times that of the law
             new, residual = newton(p, (law[0] * ahead ** (-1.0 / law[1]), law[1], law[2]), f, m, c)
-            if residual <= (ACCEPTED if ahead == 1.0 else ON_THE_WAY):
-                c, way, share = new, ahead, 2.0 * share
+            if residual <= (ACCEPTED if ahead == 1.0 else INTERMEDIATE):
+                c, progress, share = new, ahead, 2.0 * share
             else:
                 share *= 0.5
                 if share < SMALLEST_LEAD:
