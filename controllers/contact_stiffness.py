@@ -4,8 +4,8 @@ On a surface that is at rest, F = K d + c d' with d the depth of the tip. Of for
 fast counts, the innovations of fading-memory filters (Brookner 1998, section 1.3): slow is what a surface does of
 its own. K and c are their least squares, older ones counted less and less.
 
-A surface that moves fast is no excitation but a disturbance, and what control answers to it is not the contact: a
-loop v = k (F_set - F) that follows a sine of w shows K = w sin(w T) / k and a negative c, its own inverse. So a
+A surface that moves fast is no excitation but a disturbance, and the reaction of control to it is not the contact:
+a loop v = k (F_set - F) that follows a sine of w shows K = w sin(w T) / k and a negative c, its own inverse. So a
 result counts only where the force swings clearly, hardly anything of it is left unexplained, and K and c are those
 of a passive contact; and not while the filters are still taking up how fast the surface went when it was met.
 """

@@ -1,6 +1,6 @@
 """Force gains for a contact that is damped, on what yields, pressed by a servo that yields.
 
-The model of `palpate.controllers.gains` takes the contact for a spring. A damped one, K + c s, answers to what is
+The model of `palpate.controllers.gains` takes the contact for a spring. A damped one, K + c s, responds to what is
 fast with more force than a spring, c / K times its frequency as much, until the servo's own stiffness K_s, in
 series with it, is all that is left. What yields on a mount of its own, K_m + c_m s + m s^2, is in series too: soft
 at rest, and as stiff as its contact to what is fast. With Z the stiffness of all in series,

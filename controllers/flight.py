@@ -112,7 +112,7 @@ class Flight:
             self.arrived = True
             return
         (to, height), space, wanted = self._goal, self._space, self._space.parameters
-        # below where the run began the object may stand in the way, and is met no faster than on landing
+        # below where the run began the object may be an obstacle, and is met no faster than on landing
         low = height < space.top - NEAR
         speed = min(wanted.landing_speed, wanted.travel_speed) if low else wanted.travel_speed
         travel = Travel(state.tip, to, height, space.plane, speed, wanted.acceleration, space.period)

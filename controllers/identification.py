@@ -1,4 +1,4 @@
-"""What pressing tells of a contact and of the robot behind it, and the force gain that follows.
+"""Identification of the contact and of the robot behind it by pressing, and the force gain that follows.
 
 Ramps between two forces give the stiffnesses: force against where the tip is, of the contact (K, with a viscous
 part c v that must not be taken for it); and how far the tip falls behind its commands under force, of the servo.
@@ -25,7 +25,7 @@ LINEAR_WITHIN = 0.1
 uncertainty explains."""
 
 LEAST_SAMPLES = 100
-"""On steady ramps, below which nothing is told of a contact."""
+"""Least number of samples on steady ramps from which a contact is identified."""
 
 SIGMAS = 3.0
 """Standard deviations that a number must differ by to differ."""
@@ -96,7 +96,7 @@ class PressRecord:
 def identify(
     record: PressRecord, tones: Sequence[Tone], sensing_delay: float, loop_gain: float = LOOP_GAIN
 ) -> Identification:
-    """Return what a record tells.
+    """Return the parameters identified from a record.
 
     Args:
         record: Of the ramps.

@@ -52,7 +52,7 @@ again."""
 
 @dataclass(frozen=True, slots=True)
 class IdentifyParameters:
-    """How it is pressed.
+    """Parameters of the identification.
 
     Attributes:
         low: Lower force of the ramps [N].
@@ -116,8 +116,8 @@ _UNITS = {
 }
 
 
-class _Doing(Enum):
-    """What is done while it presses."""
+class _Stage(Enum):
+    """Stage of the identification."""
 
     FIRST = "first ramp, ever faster"
     RAMP = "ramps"
@@ -143,7 +143,7 @@ class IdentifyController:
         self._outcome = Phase.DONE
         self._command = Command()
         self._normal = DOWN
-        self._doing = _Doing.FIRST
+        self._doing = _Stage.FIRST
         self._speed, self._turns, self._direction = FIRST_SPEED, 0, 1.0
         self._wanted, self._at_touch = 0.0, (0.0, 0.0)
         self._force, self._depth, self._commanded, self._steady = array("d"), array("d"), array("d"), array("b")
@@ -206,9 +206,9 @@ class IdentifyController:
 
     def _lost(self, time: float) -> bool:
         """Whether nothing is left to press on; the first ramp may still be returning to light contact."""
-        if self._doing is _Doing.FIRST:
+        if self._doing is _Stage.FIRST:
             return False
-        longest = LOST_AFTER if self._doing is _Doing.SWING else self._parameters.settle_time
+        longest = LOST_AFTER if self._doing is _Stage.SWING else self._parameters.settle_time
         return time - self._touched > longest
 
     def _velocity(self, now: Observation) -> Vector:
@@ -226,16 +226,16 @@ class IdentifyController:
     def _press(self, felt: float, depth: float) -> float:
         """Speed into the object."""
         doing = self._doing
-        if doing is _Doing.SWING:
+        if doing is _Stage.SWING:
             return self._swing_with(self._tones[self._tone], felt, depth)
         wanted = self._parameters
         middle = 0.5 * (wanted.low + wanted.high)
-        if doing is _Doing.FIRST:
+        if doing is _Stage.FIRST:
             self._speed = min(self._speed * math.exp(self._period / GROWTH_TIME), self._sought_speed(felt))
             if felt >= wanted.high:
-                self._doing, self._direction = _Doing.RAMP, -1.0
+                self._doing, self._direction = _Stage.RAMP, -1.0
                 self._turned_at = self._wanted
-        elif doing is _Doing.RAMP:
+        elif doing is _Stage.RAMP:
             if self._turns > 0:
                 self._force.append(felt)
                 self._depth.append(depth)
@@ -251,9 +251,9 @@ class IdentifyController:
                 self._turns += 1
                 self._turned = 0
                 if self._turns > 2 * wanted.ramps:
-                    self._doing, self._direction = _Doing.MIDDLE, 1.0
+                    self._doing, self._direction = _Stage.MIDDLE, 1.0
         elif felt >= middle:
-            self._doing = _Doing.SWING
+            self._doing = _Stage.SWING
             self._swing = self._wanted_swing(self._tones[0], wanted.rate / self._speed)
             return 0.0
         return self._direction * self._speed

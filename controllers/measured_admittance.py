@@ -1,7 +1,7 @@
 """An admittance from a measured frequency response, where it bears more than the direct law.
 
-A damped contact answers to a fast motion with c v, however short all delays are: k c < 1 limits the direct law, as
-if it were a delay c / K. An admittance does not answer to what is fast; its lag takes back the lead that the
+A damped contact responds to a fast motion with c v, however short all delays are: k c < 1 limits the direct law,
+as if it were a delay c / K. An admittance does not respond to what is fast; its lag takes back the lead that the
 damping gives, and the gain may grow until the true delays limit it.
 """
 
@@ -57,7 +57,7 @@ class MeasuredAdmittance:
 def measured_admittance(
     response: ForceResponse, series_stiffness: float, loop_gain: float = LOOP_GAIN
 ) -> MeasuredAdmittance | None:
-    """Return the admittance that answers most at `DISTURBANCE`; None if the direct law does as well.
+    """Return the admittance with the largest response at `DISTURBANCE`; None if the direct law does as well.
 
     Args:
         response: As measured.

@@ -11,7 +11,7 @@ from palpate.controllers.surface_motion import SurfaceFilter, SurfaceMotion
 
 SMOOTHED_FOR = 0.15
 """Delays of force control for which velocity and force are smoothed before the surface's motion is taken from
-them; it is looked ahead for in turn. A contact that is damped answers to what is fast with c v, which the rate of
+them; it is looked ahead for in turn. A damped contact responds to fast motion with c v, which the rate of
 the force would pass on without bound: a UR5e on a contact of c / K = 30 ms, taken for a third as stiff, then
 swings from period to period. From 0.1 to 0.25 that settles, on the stage too; with 0.5 it does not."""
 
@@ -127,7 +127,7 @@ class NormalForce:
             gain: Velocity per force error [m/s/N].
             fastest: Largest velocity that the error alone can ask for [m/s].
             rate: At which the wanted force will change when this command acts [N/s].
-            retreat_speed: How fast the tip may go back from too large a force [m/s], if faster than that.
+            retreat_speed: Largest speed away from the surface when the force is too large [m/s], if above that.
         """
         self._wanted = wanted
         error, forward = wanted - felt, rate * self._compliance

@@ -1,23 +1,24 @@
-"""Which rubs tell what an unknown surface bears: loads, speeds, twists, and both at once.
+"""A survey of an unknown limit surface: rubs at several loads and speeds, twists, and both at once.
 
-At every load the finger rubs there and back, then turns both ways, as fast as a slip of the same speed asks for
-once e is roughly known. At one load it rubs at other speeds, too, and as slowly as the twists there slip, if
+At every load the finger rubs there and back, then turns there and back, as fast as a slip of the same speed asks
+for once e is roughly known. At one load it rubs at other speeds, too, and as slowly as the twists there slip, if
 nothing else is as slow. If exponents are wanted, slips follow that slide and turn at once
-(`palpate.friction.rubbing.stroke_plan`). What seems only to give way is rubbed again, twice as far each time,
-until it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
+(`palpate.friction.rubbing.stroke_plan`). What seems only to yield is rubbed again, twice as far each time, until
+it slips or as far as it may: then what was borne is a lower bound, and nothing is made of it.
 """
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from palpate.controllers.rubs import RAMP, FeltRub, Rub
+from palpate.controllers.rubs import RAMP, Rub, RubMeasurement
 from palpate.errors import InvalidValueError, not_negative, positive
 from palpate.friction.rubbing.slip_test import LARGEST_RISE
 from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN, LEAST_SLIPS, planned_slips
 
 SHORTEST = 0.5
-"""Least duration of one way [s]: transients take 0.1 s of it, noise of 10 mN averages to 1 mN in the rest."""
+"""Least duration of one direction of a rub [s]: transients take 0.1 s of it, noise of 10 mN averages to 1 mN in
+the rest."""
 
 LEAST_SPIN = 0.2
 """[rad/s]: nothing is turned more slowly, or a twist of 0.5 s winds up and does not slip."""
@@ -30,15 +31,15 @@ RAMPS = 3.0
 """Of a motion, that it lasts at least: a third of it is steady."""
 
 FIRST_SHARE = 0.5
-"""Of the angle, that the shortest twist takes of it at most: what only gives way is turned twice as far."""
+"""Of the angle, that the shortest twist takes of it at most: what only yields is turned twice as far."""
 
 LONGEST = 5.0
-"""Of one way [s]: what is slower tells nothing in reasonable time."""
+"""Longest duration of one direction of a rub [s]: a slower one takes too long to reach slip."""
 
 
 @dataclass(frozen=True, slots=True)
 class SurveyWanted:
-    """What a survey of a surface is to be like.
+    """Parameters of a survey of a surface.
 
     Attributes:
         loads: Normal forces, rising [N].
@@ -47,7 +48,7 @@ class SurveyWanted:
         travel: Least travel of a stroke [m].
         most_travel: How far a stroke may go at most [m].
         most_spin: How fast the tip may turn [rad/s]; 0: it cannot.
-        most_angle: How far it may turn, one way [rad].
+        most_angle: How far it may turn in one direction [rad].
         repeats: How often each stroke and twist is done.
         exponent_slips: How many slips there and back tell the exponents; 0: none.
         angular_acceleration: With which the robot can begin to turn [rad/s^2].
@@ -89,7 +90,7 @@ class SurveyWanted:
 
     @property
     def fastest_spin(self) -> float:
-        """How fast to turn at most [rad/s]: one way of the shortest rub must stay within the angle."""
+        """How fast to turn at most [rad/s]: half of the shortest rub must stay within the angle."""
         # in RAMPS ramps it turns by (RAMPS - 1) spin^2 / acceleration
         soon = math.sqrt(FIRST_SHARE * self.most_angle * self.angular_acceleration / (RAMPS - 1.0))
         in_time = self.angular_acceleration * LONGEST / RAMPS
@@ -131,7 +132,7 @@ class Survey:
         stuck_sliding: Loads at which strokes never seemed to slip, however far they went [N].
         stuck_turning: Likewise twists.
         exponents_measured: Whether slips for the exponents were done, if they were wanted; for that it must slip
-            both ways at two loads.
+            in both directions at two loads.
     """
 
     def __init__(self, wanted: SurveyWanted) -> None:
@@ -144,13 +145,13 @@ class Survey:
         self.stuck_sliding: list[float] = []
         self.stuck_turning: list[float] = []
         self.exponents_measured = True
-        self._felt: FeltRub | None = None
+        self._felt: RubMeasurement | None = None
         self._frictions: dict[float, float] = {}
         self._lengths: dict[float, float] = {}
         self._turned = 0.0
         self._rubs = self._all()
 
-    def next(self, felt: FeltRub | None) -> Rub | None:
+    def next(self, felt: RubMeasurement | None) -> Rub | None:
         """See `RubProgram`."""
         self._felt = felt
         return next(self._rubs, None)
@@ -194,7 +195,7 @@ class Survey:
         self._turned = spin
         rub = wanted.twist(load, spin)
         while True:
-            # the other way round first in every second one: a steady drift then cancels
+            # in the opposite sense first in every second one: a steady drift then cancels
             yield rub
             first = self._felt
             yield replace(rub, spin=-rub.spin)
@@ -238,6 +239,6 @@ class Survey:
         speed = min(wanted.speed, wanted.fastest_spin * min(lengths[low], lengths[high]))
         slips = planned_slips((low, high), (lengths[low], lengths[high]), wanted.exponent_slips, speed)
         for slip in sorted(slips, key=lambda slip: slip.normal_force):
-            # the same way for slides and turns of either kind, and as far as a stroke of the survey
+            # the same sequence for slides and turns of either kind, and as far as a stroke of the survey
             rub = Rub(slip.normal_force, slip.speed, slip.spin, LONGEST, wanted.angular_acceleration)
             yield replace(rub, duration=max(SHORTEST, RAMPS * rub.ramp))

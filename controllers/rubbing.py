@@ -52,7 +52,7 @@ class RubbingController:
     Attributes:
         live: What may be changed while it runs: force gain.
         program: What asks for rubs; it belongs to this controller.
-        spans: Each way of each rub that was done to its end, in order.
+        spans: Each completed motion of each rub, in order.
         air: When the tip was in free air, at rest: before, and after if it got so far.
         lost: How often settled contact was lost.
         contact: Phase and contact history.
@@ -103,7 +103,7 @@ class RubbingController:
         self._rub: Rub | None = None
         self._along = self._parameters.along
         self._back = False
-        self._began = time  # at rest at the load, before the present way
+        self._began = time  # at rest at the load, before the present motion
         self._wait = self._parameters.pause
         self._set = 0.0
 
@@ -184,7 +184,7 @@ class RubbingController:
                 else:
                     self._back = True
                     contact.enter(Phase.SETTLE)
-        elif self._set != rub.normal_force:  # on its way
+        elif self._set != rub.normal_force:  # ramping to it
             self._wait, self._began = wanted.settle_time, time
         elif time - self._began >= self._wait:
             if not self._back:

@@ -23,7 +23,7 @@ class SetPointFilter:
     Attributes:
         force: Filtered set force [N].
         rate: Its rate [N/s].
-        stepping: Sign of the step whose response is under way; 0 without one, and for at least half of the time,
+        stepping: Sign of the step whose response is in progress; 0 without one, and for at least half of the time,
             however often the force steps.
     """
 

@@ -1,4 +1,4 @@
-"""What a surface does along the normal, seen by the tip that presses on it, and what it will do next.
+"""Tracks and predicts the motion of a surface along the normal, as measured by the tip that presses on it.
 
 With n into the object, the contact's force is F = K (n.x - s): so the surface moves with s' = n.v - F' / K, v
 being the tip's measured velocity. No delay of the robot is in that; only looking ahead has to bridge the delay T
@@ -126,7 +126,7 @@ class SurfaceMotion:
 
     @property
     def predicted(self) -> float:
-        """Likewise, `lead` seconds ahead, at most `fastest` either way [m/s]."""
+        """Likewise, `lead` seconds ahead, at most `fastest` in magnitude [m/s]."""
         ahead, fastest = self._ahead, self.settings.fastest
         velocity = self._value + ahead * (self._slope + 0.5 * ahead * self._curve)
         return min(max(velocity, -fastest), fastest)
@@ -191,7 +191,7 @@ def closed_loop(
     """Return the matrix that takes the loop's state from one period to the next, from a surface at rest.
 
     States: where the tip is and was, value, slope and curvature of the filter in units of the period, and the
-    commands under way, oldest first.
+    commands in transit, oldest first.
 
     Args:
         gain: Of force control.

@@ -26,7 +26,7 @@ class TangentMotion(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Still:
-    """Nothing moves it. A `TangentMotion`."""
+    """No motion along the surface. A `TangentMotion`."""
 
     def velocity(self, time: float) -> Vector:
         """See `TangentMotion`."""

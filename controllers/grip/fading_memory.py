@@ -1,4 +1,4 @@
-"""Follows noisy samples with their rate, and looks ahead along it."""
+"""Filters noisy samples and their rate, and extrapolates them."""
 
 import math
 from collections.abc import Callable
@@ -34,7 +34,7 @@ class FadingMemory:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all samples: the next one is taken for what has been there for ever."""
+        """Forget all samples: the next one initialises the filter at rest."""
         self._value: Values | None = None
         self._rate: Values = ()
         self._odd = False

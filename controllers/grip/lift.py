@@ -1,6 +1,6 @@
 """Closes the fingers on an object, lifts it and holds it, with a slip-safe grip from the first touch on.
 
-Nobody has told what it weighs: that is felt while its weight comes into the fingers. Meanwhile the hand moves up
+The weight is unknown, and is measured as the fingers take it up. Meanwhile the hand moves up
 ever faster, by a factor of e in `GROWTH_TIME`. A contact of any stiffness K bears K s, and s is then the speed
 times that time: so its load, too, grows by that factor and no faster, and what it will need in `LOOKAHEAD` is
 known. Where the fingers do not yet press with that and `ROOM`, the hand stands still and lets the grip catch up:
@@ -148,14 +148,14 @@ class LiftController:
         return Command((0.0, 0.0, self._speed), self.phase, forces)
 
     def _at_least(self) -> float:
-        """Grip that is wanted whatever the load [N]."""
+        """Least grip, whatever the load [N]."""
         if self.phase is Phase.HOLD:
             return 0.0
         first = self._parameters.first_grip
         return max(first, TAKING_UP * self._needed) if self.phase is Phase.LIFT else first
 
     def _lift(self, now: Observation) -> None:
-        """Move on: as fast as lets it stop at the height, and as the grip keeps up with what comes on."""
+        """Advance the lift: no faster than allows a stop at the height, and than the grip follows the load."""
         p, dt = self._parameters, self._period
         share, needed = dt / RATE_TIME, self.grip.needed
         self._rate += share * ((needed - self._needed) / dt - self._rate)

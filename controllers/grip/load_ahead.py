@@ -24,7 +24,7 @@ class LoadAhead:
         self._memory = FadingMemory(smoothing, period, _far)
 
     def restart(self) -> None:
-        """Forget all samples: the next one is taken for what has been there for ever."""
+        """Forget all samples: the next one initialises the filter at rest."""
         self._memory.restart()
 
     def step(self, load: ContactLoad) -> None:

@@ -1,4 +1,4 @@
-"""A nudge before lifting: what the contacts bear is felt while the object still stands on something.
+"""A nudge before lifting measures the limit surface of the contacts while the object still stands.
 
 The fingers close lightly and move down a little: what the object stands on holds it, so that they slip along its
 sides, and friction over grip is mu. Then they twist about the line through the contacts, there and back: half the
@@ -40,7 +40,7 @@ MOST_LEFT = 0.9
 
 @dataclass(frozen=True, slots=True)
 class NudgeParameters:
-    """How an object is nudged.
+    """Parameters of a nudge.
 
     Attributes:
         grip: With which the fingers slip [N]. The twist's torque, 2 mu e f_n, must not tip the object over.
@@ -121,7 +121,7 @@ class Ramped:
 
 
 class NudgedSurface:
-    """What a nudge taught of each finger's contact; until then, the worst that it can be. A `SurfaceBelief`."""
+    """Limit surfaces measured by a nudge; before it, the worst case. A `SurfaceBelief`."""
 
     def __init__(self, cautious: LimitSurface) -> None:
         """Take the least that the contacts can bear."""
@@ -190,7 +190,7 @@ class _Quarters:
 
 
 class NudgeController:
-    """Closes, nudges, and says what was felt; then it stands still with the grip as it is.
+    """Closes, nudges and reports the limit surfaces; then stands still and keeps the grip.
 
     Attributes:
         friction: mu per finger; None where nothing slipped.
@@ -296,7 +296,7 @@ class NudgeController:
 
 
 class NudgeAndLift:
-    """Nudges, then lifts with what that taught."""
+    """Nudges, then lifts with the limit surfaces measured."""
 
     def __init__(self, nudge: NudgeController, belief: NudgedSurface, lift: LiftController) -> None:
         """Take the pieces; the lift's grip is planned with that very belief."""

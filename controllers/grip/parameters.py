@@ -1,4 +1,4 @@
-"""How a grip is to be kept safe, and what of it may be changed while it runs."""
+"""Parameters of a slip-safe grip, and those that may be changed while it runs."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ MOST_MARGIN = 3.0
 
 @dataclass(frozen=True, slots=True)
 class GripParameters:
-    """How a grip is to be kept safe.
+    """Parameters of a slip-safe grip.
 
     Attributes:
         margin: Share of grip beyond what the limit surface needs: for what mu, e and the sensors are wrong by.

@@ -10,7 +10,7 @@ a bounded share, and not let down before all fingers feel again. It never opens.
 
 import math
 
-from palpate.controllers.grip.belief import NobodyWatches, SlipWatch, SurfaceBelief
+from palpate.controllers.grip.belief import NoSlipWatch, SlipWatch, SurfaceBelief
 from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan, Loads
 from palpate.controllers.grip.parameters import GripParameters, live_grip
 from palpate.errors import InvalidValueError
@@ -64,7 +64,7 @@ class SlipSafeGrip:
             raise InvalidValueError(f"fingers = {fingers!r}: must be {_TOO_FEW} or more")
         self.parameters = parameters = parameters or GripParameters()
         self.live = live_grip(parameters)
-        self.belief, self.watch = belief, watch or NobodyWatches()
+        self.belief, self.watch = belief, watch or NoSlipWatch()
         self._plan = plan or CommonGrip(fingers, belief, period, parameters)
         self._fingers, self._period = fingers, period
         self.start(parameters.least_grip)
@@ -110,7 +110,7 @@ class SlipSafeGrip:
 
         Args:
             now: What is known.
-            at_least: Grip that is wanted whatever the load [N].
+            at_least: Least grip, whatever the load [N].
 
         Raises:
             InvalidValueError: Another number of fingers than the grip has.
@@ -145,7 +145,7 @@ class SlipSafeGrip:
         return self._commanded
 
     def _listen(self, time: float, loads: Loads) -> tuple[bool, bool]:
-        """Ask who listens for slip, teach what is believed; return whether one begins, and whether one goes on."""
+        """Update slip detection and limit surfaces; return whether a slip begins, and whether one continues."""
         onsets = self.watch.step(time, loads)
         ongoing = self.watch.slipping
         # a load under which something goes on slipping was not held
@@ -154,7 +154,7 @@ class SlipSafeGrip:
         return any(onsets), ongoing
 
     def _towards(self, wanted: Forces, before: Forces) -> Forces:
-        """The grip of the next period on its way to the wanted one [N]: as fast as may be up, slowly down."""
+        """The grip of the next period [N]: towards the target, quickly upwards and slowly downwards."""
         p, dt = self.parameters, self._period
         moved = []
         for most, at in zip(wanted, before, strict=True):
@@ -194,7 +194,7 @@ class SlipSafeGrip:
 
 
 def _load_of(finger: FingerObservation) -> ContactLoad | None:
-    """What a finger bears, if it can be believed."""
+    """Load of a finger; None if its reading is not valid."""
     return ContactLoad.of(finger.contact) if finger.believed else None
 
 

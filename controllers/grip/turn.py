@@ -145,7 +145,7 @@ class TurnInHand:
 
     @property
     def turn(self) -> float:
-        """How far it has turned since the start, as touch tells it [rad]."""
+        """How far it has turned since the start, as measured by touch [rad]."""
         return self.meter.turn
 
     def start(self, first: Observation) -> None:
@@ -175,7 +175,7 @@ class TurnInHand:
     def step(self, now: Observation) -> Command:
         """Return what the fingers are to do during the next period; the arm stands still."""
         forces = self.grip.step(now)
-        # a finger that is pushed back is felt to press more, by its gear's friction, and is told to press less: no
+        # a finger that is pushed back is felt to press more, by its gear's friction, and is commanded to press less: no
         # less than is wanted, for friction takes as much away when it follows again
         forces = tuple(max(pair) for pair in zip(forces, self.grip.targets, strict=True))
         if not self.grip.faulty:
@@ -222,7 +222,7 @@ class TurnInHand:
         return self.phase
 
     def _left(self, poses: tuple[Pose, ...], levers: list[float], left: float) -> float:
-        """What is left of a turn [rad], signed, as far as every finger's travel allows it."""
+        """The remaining turn [rad], signed, within the travel of every finger."""
         p, sign = self._parameters, math.copysign(1.0, left)
         lag = sign * (self.wanted - self.meter.turn)
         room = math.inf

@@ -21,7 +21,7 @@ class WrenchAhead:
         self._memory = FadingMemory(smoothing, period, _far)
 
     def restart(self) -> None:
-        """Forget all samples: the next one is taken for what has been there for ever."""
+        """Forget all samples: the next one initialises the filter at rest."""
         self._memory.restart()
 
     def step(self, wrench: Wrench) -> None:

@@ -1,4 +1,4 @@
-"""Goes where the map would err most: a coarse pass, then strokes where something was felt that it would miss.
+"""Active exploration: a coarse pass, then strokes where the map is expected to err most.
 
 A Gaussian process of fixed length scale is as unsure everywhere between rows, whatever was felt. What was felt
 tells more. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
@@ -12,10 +12,10 @@ import math
 from dataclasses import dataclass, field
 
 from palpate.controllers.paths.coarse import CoarseGap
-from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.goal import Enough, Goal, GoalError
-from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.goal import Goal, GoalError, StopReason
+from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, Stroke
+from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.missed import TouchNoise
 from palpate.controllers.paths.plane import PathPlane, Point
@@ -43,7 +43,7 @@ MARGIN = 0.6
 same. It does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
 
 BERTH = 3e-3
-"""On the way to a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
+"""Before a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Active:
     @property
     def marks(self) -> tuple[Mark, ...]:
         """As `Strategy`."""
-        return self._diary.marks
+        return self._mark_recorder.marks
 
     @property
     def rows(self) -> tuple[Row, ...]:
@@ -124,15 +124,15 @@ class Active:
         return tuple(self._rows)
 
     @property
-    def enough(self) -> Enough | None:
-        """Why it planned no further leg; None while it still does, or after a loss."""
-        return self._enough
+    def stop_reason(self) -> StopReason | None:
+        """Why it planned no further leg; None before that, or after a loss of contact."""
+        return self._stop_reason
 
     def start(self) -> None:
         """As `Strategy`."""
-        self._enough: Enough | None = None
+        self._stop_reason: StopReason | None = None
         own = self._settings
-        self._diary = Diary()
+        self._mark_recorder = MarkRecorder()
         self._recorder = RowRecorder(own.stretch)
         self._rows: list[Row] = []
         self._coarse_gap = CoarseGap(own.noise, own.stretch, COLUMN)
@@ -150,7 +150,7 @@ class Active:
 
     def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
-        self._diary.feel(felt)
+        self._mark_recorder.feel(felt)
         u, v, height = self.plane.flat(felt.tip)
         if self._row is not None and self._stroke is None and abs(v - self._row) <= ASIDE:
             slopes = self.plane.slopes(felt.normal)
@@ -158,10 +158,10 @@ class Active:
                 self._recorder.feel(u, height, *slopes)
         return False
 
-    def next(self, ended: Ended | None) -> Leg | None:
+    def next(self, ended: LegResult | None) -> Leg | None:
         """As `Strategy`. A loss ends it; a stroke that cannot be followed is marked, and its rest left out."""
         if ended is not None:
-            self._diary.end(ended)
+            self._mark_recorder.end(ended)
             if ended.how is LegEnd.LOST:
                 return None
             self._failed = ended.how is not LegEnd.REACHED
@@ -212,7 +212,7 @@ class Active:
 
     def _plan(self) -> tuple[Point, Point] | None:
         if self.path_length >= self._goal.path_length:
-            self._enough = Enough.SPENT
+            self._stop_reason = StopReason.SPENT
             return None
         return (self._coarse_stroke() if self._coarse else None) or self._fine_stroke()
 
@@ -243,7 +243,7 @@ class Active:
             return None
         self._columns.take(self._rows)
         if self._reached():
-            self._enough = Enough.REACHED
+            self._stop_reason = StopReason.REACHED
             return None
         open_strips = (
             ([] if self._known() else self._loud(1.0, tails=False))
@@ -252,7 +252,7 @@ class Active:
             or self._whole(2.0 * own.finest)
         )
         if not open_strips:
-            self._enough = Enough.EXHAUSTED
+            self._stop_reason = StopReason.EXHAUSTED
             return None
         best = max(open_strips, key=self._worth_per_length)
         self._tried.add(best.place)  # what could not be felt the first time is not asked for again

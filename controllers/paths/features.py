@@ -9,7 +9,7 @@ its orientation; only how far the normal turns differs.
 import math
 from dataclasses import dataclass
 
-from palpate.controllers.paths.felt import ContactPeriod
+from palpate.controllers.paths.contact_period import ContactPeriod
 from palpate.controllers.paths.marks import Mark, PathEvent
 from palpate.errors import positive
 from palpate.spatial import Vector, add, dot, norm, scale, subtract

@@ -5,9 +5,9 @@ from bisect import bisect_right
 from itertools import accumulate, pairwise
 from typing import Protocol
 
-from palpate.controllers.paths.diary import Diary
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.legs import Ended, Hop, Leg, LegEnd, Stroke
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, Stroke
+from palpate.controllers.paths.mark_recorder import MarkRecorder
 from palpate.controllers.paths.marks import Mark
 from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.plane import PathPlane, Point
@@ -45,11 +45,11 @@ class Follow:
     @property
     def marks(self) -> tuple[Mark, ...]:
         """As `Strategy`."""
-        return self._diary.marks
+        return self._mark_recorder.marks
 
     def start(self) -> None:
         """As `Strategy`."""
-        self._diary = Diary()
+        self._mark_recorder = MarkRecorder()
         self._arc_length = 0.0  # along the path, to where the present leg began or begins
         self._landing = False
         self._met = False
@@ -57,16 +57,16 @@ class Follow:
 
     def feel(self, felt: ContactPeriod) -> bool:
         """As `Strategy`."""
-        self._diary.feel(felt)
+        self._mark_recorder.feel(felt)
         self._met, self._leave_out = True, self._left_out
         return False
 
-    def next(self, ended: Ended | None) -> Leg | None:
+    def next(self, ended: LegResult | None) -> Leg | None:
         """As `Strategy`."""
         if ended is None:
             return self._land(0.0)
         aim = self.plane.base(self._at(self._arc_length), self.plane.flat(ended.tip)[2]) if self._landing else None
-        self._diary.end(ended, aim)
+        self._mark_recorder.end(ended, aim)
         if ended.how is LegEnd.LOST or (ended.how is LegEnd.MISSED and not self._met):
             return None
         if ended.how is LegEnd.REACHED:
@@ -89,7 +89,7 @@ class Follow:
         share = (arc_length - self._arc_lengths[k - 1]) / (self._arc_lengths[k] - self._arc_lengths[k - 1])
         return (ax + share * (bx - ax), ay + share * (by - ay))
 
-    def _reached(self, ended: Ended) -> float:
+    def _reached(self, ended: LegResult) -> float:
         """How far along the path the tip came [m]: to the place nearest to it, on the part of it that was left."""
         u, v, _ = self.plane.flat(ended.tip)
         first = bisect_right(self._arc_lengths, self._arc_length) - 1

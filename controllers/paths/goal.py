@@ -16,7 +16,7 @@ class GoalError(Enum):
     """The largest anywhere: large errors count far more than small ones."""
 
 
-class Enough(Enum):
+class StopReason(Enum):
     """Why an active exploration planned no further leg."""
 
     REACHED = "the map should be as accurate as asked for"

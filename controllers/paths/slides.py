@@ -3,8 +3,8 @@
 import math
 from typing import Protocol
 
-from palpate.controllers.paths.felt import ContactPeriod
-from palpate.controllers.paths.legs import Circuit, LegEnd, Stroke, TouchOnce
+from palpate.controllers.paths.contact_period import ContactPeriod
+from palpate.controllers.paths.legs import Circuit, LegEnd, SingleTouch, Stroke
 from palpate.controllers.paths.path_follower import PathFollower
 from palpate.controllers.paths.plane import PathPlane, Point
 from palpate.controllers.paths.progress import Progress
@@ -132,7 +132,7 @@ class Dwell:
 
 
 def slide(
-    leg: Stroke | Circuit | TouchOnce,
+    leg: Stroke | Circuit | SingleTouch,
     begin: Point,
     tip: Point,
     plane: PathPlane,

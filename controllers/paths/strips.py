@@ -86,7 +86,7 @@ class Strip:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """How an error is expected from what was felt around.
+    """Parameters from which the error between rows is expected.
 
     Attributes:
         noise: Of the contacts.

@@ -14,8 +14,8 @@ from palpate.sim.carriers.ur5e import FLANGE, JOINTS, Ur5e
 from palpate.spatial import Vector
 
 ELBOW_UP = tuple(np.radians((180.0, -90.0, 90.0, -90.0, -90.0, 0.0)).tolist())
-"""[rad] Upper arm raised, forearm forward (along x, away from the robot base), flange down: the way to a start
-that is nearest to this is taken."""
+"""[rad] Upper arm raised, forearm forward (along x, away from the robot base), flange down: the solution
+nearest to this is taken."""
 
 LOOKING_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Rotation of the tip frame on the flange: upright while the flange looks down."""

@@ -222,7 +222,7 @@ class FrictionPlant:
 
 
 def check_friction(state: FrictionState | None, plant: FrictionPlant | None) -> None:
-    """Refuse a state with a plant's memory in a scene without a plant, and the other way round.
+    """Refuse a state with a plant's memory in a scene without a plant, and vice versa.
 
     Raises:
         InvalidValueError: It is such a one.

@@ -1,4 +1,4 @@
-"""A grasp scene behind the seam."""
+"""A MuJoCo grasp scene as a back end."""
 
 from dataclasses import dataclass
 

@@ -59,7 +59,7 @@ class SidewaysDrive(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether the fingers are under way sideways, be it with no speed at the moment."""
+        """Whether a sideways motion is commanded, even at zero speed."""
         ...
 
     def start(self) -> None:
@@ -91,7 +91,7 @@ class SidewaysDrive(Protocol):
         ...
 
 
-class NoSideways:
+class FixedSideways:
     """Of a hand whose fingers only close. A `SidewaysDrive`."""
 
     moving = False

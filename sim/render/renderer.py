@@ -148,7 +148,7 @@ class SceneRenderer(Closing):
             width: Of the pictures [pixels].
             height: Likewise.
             camera: Where to look from; the whole scene if not given.
-            placement: Of this model's bodies; needed where some move as told.
+            placement: Of this model's bodies; needed where some have a prescribed motion.
 
         Raises:
             NoRendererError: This machine cannot draw off screen.

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from palpate.controllers.paths import (
     Active,
     ActiveSettings,
-    Ended,
     Goal,
     GoalError,
     Hop,
     LegEnd,
+    LegResult,
     PathEvent,
     Stroke,
 )
@@ -189,4 +189,4 @@ def test_goals_and_fields_that_cannot_be_are_refused():
         Goal(speed=math.nan)
     with pytest.raises(InvalidValueError, match="width"):
         Active(-1.0, 0.02)
-    assert Active(0.02, 0.02).next(Ended(LegEnd.LOST, (0.0, 0.0, 0.0))) is None
+    assert Active(0.02, 0.02).next(LegResult(LegEnd.LOST, (0.0, 0.0, 0.0))) is None

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from palpate.controllers import Raster
 from palpate.controllers.paths import (
-    Ended,
     Follow,
     Hop,
     LegEnd,
+    LegResult,
     PathEvent,
     PathFollower,
     PathPlane,
@@ -264,12 +264,12 @@ def test_paths_that_cannot_be_are_refused():
 def test_the_end_of_a_blocked_leg_is_told_with_its_reason():
     follow = Follow(SQUARE)
     follow.next(None)
-    follow.next(Ended(LegEnd.REACHED, (0.0, 0.0, 0.0)))
-    leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.0)))
+    follow.next(LegResult(LegEnd.REACHED, (0.0, 0.0, 0.0)))
+    leg = follow.next(LegResult(LegEnd.BLOCKED, (0.01, 0.0, 0.0)))
     assert isinstance(leg, Hop)
     assert leg.to == pytest.approx((0.012, 0.0))
     # beside the object at the second try: a landing that is blocked is marked where it should have been
-    leg = follow.next(Ended(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
+    leg = follow.next(LegResult(LegEnd.BLOCKED, (0.01, 0.0, 0.05)))
     assert follow.marks[1].event is PathEvent.UNREACHABLE
     assert follow.marks[1].position == pytest.approx((0.012, 0.0, 0.05))
     assert isinstance(leg, Hop)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers.rub_program import Survey, SurveyWanted
-from palpate.controllers.rubs import FeltRub, Rub
+from palpate.controllers.rubs import Rub, RubMeasurement
 from palpate.errors import InvalidValueError
 
 
@@ -16,7 +16,7 @@ def asked_of(wanted, e, rise):
     felt, asked = None, []
     while (rub := survey.next(felt)) is not None:
         asked.append(rub)
-        felt = FeltRub(rub, 0.5 if rub.speed else 0.0, 0.5 * e if rub.spin else 0.0, rise)
+        felt = RubMeasurement(rub, 0.5 if rub.speed else 0.0, 0.5 * e if rub.spin else 0.0, rise)
         assert len(asked) < 500
     return asked
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from palpate.controllers.rub_program import SHORTEST, Survey, SurveyWanted
 from palpate.controllers.rubbing import RubbingController
-from palpate.controllers.rubs import FeltRub, Rub
+from palpate.controllers.rubs import Rub, RubMeasurement
 from palpate.errors import InvalidValueError
 from palpate.runtime.data import Phase
 from support.rubbed_plane import GAIN, PERIOD, WANTED, RubbedPlane, rub
@@ -216,7 +216,7 @@ def answered(wanted, mu=0.5, e=0.003, rise=lambda rub: 0.0):
     felt = None
     while (motion := survey.next(felt)) is not None:
         asked.append(motion)
-        felt = FeltRub(motion, mu if motion.speed else 0.0, mu * e if motion.spin else 0.0, rise(motion))
+        felt = RubMeasurement(motion, mu if motion.speed else 0.0, mu * e if motion.spin else 0.0, rise(motion))
         assert len(asked) < 200
     return asked, survey
 

@@ -10,7 +10,7 @@ from palpate.friction.rubbing.slip_loads import slip_load
 from palpate.friction.rubbing.slip_test import Resistance, ends_level
 from palpate.friction.rubbing.stick_slip import stick_slip
 from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay
-from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, bound_spin, measure_spin
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty, bound_spin, measure_spin
 from support.closed_strokes import Sensed, elastic_turns, gives_way, nothing, slips
 
 E, MU = 0.004, 0.5
@@ -140,10 +140,10 @@ def test_without_mu_twists_still_bound_mu_e_and_say_why_that_is_all():
     sensed = Sensed(noise=1.0)
     slipped = bound_spin([sensed.two_way(nothing, slips(2e-3, 0.1), spin=2.0)], sensed.normal)
     assert isinstance(slipped, SpinBound)
-    assert slipped.doubt is SpinDoubt.FRICTION_UNKNOWN
+    assert slipped.doubt is SpinUncertainty.FRICTION_UNKNOWN
     assert 1.7e-3 < slipped.least_torque_ratio <= 2e-3
     stuck = bound_spin([elastic_turns(sensed, 2e-3, 0.5, 2.0)], sensed.normal)
-    assert stuck.doubt is SpinDoubt.NEVER_SLIPPED
+    assert stuck.doubt is SpinUncertainty.NEVER_SLIPPED
     assert stuck.least_torque_ratio <= 1e-3
 
 

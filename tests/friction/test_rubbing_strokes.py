@@ -12,7 +12,7 @@ from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured, measure_friction
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
 from palpate.friction.rubbing.stroke import RubbingStroke, TwoWay, steady_part
-from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured, measure_spin, torque_share
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty, measure_spin, torque_share
 from support.closed_strokes import Sensed, elastic_pair, elastic_turns, gives_way, nothing, rotation, slips
 
 seeds = st.integers(0, 2**32 - 1)
@@ -171,7 +171,7 @@ def test_what_only_gives_way_to_a_twist_is_a_bound_of_the_torque(seed, torque, r
     sensed = Sensed(np.random.default_rng(seed), noise=1.0)
     turned = measure_spin([elastic_turns(sensed, torque, rest, 2.0)], rubbed(sensed, 0.5))
     assert isinstance(turned, SpinBound)
-    assert turned.doubt is SpinDoubt.NEVER_SLIPPED
+    assert turned.doubt is SpinUncertainty.NEVER_SLIPPED
     # torque runs over `torque` per radian times 0.96 rad: half of it, whatever the preload
     assert turned.least_torque_ratio <= 0.5 * torque * 0.97 + 2e-5
     assert turned.least_torque_ratio >= 0.4 * torque - 3e-4
@@ -213,7 +213,7 @@ def test_a_twist_too_far_beside_the_contact_is_a_bound_with_its_reason():
     found = rubbed(sensed, 0.5)
     turned = measure_spin([sensed.two_way(nothing, slips(5e-4, 0.1), spin=2.0, aside=0.49)], found)
     assert isinstance(turned, SpinBound)
-    assert turned.doubt is SpinDoubt.SLID
+    assert turned.doubt is SpinUncertainty.SLID
     assert turned.least_torque_ratio == pytest.approx(5e-4, rel=1e-6)
 
 

@@ -52,7 +52,7 @@ def test_what_is_stuffed_holds_no_header_and_comes_back(content):
 @given(st.lists(st.tuples(st.integers(0, 252), NASTY), min_size=1, max_size=5), st.integers(1, 7), NASTY)
 def test_packets_come_whole_out_of_any_stream(packets, pieces, noise):
     """However torn, with noise before, between, and with stuffing in them."""
-    # noise that begins a packet swallows the next one, as it must: it cannot be told from a torn packet
+    # noise that begins a packet swallows the next one, as it must: it cannot be distinguished from a torn packet
     noise = noise.replace(b"\xff", b"\x00")
     stream = b"".join(noise + packet(servo_id, b"\x03" + data) for servo_id, data in packets)
     receiver, found = PacketReceiver(), []

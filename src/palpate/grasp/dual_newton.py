@@ -29,7 +29,7 @@ ENDLESS = 1e8
 """Infeasible means: not with forces of so many times the load either, where a contact has no largest force."""
 
 ARMIJO = 1e-4
-"""Share of the decrease foretold that a step must bring."""
+"""Share of the predicted decrease that a step must achieve (Armijo)."""
 
 SHORT = 0.6
 """Share of a step below which the next is damped: beyond a kink the Hessian promises too much. Without damping one

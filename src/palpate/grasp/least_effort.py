@@ -146,7 +146,7 @@ class LeastEffort:
 
         Args:
             wrench: What else acts on the object, about its origin, shape (6,) [N, N m].
-            forces: Room for the answer.
+            forces: Array for the result.
         """
         grasp = self._grasp
         return _solve(

@@ -24,7 +24,7 @@ def least_violation(rows: FloatArray, load: FloatArray, effort_weight: float) ->
     """Return scaled forces (n, 4) and what they leave of the load, (6,).
 
     min |A x + b|^2 / 2 + kappa sum f^2 + eps |u|^2 over cones and bounds, kappa falling from 1. Its dual has a
-    quadratic term, so that every step of the way exists, whatever the grasp.
+    quadratic term, so that every step exists, whatever the grasp.
 
     Args:
         rows: Contacts, shape (n, ROW), all scaled.

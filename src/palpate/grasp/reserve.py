@@ -1,4 +1,4 @@
-"""What each contact keeps back, and the grasp that keeps it back by itself, compiled."""
+"""The reserve of each contact, and the grasp with limits reduced by it, compiled."""
 
 import math
 from typing import Any
@@ -48,7 +48,7 @@ def spare_kernel(
     next_constant: Any,
     reserve: Any,
 ) -> tuple[float, float]:
-    """Return the least margin beyond the reserve, and by how much limits that hold forces back would give way [N].
+    """Return the least margin beyond the reserve, and the slack of the limits that hold forces back [N].
 
     Args:
         rows: As in `reserve_kernel`.
@@ -91,7 +91,7 @@ def reserve_kernel(
     """Return mu, e and a constant share that keep back as much; the likeliest failure's e; the reserve; beta.
 
     |(f_t, tau / e)| is straightened at the e of the failure that is likeliest (the design point of Hasofer & Lind
-    1974), not at its mean: e may well be half of that, and 1 / e is not straight over such a way.
+    1974), not at its mean: e may well be half of that, and 1 / e is not straight over such a range.
 
     Args:
         rows: Scaled contacts, (n, ROW), mu and e as believed.

@@ -41,7 +41,7 @@ ROUNDS = 9
 each other's share of friction to and fro, more of them do not help."""
 
 WHOLE = 5
-"""The first that goes only half the way to what is wanted."""
+"""The first round that goes only half of the distance to what is wanted."""
 
 SQUEEZES = 8
 """Rounds that only press harder, after these."""
@@ -96,7 +96,7 @@ class _Round:
         taken: That led to them.
         wanted: By them.
         spare: Least margin beyond the reserve wanted, over the largest normal force.
-        slack: By how much limits that hold forces back would give way in the next round, at most, likewise.
+        slack: By how much limits that hold forces back would be relaxed in the next round, at most, likewise.
     """
 
     forces: FloatArray

@@ -220,7 +220,7 @@ def joint_motion(chain, bounds, settings, q, twist):
                 for k in range(n):
                     direction[k] = rows[i, k] / sigma
                 k_u = _curvature(direction, frame, axes, origins, jacobian, rows[i, n:], length)
-                # on towards the singularity: fades out, so that the way back stays open
+                # on towards the singularity: fades out, so that the motion back stays possible
                 towards = min(max(-math.copysign(1.0, along) * k_u / bend, 0.0), 1.0)
                 factor *= 1.0 - towards * (1.0 - min(max(x / floor - 1.0, 0.0), 1.0))
         for k in range(n):

@@ -1,4 +1,4 @@
-"""Contacts to surface: what a finger felt along its way becomes points, fits, maps and files."""
+"""Contacts to surface: points, fits, maps and files from what a finger felt along its path."""
 
 from palpate.mapping.cloud import TouchCloud as TouchCloud
 from palpate.mapping.cloud import standard_deviations as standard_deviations

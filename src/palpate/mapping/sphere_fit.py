@@ -39,7 +39,7 @@ class SphereFit:
 
     The covariance takes the points' errors as independent, of one size, and along the normal. Errors of touch
     are correlated along the path (filters, servo lag, friction), so it is **optimistic** unless `fit_sphere`
-    was told over how many points; a constant offset of every point along the normal goes into the radius
+    was measured over how many points; a constant offset of every point along the normal goes into the radius
     unseen.
 
     Attributes:
@@ -84,7 +84,7 @@ def fit_sphere(points: npt.ArrayLike, *, correlation_points: float = 1.0) -> Sph
         correlation_points: Over how many neighbouring points errors are alike: n points then count as
             n / correlation_points independent ones (long-run variance; 2 L / b for errors with correlation
             length L in bins of length b). Rather too large than too small: for a raster, the points of a row,
-            since speed and friction push a whole row the same way.
+            since speed and friction push a whole row in the same direction.
 
     Raises:
         InvalidValueError: Fewer than 4 points, not of shape (n, 3), not finite, in one plane to within

@@ -38,13 +38,13 @@ LOUD = 2.0
 WHITE_SHARE = 0.3
 """Of the noise of positions, what does not keep along the path. It keeps the fit from weighing differences between
 neighbours, which positions tell well and forces badly: with 0.1, a force noise of 0.01 N that is not there, or is
-there and not told, is off by 7 % of a compliance of 0.5 mm/kN; with 0.3 by 2 %."""
+there and not given, is off by 7 % of a compliance of 0.5 mm/kN; with 0.3 by 2 %."""
 
 RESTING = 0.1
 """Moves below this share of the noise's length are a finger at rest."""
 
 NEAREST = 4
-"""Windows that a vertex is told by."""
+"""Number of windows from which the stiffness at a vertex is taken."""
 
 LONGEST_PAUSE = 0.1
 """Between contacts of one window [s]: a longer one is a lift-off."""
@@ -100,7 +100,7 @@ def local_stiffness(
     force_noise: float = 0.01,
     known_compliance: float = 0.0,
 ) -> LocalStiffness:
-    """Return how the surface gives way along a path on which the force varied: a sine, a landing, a ramp.
+    """Return the compliance of the surface along a path on which the force varied: a sine, a landing, a ramp.
 
     Args:
         time: Of n contacts in path order, shape (n,) [s].
@@ -111,7 +111,7 @@ def local_stiffness(
         noise: How contacts err, such as the `model` of a learned map.
         window: Length of path that a value stands for [m]; a finger at rest fills one as well.
         force_noise: Standard deviation of the force's noise in one sample [N].
-        known_compliance: Of tip and arm, if `position` includes what they give way [m/N]: taken off.
+        known_compliance: Of tip and arm, if `position` includes their deflection [m/N]: taken off.
 
     Raises:
         InvalidValueError: Shapes do not fit, numbers are not finite, `window` or a noise is not positive.
@@ -193,7 +193,7 @@ def _stiffness(compliance: FloatArray, sd: FloatArray) -> tuple[FloatArray, Floa
 
 
 def _path(position: FloatArray, normal: FloatArray, least: float) -> FloatArray:
-    """Return the way along the surface, in steps of at least `least`: noise would lengthen a sum of all steps."""
+    """Return the arc length along the surface, in steps of at least `least`, as noise lengthens short ones."""
     found, so_far = [], 0.0
     points = position.tolist()
     anchor = points[0]
@@ -238,7 +238,7 @@ def _compliance(
         return math.nan, math.nan
     rest = np.column_stack([np.ones(groups), s - s.mean()])
     if s[-1] - s[0] < RESTING * noise.noise_length:
-        rest = rest[:, :1]  # at rest there is no way along
+        rest = rest[:, :1]  # at rest there is no direction of motion
     whiten = np.linalg.inv(np.linalg.cholesky(_noise(s, noise)))
     Q = np.linalg.qr(whiten @ rest)[0]
     whiten -= Q @ (Q.T @ whiten)  # and leave out what offset and drift explain

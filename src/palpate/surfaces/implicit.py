@@ -41,7 +41,8 @@ class Implicit(Shown):
         parameters: First argument of `evaluate`; surfaces that share `evaluate` share one compiled solver.
         center: A point inside, origin of the surface's own frame, in the sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
-        half_lengths: Distances from the centre to the surface along the axes, mean of both ways, shape (3,) [m].
+        half_lengths: Distances from the centre to the surface along the axes, mean of both directions, shape (3,)
+            [m].
     """
 
     evaluate: Evaluate = field(init=False, repr=False)
@@ -148,7 +149,7 @@ class ImplicitSurface(Implicit):
     Args:
         value: Point (3,) -> number, below 0 inside, 0 on the surface, smooth.
         gradient: Point (3,) -> its gradient, shape (3,).
-        size: About the tip's radius [m]; a factor of ten either way does no harm.
+        size: About the tip's radius [m]; a factor of ten more or less does no harm.
         center: A point inside, the origin of `value`'s frame, in the sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
 

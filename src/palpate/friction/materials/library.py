@@ -1,4 +1,4 @@
-"""Surfaces that are told apart by touch, as one YAML file; read strictly, as robot and sensor files are."""
+"""The materials that touch recognises, as one YAML file; read strictly, as robot and sensor files are."""
 
 import importlib.resources
 import os

@@ -1,4 +1,4 @@
-"""Which touch tells most about the material, among those that are still likely.
+"""The touch with the largest expected information about the material.
 
 The information that a touch is expected to bring is the mutual information of the material, a stranger included,
 and the logarithm y that will be measured, a mixture of normals (MacKay 1992):

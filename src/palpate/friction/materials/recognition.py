@@ -20,7 +20,7 @@ from palpate.friction.materials.touch_evidence import NeverSlipped, TouchEvidenc
 from palpate.friction.materials.touch_sums import Known, TouchSums
 
 FALSE_REJECTION = 0.005
-"""Probability that the true material is said not to fit: below the 1 % that may be told wrong after 3 strokes."""
+"""Probability of rejecting the true material: below the 1 % of wrong results allowed after 3 strokes."""
 
 CALIBRATION = 0.003
 """Of the ratio of two loads on different axes, relative: as in `SensorErrors`."""
@@ -86,7 +86,7 @@ def recognise(
         touches: In any order, all of the same object.
         prior: How likely each material was before, by name, in any unit; alike if not given. One that is left out
             is not considered.
-        false_rejection: Probability with which the true material may be said not to fit, each time one asks.
+        false_rejection: Probability of rejecting the true material, at every query.
         confidence: Posterior, strangers included, above which a material counts as recognised.
         calibration: Standard deviation of the sensor's error that all touches share, relative.
 

@@ -1,4 +1,4 @@
-"""What touches of one object add up to, for each material of a library.
+"""Accumulated evidence of the touches of one object, for each material of a library.
 
 Touch i of material k says y_i = H_i (theta_k + delta + s_i) + v_i: theta_k the library's ln mu, ln c, gamma and p,
 delta ~ N(0, B_k) what is particular to this specimen and to the sensor's calibration, the same in all touches,

@@ -1,4 +1,4 @@
-"""How often materials are taken for which: touches drawn as the library says they come, and outcomes counted."""
+"""Confusion matrices of material recognition, from touches drawn at random from the library."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -62,7 +62,7 @@ class Confusion:
 def confusion(library: MaterialLibrary, cases: Iterable[tuple[str, Recognition]]) -> Confusion:
     """Return the confusion matrix of some cases: what was touched, and what was made of it.
 
-    The answer is the likeliest material, also where more touches were asked for, or `UNKNOWN`. What is not in the
+    The result is the likeliest material, also where more touches were asked for, or `UNKNOWN`. What is not in the
     library gets a row of its own, below the others.
     """
     predictions = (*library.names, UNKNOWN)
@@ -142,7 +142,7 @@ def confusion_of_touches(
 
     Args:
         library: Of materials.
-        touches: Those that were made; what they said does not matter.
+        touches: Those that were made; their values do not matter.
         trials: Specimens of each material.
         rng: Source of chance.
         calibration: Standard deviation of the sensor's error that all touches share, relative.

@@ -49,7 +49,7 @@ travel is lost."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionMeasured:
-    """What strokes there and back told of one surface at one load and speed.
+    """Friction measured by strokes there and back, at one load and speed.
 
     Attributes:
         friction: mu in slip; the kinetic one where it sticks and slips.
@@ -86,14 +86,14 @@ class FrictionMeasured:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionBound:
-    """All that strokes can say which never slipped.
+    """Bound on friction from strokes that never slipped.
 
     Attributes:
         least_friction: mu is at least this.
         normal: As well as such strokes tell it, base coordinates, shape (3,).
         normal_force: Mean [N].
         evidence: Why this counts as no slip.
-        partly: Whether a way or more ended in slip all the same: too short a slip, or one way only, to tell mu.
+        partly: Whether a motion or more still ended in slip: too short, or in one direction only, to measure mu.
     """
 
     least_friction: float
@@ -212,7 +212,7 @@ def _rubbed(pair: TwoWay, settling: float, left_out: float = 0.0) -> _Pair:
     """The stretch that both rubbed, but for a share of it at either end."""
     direction = _direction(pair.there)
     if float(direction @ _direction(pair.back)) > -0.9:
-        raise InvalidValueError("the second stroke does not reverse the first: must go the same way back")
+        raise InvalidValueError("the second stroke does not reverse the first: must go back along the same path")
     places = [stroke.position @ direction for stroke in pair.both]
     parts = [
         steady_part(stroke.time, sign * (stroke.contact_velocity @ direction), settling)

@@ -25,7 +25,9 @@ def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: fl
     """
     there, back = (_Slip(stroke, normal, spin_length, settling) for stroke in pair.both)
     if float(there.slip @ back.slip) > -0.8 * float(np.linalg.norm(there.slip) * np.linalg.norm(back.slip)):
-        raise InvalidValueError("the second motion does not reverse the first: must go and turn the same way back")
+        raise InvalidValueError(
+            "the second motion does not reverse the first: must go and turn back along the same path"
+        )
     evidence = slip_evidence([there.resistance, back.resistance])
     if not evidence.slipped:
         return None

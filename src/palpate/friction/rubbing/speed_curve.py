@@ -1,6 +1,6 @@
 """How mu depends on the slip speed, and which strokes crept instead of slipping.
 
-What gives way in proportion to the speed (a simulator's regularised friction below its creep speed, a film of
+What yields in proportion to the speed (a simulator's regularised friction below its creep speed, a film of
 grease) looks like slip at any one speed: a steady force however far it goes. Only another speed shows it: such
 friction is proportional to the speed, where dry friction hardly changes. Fitted to the rest (Armstrong-Helouvry,
 Dupont, Canudas de Wit 1994):

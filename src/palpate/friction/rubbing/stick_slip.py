@@ -65,7 +65,7 @@ def stick_slip(strokes: Sequence[Resistance], mean: float, sensor: float) -> Sti
     if spread <= max(STICK_SLIP_NOISE * sensor, LEAST_STICK_SLIP * mean):
         return None
     times = sum(_times(each, spread) for each in left)
-    # of few long turns the parabola is a part; of the bend of a surface, ways there and back have as much
+    # of few long turns the parabola is a part; of the bend of a surface, motions there and back have as much
     bend = float(np.mean([_slope(stroke) for stroke in strokes]))
     level = [stroke.ratio - bend * (stroke.travel - stroke.travel.mean()) for stroke in strokes]
     return StickSlip(float(np.quantile(np.concatenate(level), STATIC_QUANTILE)), times)

@@ -1,4 +1,4 @@
-"""A recorded stroke: what sensor and arm said while a fingertip rubbed or turned on a surface.
+"""A recorded stroke: readings of sensor and arm while a fingertip rubbed or turned on a surface.
 
 Everything that is measured from strokes rests on two quantities that do not depend on where the sensor's origin
 is, nor on the fingertip's shape (f and m are the wrench about any one point):

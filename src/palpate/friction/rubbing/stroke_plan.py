@@ -1,4 +1,4 @@
-"""Which slips tell most about a limit surface.
+"""The slips that determine a limit surface best.
 
 - Loads: ln e is a straight line over ln f_n with the slope gamma, so half of them at either end of the range.
 - Spins: tau / f_n alone tells mu e, which has two parameters; mu has one, and every slip helps it.
@@ -47,7 +47,7 @@ def planned_slips(
     count: int = 18,
     slip_speed: float = 0.02,
 ) -> tuple[PlannedSlip, ...]:
-    """Return slips that tell mu, c, gamma and p.
+    """Return slips that determine mu, c, gamma and p.
 
     Args:
         forces: Least and largest normal force that finger and surface bear [N].
@@ -65,7 +65,7 @@ def planned_slips(
     if high < LEAST_LOAD_SPAN * low:
         raise InvalidValueError(
             f"forces = {low:g} and {high:g} N: the second must be at least {LEAST_LOAD_SPAN:g} times the first; "
-            "gamma is told by how e grows between them"
+            "gamma follows from how e grows between them"
         )
     if count < LEAST_SLIPS:
         raise InvalidValueError(f"count = {count}: must be at least {LEAST_SLIPS}, three at either load")

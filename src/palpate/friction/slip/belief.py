@@ -1,4 +1,4 @@
-"""What is believed of mu and e, and how holding and slipping change it.
+"""Bayesian belief about mu and e, updated by holding and by slip.
 
 A grid over the logarithms of mu and of mu c, the torque borne per normal force (at 1 N): what is wanted of it are
 cautious quantiles of just these two. The prior is normal in log mu and log c, as from a touch, or wide. Then
@@ -9,9 +9,10 @@ cautious quantiles of just these two. The prior is normal in log mu and log c, a
 - a slip is a point of the surface: log r is normal about 0 with s, or, if it was a false alarm, something inside.
 
 A slip under a load that the belief says is borne with certainty means that the surface has changed (it is wet
-now), or was a false alarm. The cautious answer to both is the first: what was believed counts no more, and a wide
-prior takes its place before the slip is taken in. So friction is never believed in for what it has been; the
-price of a false alarm is a firmer grip. Upwards, what a touch has said is left by three of its deviations at most.
+now), or was a false alarm. The cautious response to both is the first: what was believed counts no more, and a
+wide prior takes its place before the slip is taken in. So friction is never believed in for what it has been; the
+price of a false alarm is a firmer grip. Upwards, it exceeds the value measured by touch by three of its deviations
+at most.
 """
 
 import math
@@ -36,7 +37,7 @@ CHANGED = 0.5
 DIRECTIONS = 8
 """Between pull and twist, for each of which the hardest load held is remembered."""
 FALSE_ALARM = 0.02
-"""Share of slips told that are none: then friction is anything from there up."""
+"""Share of detected slips that are false alarms: then friction is anything from there up."""
 INCREDIBLE = 0.01
 """Share of the belief that says a slip was possible, below which the surface is taken to be another."""
 
@@ -64,7 +65,8 @@ class FrictionBelief:
             spin_length_deviation: Likewise of log c.
             load_exponent: gamma, taken as known.
             norm_exponent: p, taken as known; 1 is the cautious one.
-            observation_deviation: s, of the log of the load ratio at a slip told, static against kinetic included.
+            observation_deviation: s, of the log of the load ratio at a detected slip, static against kinetic
+                included.
 
         Raises:
             InvalidValueError: One of them is out of range.
@@ -106,7 +108,7 @@ class FrictionBelief:
         self._weights = None
 
     def slipped(self, load: ContactLoad) -> None:
-        """Take note that a contact slips under a load: what `ExcitedSlip` says, not what a margin says."""
+        """Take note that a contact slips under a load: as detected by `ExcitedSlip`, not by a margin."""
         force, torque, normal_force = load.tangential_length, abs(load.spin_torque), load.normal_force
         if not (math.isfinite(force + torque + normal_force) and normal_force > 0.0):
             return

@@ -1,4 +1,4 @@
-"""Slip felt without knowing friction: tangential load begins to follow a ripple on the grip force.
+"""Slip detection without known friction: tangential load begins to follow a dither of the grip force.
 
 In full slip f_t = mu f_n and tau = mu e f_n, each shared by direction: the load is proportional to the normal
 force, ripple included. While the contact sticks it is what gravity and motion make it, whatever the grip. Both
@@ -44,7 +44,7 @@ _Row = tuple[float, float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class ExcitedParameters:
-    """When to tell.
+    """Parameters of the detection.
 
     Attributes:
         threshold: Of Page's test.
@@ -55,8 +55,8 @@ class ExcitedParameters:
         gate: Load ratio, on the surface given, below which nothing slips.
         steady: Share by which the load may change over the four samples while slipping, root mean square.
         lag: By which friction may follow the normal force [s], rounded to periods; not at all is allowed for too.
-            The friction plant's follows by one time step, 1 ms in the simulated hand; the slip is then told 4 ms
-            later if only no lag is allowed for.
+            The friction plant's follows by one time step, 1 ms in the simulated hand; the slip is then detected 4
+            ms later if only no lag is allowed for.
     """
 
     threshold: float = 16.0
@@ -81,7 +81,7 @@ class ExcitedParameters:
 
 
 class ExcitedSlip:
-    """Tells of one contact whether it slips, while its grip force ripples. One call of `step` per period."""
+    """Detects slip of one contact while its grip force is dithered. One call of `step` per period."""
 
     def __init__(
         self,
@@ -98,7 +98,7 @@ class ExcitedSlip:
             dither: The ripple; only its frequency is used, amplitude and phase are measured.
             period: Between two samples [s].
             noise: Of one sample.
-            parameters: When to tell.
+            parameters: Parameters of the detection.
 
         Raises:
             InvalidValueError: The ripple is too fast for the period.
@@ -117,7 +117,7 @@ class ExcitedSlip:
 
     @property
     def evidence(self) -> float:
-        """From 0 to 1: how near it is to telling."""
+        """From 0 to 1: how near it is to an alarm."""
         return self._test.sum / self._own.threshold
 
     def step(self, load: ContactLoad) -> SlipKind | None:

@@ -1,4 +1,4 @@
-"""A small ripple on the grip force that tells sticking from slipping."""
+"""A small dither of the grip force that distinguishes sticking from slipping."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Slip from a limit surface that touch has measured: the load comes up to it.
+"""Slip detection on a measured limit surface: the load comes up to it.
 
 The load ratio r is 1 on the limit surface. Page's test decides between "r is at most `safe`" and "r is at least
 `slipping`"; how many samples that takes follows from the noise: one or two under a large load, ten where the
@@ -68,7 +68,7 @@ class MarginCrossing:
             surface: Best estimate, neither reduced nor a quantile: `MarginParameters` hold the distance.
             period: Between two samples [s].
             noise: Of one sample.
-            parameters: When to tell.
+            parameters: Parameters of the detection.
 
         Raises:
             InvalidValueError: The period is not above 0.
@@ -90,7 +90,7 @@ class MarginCrossing:
 
     @property
     def evidence(self) -> float:
-        """From 0 to 1: how near it is to telling."""
+        """From 0 to 1: how near it is to an alarm."""
         return self._test.sum / self._own.threshold
 
     def step(self, load: ContactLoad) -> SlipKind | None:

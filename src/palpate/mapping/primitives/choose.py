@@ -67,7 +67,7 @@ def choose_primitive(cloud: TouchCloud, *, correlation_points: float = 1.0) -> P
 
     The size of the errors is not assumed: each shape is judged at the most likely size of its own residuals
     (n log(chi^2 / n)), with a penalty for every unknown (Schwarz, "Estimating the dimension of a model", 1978).
-    The best is refused, and the answer is none of them, if its residuals are not noise: if they are alike at
+    The best is refused, and the result is none of them, if its residuals are not noise: if they are alike at
     neighbours, or too large to speak of a shape.
 
     Args:

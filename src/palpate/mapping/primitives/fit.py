@@ -1,4 +1,4 @@
-"""Shapes fitted to touch, with covariance and an honest status."""
+"""Shapes fitted to contacts, with covariance and status."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -248,7 +248,7 @@ def _renamed(found: Solution[EllipsoidShape], points: FloatArray, normals: Float
 
 
 def _no_shape(form: type[PrimitiveShape], cloud: TouchCloud) -> PrimitiveFit[Any]:
-    """The answer where there is no such shape to see."""
+    """The result where there is no such shape to see."""
     if form is not BoxShape:
         raise AssertionError(f"{form.__name__} always has a start")
     nothing = BoxShape(cloud.position.mean(axis=0), np.eye(3), np.full(3, np.nan), np.nan, np.zeros(6, dtype=bool))

@@ -1,4 +1,4 @@
-"""Do rows predict one another as well as the model says? If not, by how much its deviations are wrong.
+"""Cross-validation of the model between rows, and the factor by which its deviations are wrong.
 
 Likelihoods look at neighbours along the path and hardly see how far noise keeps: with a correlation length of
 half or twice the truth (and its variance, fitted to it) they fit, while a row errs by up to 1.2 or 0.65 times

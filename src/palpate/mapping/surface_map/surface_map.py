@@ -1,4 +1,4 @@
-"""The surface of what was touched, as it grows."""
+"""The map of a touched surface, updated contact by contact."""
 
 import dataclasses
 import math
@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from palpate.errors import FloatArray, InvalidValueError, numbers
 from palpate.mapping.cloud import TouchCloud
 from palpate.mapping.surface_map.agreement import Agreement
-from palpate.mapping.surface_map.blend import Blend, Voice, blended, voices
+from palpate.mapping.surface_map.blend import Blend, PatchEstimate, blended, patch_estimates
 from palpate.mapping.surface_map.estimate import Knowledge, SurfaceEstimate
 from palpate.mapping.surface_map.learn import Parameter, learn
 from palpate.mapping.surface_map.model import SurfaceModel
@@ -189,16 +189,16 @@ class SurfaceMap:
         if self._tree is None:
             n = len(points)
             return Blend(np.full(n, np.nan), np.full((n, 3), np.nan), np.full(n, np.nan), np.full(n, np.nan))
-        found = blended(self.voices(points), len(points), with_sd=with_sd)
+        found = blended(self.patch_estimates(points), len(points), with_sd=with_sd)
         return dataclasses.replace(found, sd=np.hypot(self._factor * found.sd, self.facet_height))
 
-    def voices(self, points: FloatArray) -> Iterator[Voice]:
-        """Go through what each patch says of points near the surface."""
+    def patch_estimates(self, points: FloatArray) -> Iterator[PatchEstimate]:
+        """Iterate over the estimates of all patches at points near the surface."""
         if self._tree is None:
             return iter(())
         _, nearest = self._tree.query(points)
         sheet = self._stretches.normal[nearest]
-        return voices(points, sheet, self._patches, self._centers, self._settings.patch_reach)
+        return patch_estimates(points, sheet, self._patches, self._centers, self._settings.patch_reach)
 
     def knowledge_at(self, points: FloatArray, normals: FloatArray) -> tuple[np.ndarray, FloatArray]:
         """Return `Knowledge` and the distance to the nearest stretch at points of the surface, shapes (n,)."""

@@ -1,4 +1,4 @@
-"""Whether a force is a touch."""
+"""Detection of contact from the force, with hysteresis."""
 
 import math
 

@@ -9,7 +9,7 @@ The start is the exact solution on the ellipsoid with the same half lengths. Sho
 moment is led from one for which the start is exact, m_0 = c_0 x f + (s/phi_0) n_0 with s = f.m, to the measured
 one: s stays the same in between, and with it the sign of the spin, so that the path never meets the singularity.
 
-A surface that yields, c = x - delta(f_n) n with x on the undeformed one, is solved for x in the same way: moving x
+A surface that yields, c = x - delta(f_n) n with x on the undeformed one, is solved for x likewise: moving x
 by d moves c by (I - delta W) d and, through the normal force, along n. It makes sense while delta W stays below 1.
 """
 
@@ -46,7 +46,7 @@ LEAST_PUSH = 1e-9
 """Normal force, relative to the force, below which rounding decides on which side a finger is touched."""
 
 LEAST_SPIN = 1e-14
-"""f.m, relative to |f||m|, that cannot be told from zero."""
+"""f.m, relative to |f||m|, that cannot be distinguished from zero."""
 
 LONGEST_STEP = 0.5
 """Of a Newton step, relative to the distance from the centre."""
