@@ -31,8 +31,8 @@ or turns the object. Lowering alone takes up to 1.1 of it (noise, and 3 % of acc
 
 PUSHED, PUSHED_FOR = 0.1, 0.01
 """And by which share the load must have changed in all, and for how long [s]: three fingers share the same load in
-one of many distributions, and settle on another one while the hand moves or the grip is reduced. Then it swings beyond for
-at most 5 ms; an edge pushes on. At the speed of lowering this takes 0.2 mm of travel."""
+one of many distributions, and settle on another one while the hand moves or the grip is reduced. Then it swings
+beyond for at most 5 ms; an edge pushes on. At the speed of lowering this takes 0.2 mm of travel."""
 
 FELT_UP = 0.2
 """Share of it above which that was no table: what had pushed is gone, and it is lowered on."""

@@ -175,8 +175,8 @@ class TurnInHand:
     def step(self, now: Observation) -> Command:
         """Return what the fingers are to do during the next period; the arm stands still."""
         forces = self.grip.step(now)
-        # a finger that is pushed back is felt to press more, by its gear's friction, and is commanded to press less: no
-        # less than is wanted, for friction takes as much away when it follows again
+        # a finger that is pushed back presses harder, by the friction of its gear, and would be commanded less force;
+        # never less than the target, as friction takes as much away when it follows again
         forces = tuple(max(pair) for pair in zip(forces, self.grip.targets, strict=True))
         if not self.grip.faulty:
             self._trusted = now.time

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from palpate.controllers.grip.belief import SurfaceBelief
 from palpate.controllers.grip.dithered_grip import DitheredGrip
-from palpate.controllers.grip.grasp import LiftingController, GraspController, GraspStage, SetDownParameters
+from palpate.controllers.grip.grasp import GraspController, GraspStage, LiftingController, SetDownParameters
 from palpate.controllers.grip.grasp_solver import GraspSolver, MinimumGrip, RobustGrip
 from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
