@@ -30,7 +30,7 @@ from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Command, Observation, Phase
 from palpate.spatial import ZERO, Vector, add, add_scaled, as_vector, dot, norm, rotate, scale, subtract, toward
 
-LEAST_TOUCH_IN_FLIGHT = 0.1
+MIN_TOUCH_IN_FLIGHT = 0.1
 """Lower bound, as a share of the set force, on what counts as a touch in flight. A sensor's zero drifts, and a tip
 that took 0.1 N of drift for an object overhead lifted off into the one below (7 N, where 2 N were set)."""
 
@@ -144,7 +144,7 @@ class ExploreController:
         normal, lever, tip = before.normal, before.lever, arm.position_base_tip
         touching = finger.touching
         if touching and self.contact.phase in (Phase.LIFT, Phase.TRAVEL):
-            touching = norm(finger.wrench[:3]) >= LEAST_TOUCH_IN_FLIGHT * self.live.value("force")
+            touching = norm(finger.wrench[:3]) >= MIN_TOUCH_IN_FLIGHT * self.live.value("force")
         if touching:
             normal = rotate(arm.rotation_base_tip, as_vector(finger.contact.normal))
             lever = rotate(arm.rotation_base_tip, as_vector(finger.contact.centroid))

@@ -10,7 +10,7 @@ from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Phase
 from palpate.spatial import ZERO, Vector, add, dot, norm, scale, subtract
 
-MOST_BUMPS = 8
+MAX_BUMPS = 8
 """Bound on the collisions of one flight that are avoided; then it ends as blocked."""
 
 
@@ -130,7 +130,7 @@ class Flight:
     def _bump(self, travel: Travel, state: TipState) -> None:
         top, height = self._space.top, self._space.plane.flat(state.tip)[2]
         self._bumps += 1
-        if (travel.risen and height > top - NEAR) or not self._free or self._bumps > MOST_BUMPS:
+        if (travel.risen and height > top - NEAR) or not self._free or self._bumps > MAX_BUMPS:
             self.arrived = False
             return
         self._goal = (travel.to, min(max(travel.height, height) + self._space.parameters.lift_distance, top))

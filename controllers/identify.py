@@ -45,7 +45,7 @@ LOST_AFTER = 0.02
 """A tip that feels nothing for longer than this in the middle of a sine has lost the surface [s]: less than the
 six cycles of the fastest sine, too few to measure anything."""
 
-LEAST_SKIPPED = 0.25
+MIN_SKIPPED = 0.25
 """At least so long until a sine is counted [s]: twelve time constants of a servo with 100 rad/s and half of that
 again."""
 
@@ -149,7 +149,7 @@ class IdentifyController:
         self._force, self._depth, self._commanded, self._steady = array("d"), array("d"), array("d"), array("b")
         self._turned, self._turned_at = 0, 0.0
         self._tones = [Tone(frequency, self._period, 3) for frequency in self._frequencies]
-        self._skipped = [max(SKIPPED, math.ceil(LEAST_SKIPPED * tone.frequency)) for tone in self._tones]
+        self._skipped = [max(SKIPPED, math.ceil(MIN_SKIPPED * tone.frequency)) for tone in self._tones]
         self._tone = 0
         self._swing = 0.0
         self._touched = 0.0  # when it last did

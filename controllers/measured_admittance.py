@@ -20,7 +20,7 @@ LAGS = tuple(np.geomspace(0.003, 0.1, 15).tolist())
 STIFFER = 3.0
 """A contact that is stiffer by this factor than the one that was pressed on"""
 
-LEAST_PHASE_MARGIN = 30.0
+MIN_PHASE_MARGIN = 30.0
 """must leave this phase margin [degrees]."""
 
 DISTURBANCE = 2.0 * math.pi * 5.0
@@ -85,7 +85,7 @@ def measured_admittance(
 def _gain(response: ForceResponse, loop_gain: float, lag: float) -> float:
     gain = response.gain(loop_gain, lag)
     for _ in range(60):
-        if response.phase_margin_deg(STIFFER * gain, lag) >= LEAST_PHASE_MARGIN:
+        if response.phase_margin_deg(STIFFER * gain, lag) >= MIN_PHASE_MARGIN:
             break
         gain *= 0.95
     return gain

@@ -6,7 +6,7 @@ from dataclasses import replace
 from palpate.controllers.contact_stiffness import ContactStiffness
 from palpate.controllers.force_guard import ForceGuard, GuardSettings
 from palpate.controllers.force_law import ForceLaw
-from palpate.controllers.gains import MOST_LIVE_LOOP_GAIN
+from palpate.controllers.gains import MAX_LIVE_LOOP_GAIN
 from palpate.controllers.surface_motion import SurfaceFilter, SurfaceMotion
 
 SMOOTHED_FOR = 0.15
@@ -25,7 +25,7 @@ class NormalForce:
         guard: Lowers gain and forward feed if the loop swings; None without forward feed, where the gain's own
             margin is enough.
         stiffness: Of the contact, as it shows itself: the surface's motion is taken from that, and the gain is
-            lowered so that k K T stays within `MOST_LIVE_LOOP_GAIN`, a gain margin of 2.6. None as the guard.
+            lowered so that k K T stays within `MAX_LIVE_LOOP_GAIN`, a gain margin of 2.6. None as the guard.
     """
 
     def __init__(
@@ -146,6 +146,6 @@ class NormalForce:
         contact = self.stiffness
         if contact is not None and contact.known:
             loop_gain = gain * self._delay / (1.0 / contact.stiffness + self._other)
-            target = min(1.0, MOST_LIVE_LOOP_GAIN / loop_gain)
+            target = min(1.0, MAX_LIVE_LOOP_GAIN / loop_gain)
             self._lowered += self._fading * (target - self._lowered)
         return self._lowered

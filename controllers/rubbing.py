@@ -38,11 +38,11 @@ from palpate.spatial import (
     unit,
 )
 
-LEAST_TANGENTIAL_SHARE = 0.05
+MIN_TANGENTIAL_SHARE = 0.05
 """Lower bound on the share of `along` that is tangential to the surface: 3 degrees, several times the error of the
 measured normal. Strokes steeper than that take another tangential direction, the same there and back."""
 
-MOST_ANGULAR_ACCELERATION = 125.0
+MAX_ANGULAR_ACCELERATION = 125.0
 """Bound on the change of angular velocity [rad/s^2]: half of what the supervisor takes for a bug."""
 
 
@@ -82,7 +82,7 @@ class RubbingController:
         self._lever_share = 1.0 - math.exp(-period / parameters.lever_smoothing)
         self._meter = RubMeter()
         self._most_change = parameters.slew * period
-        self._most_turn = MOST_ANGULAR_ACCELERATION * period
+        self._most_turn = MAX_ANGULAR_ACCELERATION * period
         self._restart(ZERO, 0.0)
 
     def start(self, first: Observation) -> None:
@@ -219,7 +219,7 @@ class RubbingController:
     def _choose_direction(self) -> None:
         """Fix the direction of the next strokes: as wanted, or any other if that points into the surface."""
         wanted, normal = self._parameters.along, self._tracker.normal
-        if norm(_projected(wanted, normal)) < LEAST_TANGENTIAL_SHARE * norm(wanted):
+        if norm(_projected(wanted, normal)) < MIN_TANGENTIAL_SHARE * norm(wanted):
             steepest = max(range(3), key=lambda i: abs(normal[i]))
             axis = [0.0, 0.0, 0.0]
             axis[(steepest + 1) % 3] = 1.0

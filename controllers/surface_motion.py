@@ -24,7 +24,7 @@ SMOOTHING_IN_DELAYS = 3.0
 stable for true stiffnesses of 0.4 to 1.77 times the assumed one, and with half of gain and forward feed, to which
 `ForceGuard` falls back, for any from 0 to 2.9 times; see the tests."""
 
-LEAST_DELAY = 0.02
+MIN_DELAY = 0.02
 """[s] from which the default time constant is counted: an arm that is led has none, but slow servos."""
 
 FASTEST_SURFACE = 0.05
@@ -67,7 +67,7 @@ def surface_filter(stiffness: float, gain: ForceGain, lead: float) -> SurfaceFil
         gain: Of force control.
         lead: From a command to the tip's velocity [s].
     """
-    return SurfaceFilter(stiffness, lead, SMOOTHING_IN_DELAYS * max(gain.delay, lead, LEAST_DELAY))
+    return SurfaceFilter(stiffness, lead, SMOOTHING_IN_DELAYS * max(gain.delay, lead, MIN_DELAY))
 
 
 class SurfaceMotion:

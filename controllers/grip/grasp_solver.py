@@ -14,7 +14,7 @@ from palpate.grasp.result import SolveStatus
 from palpate.grasp.robust import RobustLeastEffort
 from palpate.grasp.uncertainty import GraspUncertainty
 
-LEAST_LEFT = 0.05
+MIN_LEFT = 0.05
 """Of mu and e: an error of three standard deviations must not make them nothing."""
 
 
@@ -74,7 +74,7 @@ class RobustGrip:
         self.forces(_any_grasp(fingers), ANY_LOAD)
         self._robust = None
         deviations = float(ndtri(probability))
-        self._left = tuple(max(1.0 - deviations * each, LEAST_LEFT) for each in (friction, spin_length))
+        self._left = tuple(max(1.0 - deviations * each, MIN_LEFT) for each in (friction, spin_length))
 
     def forces(self, grasp: GraspContacts, load: FloatArray) -> FloatArray | None:
         """See `GraspSolver`."""

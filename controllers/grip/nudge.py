@@ -22,19 +22,19 @@ from palpate.runtime.data import Command, Observation, Phase
 from palpate.runtime.live import LiveParameters
 from palpate.spatial import ZERO, Vector, cross, rotate, scale, unit
 
-STILL_GROWS = 0.05
+MAX_GROWTH = 0.05
 """Share by which the load may still grow from the third to the last quarter of a stroke that slips. Without slip a
 spring of any stiffness that starts unloaded grows by 40 % (7/8 over 5/8)."""
 
-AT_FIRST = 0.02
+FIRST_SHARE = 0.02
 """Share of a stroke that counts as its beginning: of 2 mm 40 um, a sixth of the deflection of a contact of 5
 kN/m."""
 
-BUILT_UP = 0.5
+MIN_CHANGE = 0.5
 """Share of a plateau by which the load must have changed since the stroke began: all of it where it began without
 load, twice as much where it is turned round. A sensor that stands still shows plateaus, too."""
 
-MOST_LEFT = 0.9
+MAX_SLIDE_SHARE = 0.9
 """Of f_t / mu f_n during the twist: above, the torque says nothing."""
 
 
@@ -170,7 +170,7 @@ class _Quarters:
 
     def take(self, progress: float, value: float, residual: float) -> None:
         """Take a sample at a share of the stroke."""
-        if progress < AT_FIRST:
+        if progress < FIRST_SHARE:
             self._first += value
             self._firsts += 1
         elif 0.5 <= progress < 1.0:
@@ -184,9 +184,9 @@ class _Quarters:
         if not all(self._count) or not self._firsts:
             return None
         (before, _), (last, residual) = ((a / n, b / n) for (a, b), n in zip(self._sum, self._count, strict=True))
-        if abs(last) > (1.0 + STILL_GROWS) * abs(before):
+        if abs(last) > (1.0 + MAX_GROWTH) * abs(before):
             return None
-        return (last, residual) if abs(last - self._first / self._firsts) > BUILT_UP * abs(last) else None
+        return (last, residual) if abs(last - self._first / self._firsts) > MIN_CHANGE * abs(last) else None
 
 
 class NudgeController:
@@ -282,7 +282,7 @@ class NudgeController:
                 continue
             left = max(abs(one[1]), abs(other[1])) / mu
             e = 0.5 * abs(one[0] - other[0]) / mu
-            lengths.append(e / math.sqrt(1.0 - left * left) if left < MOST_LEFT else None)
+            lengths.append(e / math.sqrt(1.0 - left * left) if left < MAX_SLIDE_SHARE else None)
         self.friction, self.spin_length = tuple(friction), tuple(lengths)
 
     def _reset(self) -> None:

@@ -30,7 +30,7 @@ from palpate.spatial import ZERO, Vector, as_vector, cross, dot, subtract
 
 _AXIS: Vector = (0.0, 0.0, 1.0)
 
-_LEAST_LEVER = 1e-3
+_MIN_LEVER = 1e-3
 """[m] A contact nearer to the axis does not move when the object turns: its finger's travel sets no limit."""
 
 
@@ -166,17 +166,17 @@ class TurnInHand:
         self._middle = self._kinematics.sensor_poses((0.0,) * len(joints))
         self._feel(first)
         self.meter.start(self._kinematics.sensor_poses(joints), self._centroids)
-        if not any(math.hypot(x, y) > _LEAST_LEVER for x, y, _ in self.meter.points):
+        if not any(math.hypot(x, y) > _MIN_LEVER for x, y, _ in self.meter.points):
             raise InvalidValueError(
-                f"all contacts are within {1e3 * _LEAST_LEVER:g} mm of the hand's axis: no finger can turn it"
+                f"all contacts are within {1e3 * _MIN_LEVER:g} mm of the hand's axis: no finger can turn it"
             )
         self._reset(first.time)
 
     def step(self, now: Observation) -> Command:
         """Return what the fingers are to do during the next period; the arm stands still."""
         forces = self.grip.step(now)
-        # a finger that is pushed back presses harder, by the friction of its gear, and would be commanded less force;
-        # never less than the target, as friction takes as much away when it follows again
+        # a finger pushed back presses harder by its gear friction and would get a lower command; keep the target
+        # as a lower bound, since friction takes as much away when it follows again
         forces = tuple(max(pair) for pair in zip(forces, self.grip.targets, strict=True))
         if not self.grip.faulty:
             self._trusted = now.time
@@ -227,7 +227,7 @@ class TurnInHand:
         lag = sign * (self.wanted - self.meter.turn)
         room = math.inf
         for pose, middle, lever in zip(poses, self._middle, levers, strict=True):
-            if abs(lever) < _LEAST_LEVER:
+            if abs(lever) < _MIN_LEVER:
                 continue
             offset = dot(_sideways(pose), subtract(pose.position, middle.position))
             ahead = p.travel - (offset if sign * lever > 0.0 else -offset)

@@ -29,7 +29,7 @@ __all__ = ["Active", "ActiveSettings", "Goal", "GoalError"]
 COLUMN = 5e-4
 """Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path tells."""
 
-ASIDE = 3e-4
+ROW_TOLERANCE = 3e-4
 """Farther from its row than this the tip is still travelling to it [m]."""
 
 DETAIL = 0.3
@@ -42,7 +42,7 @@ MARGIN = 0.6
 --seeds 15`, of 27 local explorations to 0.1 mm 2 stop early with it and 3 with 1.0, the median path length is the
 same. It does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
 
-BERTH = 3e-3
+CLEARANCE = 3e-3
 """Before a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
 
 
@@ -152,7 +152,7 @@ class Active:
         """As `Strategy`."""
         self._mark_recorder.feel(felt)
         u, v, height = self.plane.flat(felt.tip)
-        if self._row is not None and self._stroke is None and abs(v - self._row) <= ASIDE:
+        if self._row is not None and self._stroke is None and abs(v - self._row) <= ROW_TOLERANCE:
             slopes = self.plane.slopes(felt.normal)
             if slopes is not None:
                 self._recorder.feel(u, height, *slopes)
@@ -197,7 +197,7 @@ class Active:
         for place in self._obstacles:
             u, v = place[0] - begin[0], place[1] - begin[1]
             projection = min(max(u * along[0] + v * along[1], 0.0), length)
-            if math.dist((u, v), (projection * along[0], projection * along[1])) < BERTH:
+            if math.dist((u, v), (projection * along[0], projection * along[1])) < CLEARANCE:
                 return False
         return True
 

@@ -11,7 +11,7 @@ from palpate.controllers.paths.steering import Steering
 from palpate.errors import positive
 from palpate.spatial import Vector, add_scaled, dot, norm, subtract
 
-MOST_OF_A_TURN = 1.5 * math.pi
+MAX_OF_A_TURN = 1.5 * math.pi
 """A simple closed curve turns by 2 pi; less than three quarters of it is a bend that passes by the beginning."""
 
 LEFT = 5.0
@@ -75,7 +75,7 @@ class Contour:
         self._follow(felt.tip)
         away = norm(subtract(felt.tip, self.beginning))
         self._left = self._left or away > LEFT * self._tolerance
-        self.closed = self._left and away <= self._tolerance and abs(self._turned) > MOST_OF_A_TURN
+        self.closed = self._left and away <= self._tolerance and abs(self._turned) > MAX_OF_A_TURN
         return self.closed
 
     def next(self, ended: LegResult | None) -> Leg | None:

@@ -5,7 +5,7 @@ from palpate.spatial import ZERO, Vector, dot, norm, scale, subtract
 WATCHED = 0.5
 """Stretches of this length are looked at [s]: ten times what a servo takes to start and to turn round."""
 
-LEAST_PART = 0.1
+MIN_PART = 0.1
 """Least share of the commanded distance that a moving tip covers; a blocked one covers none of it."""
 
 
@@ -47,7 +47,7 @@ class Progress:
         self._commanded += self._speed * self._period
         self._count += 1
         if self._count == self._periods:
-            self.stalled = self._covered < LEAST_PART * self._commanded
+            self.stalled = self._covered < MIN_PART * self._commanded
             self._begin()
 
     def command(self, velocity: Vector) -> None:

@@ -11,14 +11,14 @@ from palpate.controllers.paths.progress import Progress
 from palpate.errors import positive
 from palpate.spatial import ZERO, Vector, add_scaled, dot, rotate, rotate_back, scale
 
-STEEPEST = math.radians(70.0)
+MAX_SLOPE = math.radians(70.0)
 """Steepest slope on which a stroke is followed [rad]: beyond it a path given along the axis makes no progress, and
 a tip that came over an edge would slide down the side for ever."""
 
 DWELL = 0.1
 """How long a touch rests on the surface after it has settled [s]: what is felt meanwhile goes into the map."""
 
-ASTRAY = 2e-3
+START_TOLERANCE = 2e-3
 """A tip farther than this from where its stroke should begin goes to it in a straight line from where it is [m];
 one that is nearer steers back to the stroke's own first line."""
 
@@ -53,7 +53,7 @@ class StrokeSlide:
         self._follower = PathFollower(tuple(corners), acceleration) if len(corners) > 1 else None
         self._plane, self._period = plane, period
         self._progress = Progress(period)
-        self._least_cos = math.cos(STEEPEST)
+        self._least_cos = math.cos(MAX_SLOPE)
 
     def stop(self) -> None:
         """See `Slide`."""
@@ -150,7 +150,9 @@ def slide(
         period: Of control [s].
     """
     if isinstance(leg, Stroke):
-        return StrokeSlide(leg, begin if math.dist(begin, tip) <= ASTRAY else tip, plane, acceleration, period)
+        return StrokeSlide(
+            leg, begin if math.dist(begin, tip) <= START_TOLERANCE else tip, plane, acceleration, period
+        )
     if isinstance(leg, Circuit):
         return CircuitSlide(leg, acceleration, period)
     return Dwell(period)

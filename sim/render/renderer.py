@@ -25,7 +25,7 @@ from palpate.spatial import Vector, add_scaled, norm
 Picture = npt.NDArray[np.uint8]
 """Rows from above, shape (height, width, 3), RGB."""
 
-MOST_PIXELS = 4096
+MAX_PIXELS = 4096
 """Largest side of a picture: drivers take at least this (OpenGL 3's usual GL_MAX_RENDERBUFFER_SIZE)."""
 
 ARROW_LENGTH = 0.015
@@ -155,8 +155,8 @@ class SceneRenderer(Closing):
             InvalidValueError: The size is impossible.
         """
         for name, pixels in (("width", width), ("height", height)):
-            if not 1 <= pixels <= MOST_PIXELS:
-                raise InvalidValueError(f"{name} = {pixels}: must be from 1 to {MOST_PIXELS} pixels")
+            if not 1 <= pixels <= MAX_PIXELS:
+                raise InvalidValueError(f"{name} = {pixels}: must be from 1 to {MAX_PIXELS} pixels")
         self._model, self._placement = model, placement or ScenePlacement(model)
         self._roles, self._palm = roles_of(model), palm_disc(model)
         self._gl = offscreen_context(width, height)

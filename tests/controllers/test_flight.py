@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.controllers import ExploreParameters, PathFollower, Room, force_gain
-from palpate.controllers.flight import MOST_BUMPS, Airspace, Flight
+from palpate.controllers.flight import MAX_BUMPS, Airspace, Flight
 from palpate.controllers.paths import PathPlane
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Phase
@@ -162,7 +162,7 @@ def test_knock_after_knock_it_gives_up():
     flight = begin((0.0, 0.0, 0.0), goal=((0.9, 0.0), 2e-3))
     fly(flight, (0.0, 0.0, 0.0), feels, seconds=60.0)
     assert flight.arrived is False
-    assert len(knocks) <= MOST_BUMPS + 1
+    assert len(knocks) <= MAX_BUMPS + 1
 
 
 def test_a_goal_outside_of_the_room_is_refused_where_it_stands():

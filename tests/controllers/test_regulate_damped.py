@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from palpate.controllers import SurfaceFilter, SurfaceMotion, force_gain
 from palpate.controllers.damped_contact import (
-    LEAST_GAIN_MARGIN,
-    LEAST_MODULUS_MARGIN,
+    MIN_GAIN_MARGIN,
+    MIN_MODULUS_MARGIN,
     DampedContact,
     SpringMounting,
 )
@@ -42,8 +42,8 @@ def test_the_gain_for_a_spring_is_that_of_the_default_loop_gain(stiffness, delay
 def test_the_margins_are_kept_however_it_is_damped(stiffness, delay, damping, servo):
     contact = DampedContact(stiffness, damping, servo)
     found = contact.margins(contact.gain(delay))
-    assert found.gain_margin >= LEAST_GAIN_MARGIN * (1.0 - 1e-3)
-    assert found.modulus_margin >= LEAST_MODULUS_MARGIN * (1.0 - 1e-6)
+    assert found.gain_margin >= MIN_GAIN_MARGIN * (1.0 - 1e-3)
+    assert found.modulus_margin >= MIN_MODULUS_MARGIN * (1.0 - 1e-6)
 
 
 def grows(contact, gain, delay):

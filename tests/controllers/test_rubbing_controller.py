@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.controllers.rub_program import SHORTEST, Survey, SurveyWanted
+from palpate.controllers.rub_program import MIN_DURATION, Survey, SurveyWanted
 from palpate.controllers.rubbing import RubbingController
 from palpate.controllers.rubs import Rub, RubMeasurement
 from palpate.errors import InvalidValueError
@@ -235,7 +235,7 @@ def test_a_survey_rubs_and_turns_both_ways_at_every_load_and_every_speed_at_one(
         spins = [r.spin for r in asked if r.normal_force == load and not r.speed]
         assert len(spins) == 2
         assert sum(spins) == 0.0
-    assert all(r.duration >= SHORTEST and (r.speed == 0.0 or r.travel >= 0.999 * SURVEY.travel) for r in asked)
+    assert all(r.duration >= MIN_DURATION and (r.speed == 0.0 or r.travel >= 0.999 * SURVEY.travel) for r in asked)
 
 
 @settings(deadline=None, max_examples=30)

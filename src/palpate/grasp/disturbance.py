@@ -22,7 +22,7 @@ ACCURACY = 1e-9
 STEPS = 200
 """Cuts and halvings, at most: more than halving 1e6 down to 1e-9 of a factor takes."""
 
-LARGEST = 1e6
+MAX_FACTOR = 1e6
 """Factors beyond this, over the largest force allowed, count as without end."""
 
 DESCENTS = 30
@@ -134,7 +134,7 @@ class _Search:
         self._borne = BearableWrenches.of(grasp)
         self.load = np.zeros(6) if load is None else np.array(vector("load", load, 6, "N, N m"))
         limit = grasp.force_max[np.isfinite(grasp.force_max)]
-        self.most = LARGEST * float(limit.max(initial=1.0))
+        self.most = MAX_FACTOR * float(limit.max(initial=1.0))
         self._shape = (len(grasp), 4)
         self._metric = np.array([1.0, 1.0, 1.0, *[self._scaled.length] * 3])
 

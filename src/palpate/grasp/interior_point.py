@@ -19,16 +19,16 @@ from palpate.grasp.statement import CONTACT, FORCES, WRENCH
 
 __all__ = ["InteriorPoint", "InteriorPointResult", "InteriorPointStatus"]
 
-MOST = 50
+MAX_ITERATIONS = 50
 """Iterations of one attempt. Ten to twenty are usual."""
 
 PATIENCE = 12
 """Iterations after which an attempt is given up that came neither nearer to a solution nor to a proof by half."""
 
-AIM = 0.1
+STOP_RATIO = 0.1
 """Share of the tolerances at which it stops; between here and 1 it goes on while that helps."""
 
-DOUBT = 1e-8
+PROOF_TOLERANCE = 1e-8
 """Residual of a proof, over what it proves, from which on it is worth checking."""
 
 ENDLESS = 1e-10
@@ -144,13 +144,13 @@ class InteriorPoint:
         now, last, status = 0, math.inf, InteriorPointStatus.MAX_ITERATIONS
         iterations, best, closest, since = 0, math.inf, math.inf, 0
         certificate = None
-        while iterations < MOST:
+        while iterations < MAX_ITERATIONS:
             self._iterate[now]()
             iterations += 1
             now = 1 - now
             shared = self._views[now]
             error = shared[self._error]
-            if error <= AIM:
+            if error <= STOP_RATIO:
                 status = InteriorPointStatus.SOLVED
                 break
             if last <= 1.0 and not error < last:
@@ -164,7 +164,7 @@ class InteriorPoint:
                 status = InteriorPointStatus.UNBOUNDED
                 break
             doubt = shared[self._doubt]
-            if doubt <= DOUBT:
+            if doubt <= PROOF_TOLERANCE:
                 certificate = self._certificate(now)
                 if certificate is not None:
                     status = InteriorPointStatus.INFEASIBLE

@@ -24,7 +24,7 @@ _ROUNDING = 1e-9
 _STRAIGHT = 1e-7
 """Sine of joint 5 below which joints 4 and 6 turn about one axis, and joint 6 may stay where it is."""
 
-_MOST_STEPS = 20
+_MAX_STEPS = 20
 _ACCURACY = 1e-12
 """[m, rad] of the pose that counts as reached."""
 
@@ -191,7 +191,7 @@ def _improved(
     kinematics: ArmKinematics, wanted: Pose, joints: tuple[float, ...] | None
 ) -> tuple[float, ...] | None:
     """The joint angles after Newton's method; None if they cannot be made to hold the pose."""
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         if joints is None:
             return None
         actual = kinematics.pose(joints)

@@ -13,7 +13,7 @@ STEPS = 60
 SETTLED = 1e-7
 """Shift per step over the size of the points at which it has settled."""
 
-HELD = 1e-3
+MIN_EIGENVALUE_RATIO = 1e-3
 """Motions that change the squared distances by less than this share of the mean motion are left alone: a sphere
 turned about itself, of which only its facets and the noise would say anything."""
 
@@ -58,8 +58,8 @@ def align(points: FloatArray, surface: TriangleSurface) -> Alignment:
         J = np.hstack([direction, np.cross(arm, direction)])
         A = J.T @ J
         values, motions = np.linalg.eigh(A)
-        determined = motions[:, values > HELD * np.trace(A) / 6.0]
-        values = values[values > HELD * np.trace(A) / 6.0]
+        determined = motions[:, values > MIN_EIGENVALUE_RATIO * np.trace(A) / 6.0]
+        values = values[values > MIN_EIGENVALUE_RATIO * np.trace(A) / 6.0]
         step = -determined @ ((determined.T @ (J.T @ (length[:, 0] * clear[:, 0]))) / values)
         turn = _rotation(step[3:] / size)
         center = moved.mean(axis=0)

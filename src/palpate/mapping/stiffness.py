@@ -29,10 +29,10 @@ has a standard deviation too."""
 GROUPS = 24
 """A window's contacts are averaged to at most so many."""
 
-FEWEST = 8
+MIN_CONTACTS = 8
 """Contacts, after averaging, below which a window says nothing: three unknowns, and some to judge the fit by."""
 
-LOUD = 2.0
+MIN_FORCE_VARIATION = 2.0
 """Variation of the force over that of its noise, as the fit weighs both: below, what is known is noise."""
 
 WHITE_SHARE = 0.3
@@ -40,7 +40,7 @@ WHITE_SHARE = 0.3
 neighbours, which positions tell well and forces badly: with 0.1, a force noise of 0.01 N that is not there, or is
 there and not given, is off by 7 % of a compliance of 0.5 mm/kN; with 0.3 by 2 %."""
 
-RESTING = 0.1
+REST_STEP = 0.1
 """Moves below this share of the noise's length are a finger at rest."""
 
 NEAREST = 4
@@ -128,7 +128,7 @@ def local_stiffness(
     middle = normal[1:] + normal[:-1]
     sunk = (chord * middle).sum(axis=1) / np.maximum(np.linalg.norm(middle, axis=1), 1e-9)
     depth = np.concatenate([[0.0], np.cumsum(sunk)])
-    path = _path(position, normal, RESTING * noise.noise_length)
+    path = _path(position, normal, REST_STEP * noise.noise_length)
     found = []
     for i, j in _windows(time, position, path, window):
         value = _compliance(path[i:j] - path[i], depth[i:j], force[i:j], noise, force_noise)
@@ -218,7 +218,7 @@ def _windows(time: FloatArray, position: FloatArray, path: FloatArray, window: f
             a, b = np.searchsorted(path[i:j], [start, start + window], side="left") + i
             last = b >= j or path[j - 1] < start + 1.5 * window
             b = j if last else b
-            if b - a >= FEWEST:
+            if b - a >= MIN_CONTACTS:
                 found.append((int(a), int(b)))
             if last:
                 break
@@ -234,10 +234,10 @@ def _compliance(
     starts = np.linspace(0, len(path), groups, endpoint=False).astype(int)
     size = np.diff(np.append(starts, len(path)))
     s, D, F = (np.add.reduceat(each, starts) / size for each in (path, depth, force))
-    if groups < FEWEST or not np.ptp(F):
+    if groups < MIN_CONTACTS or not np.ptp(F):
         return math.nan, math.nan
     rest = np.column_stack([np.ones(groups), s - s.mean()])
-    if s[-1] - s[0] < RESTING * noise.noise_length:
+    if s[-1] - s[0] < REST_STEP * noise.noise_length:
         rest = rest[:, :1]  # at rest there is no direction of motion
     whiten = np.linalg.inv(np.linalg.cholesky(_noise(s, noise)))
     Q = np.linalg.qr(whiten @ rest)[0]
@@ -246,7 +246,7 @@ def _compliance(
     # the force's own noise counts as variation, and would make the slope too small: its part is known
     own = force_noise**2 * float(((whiten**2).sum(axis=0) / size).sum())
     square = float(x @ x) - own
-    if square <= LOUD * own:
+    if square <= MIN_FORCE_VARIATION * own:
         return math.nan, math.nan
     slope = float(x @ y) / square
     misfit = y - slope * x

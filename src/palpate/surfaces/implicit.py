@@ -244,7 +244,7 @@ def evaluate_superellipsoid(parameters: Any, x: Any, y: Any, z: Any) -> Any:
     )
 
 
-MOST_ANGULAR = 10.0
+MAX_ANGULAR = 10.0
 """Largest exponent of a superellipsoid: beyond, its edges are sharper than the solver is tested on."""
 
 
@@ -254,7 +254,7 @@ class Superellipsoid(Implicit):
 
     Args:
         semi_axes: a, b, c [m].
-        exponent: p, from 2 to `MOST_ANGULAR`; for a box with round edges take a `RoundedBox`.
+        exponent: p, from 2 to `MAX_ANGULAR`; for a box with round edges take a `RoundedBox`.
         center: Sensor frame, shape (3,) [m].
         rotation: Columns are the surface's axes in sensor coordinates, shape (3, 3).
 
@@ -271,6 +271,6 @@ class Superellipsoid(Implicit):
             positive(f"semi_axes[{i}]", length, "m")
         object.__setattr__(self, "semi_axes", tuple(axes.tolist()))
         exponent = positive("exponent", self.exponent, "")
-        if not 2.0 <= exponent <= MOST_ANGULAR:
-            raise InvalidValueError(f"exponent = {exponent:g}: must lie between 2 and {MOST_ANGULAR:g}")
+        if not 2.0 <= exponent <= MAX_ANGULAR:
+            raise InvalidValueError(f"exponent = {exponent:g}: must lie between 2 and {MAX_ANGULAR:g}")
         self._settle(evaluate_superellipsoid, np.array([*axes, exponent]), float(axes.max()))

@@ -24,7 +24,7 @@ from palpate.friction.materials.touch_sums import speed_shifts
 from palpate.friction.rubbing.estimate import SensorErrors
 from palpate.friction.rubbing.stroke_plan import PlannedSlip
 
-LEAST_BITS = 0.01
+MIN_BITS = 0.01
 """Of a touch that is worth making: at 20 materials alike it would take hundreds of them."""
 
 STROKE_TIME, SAMPLES = 0.5, 250
@@ -86,7 +86,7 @@ def next_touch(found: Recognition, candidates: Sequence[PlannedSlip]) -> TouchAd
     if found.outcome is not RecognitionOutcome.UNDECIDED:
         return TouchAdvice(Advice[found.outcome.name], None, bits)
     best = int(np.argmax(bits))
-    if bits[best] < LEAST_BITS:
+    if bits[best] < MIN_BITS:
         return TouchAdvice(Advice.NOTHING_TELLS, None, bits)
     return TouchAdvice(Advice.TOUCH, candidates[best], bits)
 

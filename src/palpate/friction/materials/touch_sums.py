@@ -32,7 +32,7 @@ lie within 1.3 of them about their middles, and so do gamma and p about theirs."
 _SINGULAR = 1e-9
 """Eigenvalues of what the touches tell, over the largest once every parameter has a scale of 1, taken for 0."""
 
-_LEAST_VARIANCE = 1e-18
+_MIN_VARIANCE = 1e-18
 """Of a touch, where neither sensor nor surface have any [square of a relative error]."""
 
 
@@ -114,7 +114,7 @@ class TouchSums:
                 shifts[moving] = speed_shifts(library, *moving)
             H = touch.rows
             C = np.einsum("ma,ka,na->kmn", H, scatter, H) + touch.covariance
-            C = C + _LEAST_VARIANCE * np.eye(len(H))
+            C = C + _MIN_VARIANCE * np.eye(len(H))
             r = touch.values - theta @ H.T - np.outer(shifts[moving], H[:, 0])
             stacked = np.concatenate([np.broadcast_to(H, (k, *H.shape)), r[:, :, None]], axis=2)
             whitened = np.linalg.solve(C, stacked)

@@ -19,8 +19,8 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.rubbing.bend import NormalAlongLine, bend_of
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, ends_level, slip_evidence
-from palpate.friction.rubbing.stick_slip import LEAST_TURNS, StickSlip, stick_slip
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.stick_slip import MIN_TURNS, StickSlip, stick_slip
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
 
 SETTLING = 0.1
 """How long a motion's transients last [s]: five times the lag of a servo of 100 rad/s."""
@@ -76,7 +76,7 @@ class FrictionMeasured:
     @property
     def stick_slip(self) -> bool:
         """Whether it stuck and slipped by turns."""
-        return self.turns is not None and self.turns.times >= LEAST_TURNS
+        return self.turns is not None and self.turns.times >= MIN_TURNS
 
     @property
     def static_friction(self) -> float | None:
@@ -127,7 +127,7 @@ def measure_friction(
     normal, resistances = _resistances(pairs)
     evidence = slip_evidence(resistances)
     rising = evidence.rise > SEEN_RISE * evidence.uncertainty
-    if evidence.slipped and rising and min(len(each.travel) for each in resistances) >= 2 * LEAST_SAMPLES:
+    if evidence.slipped and rising and min(len(each.travel) for each in resistances) >= 2 * MIN_SAMPLES:
         # at either end one of the two did not slip yet: the mean is to be of slip alone
         pairs = [_rubbed(pair, settling, LATEST_SLIP) for pair in strokes]
         normal, resistances = _resistances(pairs)
@@ -240,10 +240,10 @@ def _kept(
 ) -> _Rub:
     start = place[0]
     inside = (place[part] >= low) & (place[part] <= high)
-    if np.count_nonzero(inside) < LEAST_SAMPLES:
+    if np.count_nonzero(inside) < MIN_SAMPLES:
         raise InvalidValueError(
             f"there and back have {np.count_nonzero(inside)} steady samples in common: must be at least "
-            f"{LEAST_SAMPLES}; go back over the same place, for longer"
+            f"{MIN_SAMPLES}; go back over the same place, for longer"
         )
     velocity = stroke.contact_velocity[part][inside]
     return _Rub(

@@ -5,7 +5,7 @@ import numpy as np
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction.rubbing.sliding import LATE_SHARES, SEEN_RISE, SETTLING
 from palpate.friction.rubbing.slip_test import Resistance, slip_evidence
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, steady_part
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, steady_part
 from palpate.friction.rubbing.surface_fit import SlipLoad
 
 
@@ -33,7 +33,7 @@ def slip_load(pair: TwoWay, normal: FloatArray, spin_length: float, settling: fl
         return None
     for left_out in LATE_SHARES:
         shortest = min(len(each.resistance.travel) for each in (there, back))
-        if evidence.rise <= SEEN_RISE * evidence.uncertainty or (1.0 - left_out) * shortest < LEAST_SAMPLES:
+        if evidence.rise <= SEEN_RISE * evidence.uncertainty or (1.0 - left_out) * shortest < MIN_SAMPLES:
             break
         # the beginning, where it did not slip yet
         there, back = (_Slip(stroke, normal, spin_length, settling, left_out) for stroke in pair.both)

@@ -25,7 +25,7 @@ from scipy.stats import t as student
 from palpate.errors import FloatArray, InvalidValueError, not_negative, positive
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT, LimitSurface
 
-LEAST_EXPONENT = 1.01
+MIN_EXPONENT = 1.01
 """Of p while it is searched: at 1 the load jumps from corner to corner of the diamond."""
 
 SMALLEST_SCATTER, LARGEST_SCATTER = 0.003, 0.5
@@ -149,7 +149,7 @@ def fit_limit_surface(
     return LimitSurfaceFit(LimitSurface(mu, c, gamma, p), covariance, size, len(loads))
 
 
-_LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, LEAST_EXPONENT])
+_LOW = np.array([math.log(1e-3), math.log(1e-6), 0.0, MIN_EXPONENT])
 _HIGH = np.array([math.log(1e2), math.log(1.0), LARGEST_LOAD_EXPONENT, 2.0])
 _PRIOR = 12.0 / (_HIGH - _LOW) ** 2
 

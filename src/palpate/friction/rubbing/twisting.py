@@ -24,8 +24,8 @@ from palpate.friction.rubbing.sliding import (
     FrictionMeasured,
 )
 from palpate.friction.rubbing.slip_test import Resistance, SlipEvidence, slip_evidence
-from palpate.friction.rubbing.stick_slip import LEAST_TURNS, stick_slip
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
+from palpate.friction.rubbing.stick_slip import MIN_TURNS, stick_slip
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay, batch_means, steady_part
 
 LARGEST_SLIDE = 0.9
 """Of mu f_n, how much tangential force a twist may have: above, sqrt(1 - x^2) < 0.44 makes 1 % in mu 4 % in e."""
@@ -163,7 +163,7 @@ def measure_spin(
             freedom,
         ),
         Estimate(ratio, ratio * math.hypot(noise, x * steepness * of_mu.noise / mu), ratio * model, freedom),
-        None if turning is None or turning.times < LEAST_TURNS else turning.ratio / share,
+        None if turning is None or turning.times < MIN_TURNS else turning.ratio / share,
         normal_force,
         float(np.mean([turn.spin for turn in each])),
         x,
@@ -223,7 +223,7 @@ def _in_slip(twists: Sequence[TwoWay], normal: FloatArray, settling: float, turn
         each = [turn.resistance for pair in turns for turn in pair]
         evidence = slip_evidence(each)
         kept = min(len(one.travel) for one in each) * (1.0 - left_out)
-        if evidence.rise <= SEEN_RISE * evidence.uncertainty or kept < LEAST_SAMPLES:
+        if evidence.rise <= SEEN_RISE * evidence.uncertainty or kept < MIN_SAMPLES:
             break
         turns = [_turned(pair, normal, settling, left_out) for pair in twists]
     return turns

@@ -30,7 +30,7 @@ BELOW = 16
 """Of them, how many are below the prior."""
 REACH = 3.0
 """How far the grid reaches upwards, in standard deviations of the prior."""
-LEAST_REACH = math.log(4.0)
+MIN_REACH = math.log(4.0)
 """Downwards it reaches to a quarter at least: a dry surface that gets wet."""
 CHANGED = 0.5
 """Standard deviation of the logarithms once the surface has turned out to be another."""
@@ -197,7 +197,7 @@ def _log(value: float) -> float:
 def _axis(deviation: float) -> FloatArray:
     """Nodes about a median in the logarithm: close where the prior is, and down to a quarter of it."""
     middle = np.linspace(-REACH, REACH, NODES - BELOW) * deviation
-    lowest = min(-LEAST_REACH, middle[0] - math.log(2.0))
+    lowest = min(-MIN_REACH, middle[0] - math.log(2.0))
     below = np.linspace(lowest, middle[0], BELOW, endpoint=False)
     nodes: FloatArray = np.concatenate([below, middle])
     return nodes

@@ -32,7 +32,7 @@ class EllipsoidShape(PrimitiveShape):
     KIND: ClassVar[PrimitiveKind] = PrimitiveKind.ELLIPSOID
     MOTIONS: ClassVar[tuple[int, ...]] = (0, 1, 2, 3, 4, 5)
     SIZES: ClassVar[tuple[str, ...]] = ("semi_axis_1", "semi_axis_2", "semi_axis_3")
-    FEWEST_POINTS: ClassVar[int] = 9
+    MIN_POINTS: ClassVar[int] = 9
 
     semi_axes: FloatArray
     hollow: bool = False

@@ -152,9 +152,9 @@ def _fit(cloud: TouchCloud, kind: PrimitiveKind, correlation_points: float) -> P
             f"correlation_points = {correlation_points!r}: must be a finite number, 1 or above"
         )
     form, starts = _STARTS[kind]
-    if len(cloud) < form.FEWEST_POINTS:
+    if len(cloud) < form.MIN_POINTS:
         raise InvalidValueError(
-            f"{len(cloud)} contacts cannot determine a {kind.value}: give {form.FEWEST_POINTS} or more"
+            f"{len(cloud)} contacts cannot determine a {kind.value}: give {form.MIN_POINTS} or more"
         )
     origin = cloud.position.mean(axis=0)
     scale = float(np.sqrt(((cloud.position - origin) ** 2).sum(axis=1).mean()))
@@ -262,6 +262,6 @@ def _no_shape(form: type[PrimitiveShape], cloud: TouchCloud) -> PrimitiveFit[Any
         point_count=len(cloud),
         distance=np.full(len(cloud), np.nan),
         tilt=np.full((len(cloud), 3), np.nan),
-        unknowns=BoxShape.FEWEST_POINTS,
+        unknowns=BoxShape.MIN_POINTS,
         log_likelihood=float("-inf"),
     )

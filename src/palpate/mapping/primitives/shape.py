@@ -56,7 +56,7 @@ class PrimitiveShape(ABC):
     """Which of (shift x y z, turn x y z), along and about the shape's axes, move the surface."""
     SIZES: ClassVar[tuple[str, ...]]
     """Names of `sizes`."""
-    FEWEST_POINTS: ClassVar[int]
+    MIN_POINTS: ClassVar[int]
     """Unknowns of the shape: fewer points leave nothing to judge a fit by."""
 
     center: FloatArray

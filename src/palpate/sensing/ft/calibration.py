@@ -25,7 +25,7 @@ from palpate.sensing.ft.calibration_map import CalibrationMap
 UNKNOWNS = 7
 """Per channel: its sensitivity to six loads, and its offset."""
 
-FEWEST_LOADS = UNKNOWNS + 1
+MIN_LOADS = UNKNOWNS + 1
 """One more than unknowns, so that the residuals tell something."""
 
 SMALLEST_EXCITATION = 0.01
@@ -138,8 +138,8 @@ def fit_calibration(
     n, k = readings.shape
     if k < 6:
         raise InvalidValueError(f"raw has {k} channels: six loads cannot be distinguished by fewer than 6")
-    if n < FEWEST_LOADS:
-        raise InvalidValueError(f"{n} loads: give {FEWEST_LOADS} or more ({UNKNOWNS} unknowns per channel)")
+    if n < MIN_LOADS:
+        raise InvalidValueError(f"{n} loads: give {MIN_LOADS} or more ({UNKNOWNS} unknowns per channel)")
     root = np.sqrt(positive_entries("weights", weights, n, ""))[:, None]
     root = root / np.sqrt((root**2).mean())
 

@@ -23,7 +23,7 @@ from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft.arrays import finite_rows, positive_entries, same_length
 from palpate.spatial import Vector, as_vector
 
-FEWEST_POSES = 4
+MIN_POSES = 4
 """Three poses already determine everything; the fourth lets the residuals speak."""
 
 SMALLEST_SPREAD = 0.01
@@ -118,8 +118,8 @@ def identify_payload(
     same_length("specific_force", a, "wrench", rows)
     sd_f = float(positive_entries("force_sd", force_sd, 1, "N")[0])
     sd_m = float(positive_entries("moment_sd", moment_sd, 1, "N m")[0])
-    if len(a) < FEWEST_POSES:
-        raise InvalidValueError(f"{len(a)} poses: give {FEWEST_POSES} or more, in different orientations")
+    if len(a) < MIN_POSES:
+        raise InvalidValueError(f"{len(a)} poses: give {MIN_POSES} or more, in different orientations")
     _refuse_moving(a)
     mean_a, mean_w = a.mean(axis=0), rows.mean(axis=0)
     da, dw = a - mean_a, rows - mean_w

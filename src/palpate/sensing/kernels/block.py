@@ -70,7 +70,7 @@ INVALID = float(ContactStatus.INVALID)
 _CENTER = int(Packed.CENTER)
 _ROTATION = int(Packed.ROTATION)
 
-_LEAST_STREAMED = 16_384
+_MIN_STREAMED = 16_384
 """Contacts from which results (2 MB) no longer stay in a second-level cache, and are written past it."""
 
 _NEVER = -(1 << 20)  # an exponent below any other
@@ -362,7 +362,7 @@ def _stream_scalars(t, row, whole, result, offset):
 @njit(error_model="numpy")
 def can_stream(total, stride, result):
     """Whether results are large enough, and aligned, to be written past the caches."""
-    return total >= _LEAST_STREAMED and stride % LANES == 0 and result.ctypes.data % 64 == 0
+    return total >= _MIN_STREAMED and stride % LANES == 0 and result.ctypes.data % 64 == 0
 
 
 @njit(error_model="numpy")

@@ -39,13 +39,13 @@ ACCEPTED = 1e-12
 INTERMEDIATE = 1e-6
 """The same for the contacts between the easy moment and the measured one."""
 
-MOST_STEPS = 40
+MAX_STEPS = 40
 """Of Newton's iteration; 5 to 8 are usual."""
 
-LEAST_PUSH = 1e-9
+MIN_PUSH = 1e-9
 """Normal force, relative to the force, below which rounding decides on which side a finger is touched."""
 
-LEAST_SPIN = 1e-14
+MIN_SPIN = 1e-14
 """f.m, relative to |f||m|, that cannot be distinguished from zero."""
 
 LONGEST_STEP = 0.5
@@ -207,7 +207,7 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
         error = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
         if not softness(law, n, phi, h) < 1.0:
             return c, math.inf
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             reach = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
             if error <= RESIDUAL * (size + reach):
                 break
@@ -402,10 +402,10 @@ def solver_for(evaluate: Evaluate, cheaper: Level | None = None) -> Callable[...
                     n, phi, Q, rest, h = frame_at(p, law, f, m, c)
                     _d, determinant, bend = step_from(law, f, n, phi, Q, rest, h)
                     delta, _rate = indentation(law, phi)
-                    if phi < -LEAST_PUSH and delta * bend < 1.0:
+                    if phi < -MIN_PUSH and delta * bend < 1.0:
                         code = _OK
                 moment = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
-                if code != _OK and abs(s) <= LEAST_SPIN * moment and axis_misses(p, axes, f, m):
+                if code != _OK and abs(s) <= MIN_SPIN * moment and axis_misses(p, axes, f, m):
                     code = _NO_CONTACT
             if code == _OK:
                 c = (c[0] - delta * n[0], c[1] - delta * n[1], c[2] - delta * n[2])
