@@ -75,7 +75,8 @@ class SurveyWanted:
             if self.stroke(self.loads[0], speed).travel > self.most_travel * (1.0 + 1e-9):
                 raise InvalidValueError(
                     f"speed = {speed:g} m/s: in {MIN_DURATION:g} s it goes "
-                    f"{self.stroke(1.0, speed).travel:.3g} m, the most here is {self.most_travel:.3g} m; rub more slowly"
+                    f"{self.stroke(1.0, speed).travel:.3g} m, the most here is {self.most_travel:.3g} m; "
+                    "rub more slowly"
                 )
         for name, unit in (("travel", "m"), ("most_travel", "m"), ("most_angle", "rad")):
             positive(name, getattr(self, name), unit)
