@@ -74,7 +74,7 @@ def test_a_surface_that_is_followed_is_no_excitation(frequency):
 
 
 @pytest.mark.parametrize("angular", [10.0, 30.0, 60.0])
-def test_what_control_answers_to_a_fast_surface_is_not_taken_for_the_contact(angular):
+def test_the_reaction_of_control_to_a_fast_surface_is_not_taken_for_the_contact(angular):
     """Closed loop on a surface that swings: force against depth is the controller's inverse, not a spring."""
     gain = force_gain(20e3, DELAY)
     law, watch = DirectForce(gain), ContactStiffness(20e3, DELAY, PERIOD)

@@ -110,7 +110,7 @@ def test_a_rough_surface_gets_closer_rows_than_a_smooth_one():
     assert rows(0.024) / rows(0.012) == pytest.approx(2.0, rel=0.25)
 
 
-def test_the_way_and_a_loss_end_it():
+def test_the_path_length_and_a_loss_end_it():
     active = Active(0.04, 0.04, Goal(length=0.1))
     explore(active, HeightWorld(bump))
     assert 0.1 <= active.path_length < 0.2
@@ -140,7 +140,7 @@ def test_the_tip_slides_from_stroke_to_stroke_but_not_past_what_stopped_it():
     assert all(b[0] != a[0] for a, b in strokes(legs))
 
 
-def test_time_at_a_speed_is_a_way():
+def test_time_at_a_speed_is_a_path_length():
     by_time = explore(Active(0.03, 0.03, Goal(time=10.0, speed=0.02)), HeightWorld(bump))
     assert by_time == explore(Active(0.03, 0.03, Goal(length=0.2)), HeightWorld(bump))
 
@@ -156,7 +156,7 @@ def test_a_part_of_the_field_is_less_work_than_all_of_it():
 
 @pytest.mark.parametrize("offset", [0.0, 1.1e-3, 2.2e-3])
 def test_a_seam_along_the_rows_is_found_and_gets_rows_of_its_own(offset):
-    # along a row nothing changes: only what its neighbours foretold tells of the seam
+    # along a row nothing changes: only what its neighbours predicted reveals the seam
     def seam(u, v):
         return 5e-4 * math.exp(-((v - 1.3e-3 - offset) ** 2) / (2 * 1e-3**2))
 

@@ -150,7 +150,7 @@ def test_uneven_strips_share_a_surprise_by_their_squared_ratio(a, begin, ratio):
     assert left[2] == pytest.approx(off / 8 * ratio**2, rel=1e-5)
 
 
-def test_a_very_uneven_strip_counts_no_more_than_twice_the_other_way():
+def test_a_very_uneven_strip_counts_no_more_than_twice_the_other_strip():
     step = 1e-3
     low = innovation_error(*across([0.0, 5 * step, 6 * step], quartic, quartic_slope), QUIET, 5e-4)
     high = innovation_error(*across([-6 * step, -5 * step, 0.0], quartic, quartic_slope), QUIET, 5e-4)

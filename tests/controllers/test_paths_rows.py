@@ -228,7 +228,7 @@ def test_a_loss_ends_it_with_a_mark():
     assert swept.strategy.marks[-1].event is PathEvent.LOST
 
 
-def test_what_lies_across_the_way_to_the_next_row_is_passed_by():
+def test_what_lies_across_the_path_to_the_next_row_is_passed_by():
     """A wall between two rows, at their ends only: the next row is landed on instead."""
     raster = Raster(0.02, 0.008, 0.004)
 

@@ -139,7 +139,7 @@ FILTER = SurfaceFilter(20e3, 0.02, 0.06)
 
 @settings(deadline=None, max_examples=20)
 @given(st.sampled_from([-1.0, 1.0]), st.floats(0.2, 0.9))
-def test_a_contact_that_is_softer_than_thought_is_no_surface_that_gives_way_while_the_force_steps(way, ratio):
+def test_a_contact_that_is_softer_than_thought_is_no_surface_that_yields_while_the_force_steps(way, ratio):
     gated, following = GatedSurfaceMotion(FILTER, PERIOD), SurfaceMotion(FILTER, PERIOD)
     force = 2.0
     for _ in range(100):

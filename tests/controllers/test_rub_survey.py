@@ -29,7 +29,7 @@ def asked_of(wanted, e, rise):
     st.sampled_from([0.0, 1.0]),
     st.sampled_from([0, 18]),
 )
-def test_no_way_turns_farther_or_faster_than_it_may(most_angle, most_spin, e, rise, exponent_slips):
+def test_no_motion_turns_farther_or_faster_than_it_may(most_angle, most_spin, e, rise, exponent_slips):
     wanted = SurveyWanted(
         (1.0, 4.0), 0.01, most_angle=most_angle, most_spin=most_spin, exponent_slips=exponent_slips
     )

@@ -89,7 +89,7 @@ def test_it_waits_in_free_air_lands_rubs_lifts_off_and_waits_again(tilt):
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
-def test_the_way_back_reverses_the_way_there_and_ends_where_it_began(tilt):
+def test_the_motion_back_reverses_the_motion_there_and_ends_where_it_began(tilt):
     plane = RubbedPlane(tilt=tilt)
     controller, rows = rubbed(plane, SLIDE)
     there, back = controller.spans
@@ -152,7 +152,7 @@ def test_what_is_felt_is_what_the_plane_bears_however_it_lies(friction, spin_len
     assert abs(turned.rise) < 0.15
 
 
-def test_what_only_gives_way_rises_all_the_way():
+def test_what_only_yields_rises_to_the_end():
     controller, _ = rubbed(RubbedPlane(friction=50.0, skin=60.0), SLIDE)
     assert felt(controller)[0].rise > 0.5
 
@@ -221,7 +221,7 @@ def answered(wanted, mu=0.5, e=0.003, rise=lambda rub: 0.0):
     return asked, survey
 
 
-def test_a_survey_rubs_and_turns_both_ways_at_every_load_and_every_speed_at_one():
+def test_a_survey_rubs_and_turns_in_both_directions_at_every_load_and_every_speed_at_one():
     asked, survey = answered(SURVEY)
     assert survey.stuck_sliding == survey.stuck_turning == []
     assert survey.exponents_measured

@@ -260,7 +260,7 @@ def test_nothing_to_hold_needs_nothing() -> None:
     assert solver(3, Objective.MIN_PEAK).solve(contacts, np.zeros(6)).theta == pytest.approx(0.0, abs=1e-8)
 
 
-def test_theta_without_end_is_told() -> None:
+def test_theta_without_end_is_reported() -> None:
     # two fingers against each other press without limit: no largest margin, no largest load
     contacts, load = antipodal(0.5, 0.2, 0.5)
     contacts[:, 15] = np.inf

@@ -66,7 +66,7 @@ def failing(grasp, load, press, rng, count=400):
 @pytest.mark.slow
 @pytest.mark.parametrize("alike", [True, False])
 @pytest.mark.parametrize("n", [2, 3])
-def test_every_load_of_two_and_three_fingers_is_answered(n, alike):
+def test_every_load_of_two_and_three_fingers_is_solved(n, alike):
     """Newton's method alone leaves a twentieth of the loads on two fingers undecided."""
     rng = np.random.default_rng(10 * n + alike)
     for i in range(200):
@@ -83,7 +83,7 @@ def test_every_load_of_two_and_three_fingers_is_answered(n, alike):
 
 
 @pytest.mark.slow
-def test_a_warm_answer_is_as_good_as_a_cold_one_and_takes_few_rounds():
+def test_a_warm_solution_is_as_good_as_a_cold_one_and_takes_few_rounds():
     rng = np.random.default_rng(5)
     dearer, rounds = [], []
     for _ in range(6):

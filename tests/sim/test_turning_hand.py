@@ -98,7 +98,7 @@ def test_the_scene_weighs_what_the_hand_says():
     assert (SCENE.model.npair, SCENE.model.nu) == (4, 7)
 
 
-def test_fingers_go_sideways_as_fast_as_they_are_told_and_stop():
+def test_fingers_go_sideways_as_fast_as_commanded_and_stop():
     backend = started()
     first = go(backend, 300, 0.006, -0.003, 0.0)
     later = go(backend, 300, 0.006, -0.003, 0.0)
@@ -146,7 +146,7 @@ def test_the_goal_does_not_run_away_from_a_finger_that_is_held():
 
 
 @pytest.mark.parametrize("force", [2.0, 4.0])
-def test_a_push_from_the_side_gives_way_by_the_servos_stiffness(force):
+def test_a_push_from_the_side_yields_by_the_servos_stiffness(force):
     """What friction in the gear does not bear, the proportional gain does: torque per error of the servo alone."""
     backend = started()
     rack = HAND.rack

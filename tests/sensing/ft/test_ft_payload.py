@@ -37,7 +37,7 @@ def test_without_noise_the_identified_payload_leaves_no_contact(seed, count):
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10_000))
-def test_the_answer_turns_with_the_sensor_frame(seed):
+def test_the_result_turns_with_the_sensor_frame(seed):
     rng = np.random.default_rng(seed)
     up = poses(12, seed)
     wrench, _ = measured(NANO17, up, rng)
