@@ -11,7 +11,7 @@ from palpate.hw.devices import DeviceError, SensorReading
 from palpate.hw.ft_stream.link import Link, StreamCounts, StreamReading
 from palpate.hw.ft_stream.sample_clock import StreamClock
 from palpate.sensing.ft.arrays import positive_entries
-from palpate.sensing.ft.bias import FEWEST_READINGS, average_bias
+from palpate.sensing.ft.bias import MIN_READINGS, average_bias
 from palpate.spatial import Wrench
 
 TARE_TIME = 0.25
@@ -126,7 +126,7 @@ class StreamedSensor:
         return SensorReading(time, wrench, not self._link.problem(record.status), self._link.counts.lost)
 
     def tare(self) -> None:
-        """Take the mean of the next readings for zero, `FEWEST_READINGS` of them or `TARE_TIME`.
+        """Take the mean of the next readings for zero, `MIN_READINGS` of them or `TARE_TIME`.
 
         Raises:
             DeviceError: It is silent or unhealthy, or the readings moved; the zero stays as it was.
@@ -136,7 +136,7 @@ class StreamedSensor:
         self._at_rest = rows
         begin = monotonic()
         try:
-            while len(rows) < FEWEST_READINGS or monotonic() - begin < TARE_TIME:
+            while len(rows) < MIN_READINGS or monotonic() - begin < TARE_TIME:
                 self._ending.wait(0.01)
                 self.read()
         finally:

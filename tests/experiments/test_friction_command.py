@@ -173,7 +173,7 @@ def test_without_twists_steel_and_tile_are_confused():
     """Both have the same mu by the library: strokes alone cannot tell them apart, and say so."""
     run = rubbed(friction=0.33, quick=True, loads=(2.0,), robot="stage", library=Path("simulated"))
     known = run.recognised
-    assert known.recognition.answer is RecognitionOutcome.UNDECIDED
+    assert known.recognition.outcome is RecognitionOutcome.UNDECIDED
     steel, tile = (known.confusion.truths.index(name) for name in ("polished steel", "glazed tile"))
     shares = known.confusion.shares
     assert shares[steel, tile] + shares[tile, steel] > 0.5

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.controllers.paths import Enough
+from palpate.controllers.paths import StopReason
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
@@ -197,11 +197,15 @@ def test_an_interruption_without_marks_speaks_of_none(raster):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "enough"),
-    [({"time": 0.5}, Enough.SPENT), ({"accuracy": 1e-3}, Enough.REACHED), ({"accuracy": 1e-7}, Enough.EXHAUSTED)],
+    [
+        ({"time": 0.5}, StopReason.SPENT),
+        ({"accuracy": 1e-3}, StopReason.REACHED),
+        ({"accuracy": 1e-7}, StopReason.EXHAUSTED),
+    ],
 )
 def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, enough):
     found = explore(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given))
-    assert found.enough is enough
+    assert found.stop_reason is enough
     assert outcome(found).startswith("Finished: ")
     assert f"; {enough.value}; the robot is at rest." in outcome(found)
     if found.map.claimed.any():

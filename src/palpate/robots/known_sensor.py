@@ -14,7 +14,7 @@ from palpate.runtime.robot_sensor import SimulatedSensorEntry
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.filters import WrenchFilter
 from palpate.sensing.ft.sensor_file import SensorFile, repeats
-from palpate.sensing.ft.touch_detector import LEAST_SIGMAS
+from palpate.sensing.ft.touch_detector import MIN_SIGMAS
 from palpate.sim.sensor.description import sensor_file
 from palpate.sim.sensor.model import SeededSensor, SensorModel
 
@@ -134,11 +134,11 @@ def check_known(file: SensorFile, model: SensorModel, period: float, *, tared: b
         )
     _check_alive(FILE, model, file)
     force = max(model.noise_sd[:3]) * WrenchFilter(file.filters, file.sample_rate).held_noise_gain(file.repeats)
-    if file.contact.touch_force < LEAST_SIGMAS * force:
+    if file.contact.touch_force < MIN_SIGMAS * force:
         raise InvalidValueError(
             f"{FILE}: contact: touch_force_N = {file.contact.touch_force:g}: the simulated sensor's noise, "
-            f"{force:.3g} N after the filters, would pass for a touch; give at least {LEAST_SIGMAS * force:.3g} "
-            f"({LEAST_SIGMAS:g} standard deviations), filter more, or simulate less noise"
+            f"{force:.3g} N after the filters, would pass for a touch; give at least {MIN_SIGMAS * force:.3g} "
+            f"({MIN_SIGMAS:g} standard deviations), filter more, or simulate less noise"
         )
 
 

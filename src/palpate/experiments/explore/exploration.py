@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from palpate.controllers.paths import Active, Enough, Mark
+from palpate.controllers.paths import Active, Mark, StopReason
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.explored_contacts import ScanContacts, felt_in_scan
@@ -59,7 +59,7 @@ class Exploration:
         account: What the run showed of its own assumptions.
         growth: How the map grew; None if there is none.
         changes: What became of the changes of live parameters that were asked for beforehand.
-        enough: Why an active exploration ended; None of others, and if it did not get so far.
+        stop_reason: Why an active exploration ended; None of others, and if it did not get so far.
     """
 
     plan: ExplorationPlan
@@ -76,7 +76,7 @@ class Exploration:
     account: RunAccount
     growth: MapGrowth | None = None
     changes: tuple[ChangeAccount, ...] = ()
-    enough: Enough | None = None
+    stop_reason: StopReason | None = None
 
     @property
     def config(self) -> ExploreConfig:
@@ -159,7 +159,7 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> Exploration:
         account,
         _growth(recorded, record, cloud, mapped),
         recorded.account_of_changes(plan.changes(), Phase.SCAN),
-        strategy.enough if isinstance(strategy, Active) else None,
+        strategy.stop_reason if isinstance(strategy, Active) else None,
     )
 
 

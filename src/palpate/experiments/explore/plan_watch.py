@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from palpate.controllers import ExploreController
-from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, Stroke, TouchOnce
+from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, SingleTouch, Stroke
 from palpate.runtime.shown_plan import ShownMark, ShownPlan
 
 LOOK_EVERY = 10
@@ -43,7 +43,7 @@ def shown_plan(leg: Leg | None, plane: PathPlane, marks: Sequence[Mark]) -> Show
             name, points = "hop", (leg.to,)
         case Stroke():
             name, points = "stroke", leg.corners
-        case TouchOnce():
+        case SingleTouch():
             name, points = "touch", (leg.at,)
         case Circuit():
             name = "circuit"  # where it leads, only what is felt tells

@@ -219,7 +219,7 @@ def outcome(exploration: Exploration) -> str:
     if result.ending is Ending.DONE:
         left_out = not_felt(exploration.marks)
         but = f", but {_places(len(left_out))} not be felt ({marks_text(left_out)})" if left_out else ""
-        why = "" if exploration.enough is None else f"; {exploration.enough.value}"
+        why = "" if exploration.stop_reason is None else f"; {exploration.stop_reason.value}"
         finished = f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {rest}."
         return finished + _but(exploration)
     if result.ending is Ending.TRIPPED:

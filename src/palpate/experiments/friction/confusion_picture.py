@@ -53,7 +53,7 @@ def _draw(confusion: Confusion, width: Width) -> Figure:
     )
     axes.invert_yaxis()
     axes.axvline(columns - 1, color=INK, linewidth=1.0)
-    strangers = sum(truth not in confusion.answers for truth in confusion.truths)
+    strangers = sum(truth not in confusion.predictions for truth in confusion.truths)
     if 0 < strangers < rows:
         axes.axhline(rows - strangers, color=INK, linewidth=1.0)
     size = SMALL_SIZE
@@ -64,12 +64,12 @@ def _draw(confusion: Confusion, width: Width) -> Figure:
                 axes.text(
                     j + 0.5, i + 0.5, _per_cent(share), ha="center", va="center", fontsize=size, color=colour
                 )
-    axes.set_xticks(np.arange(columns) + 0.5, [label(name, LONGEST_NAME) for name in confusion.answers])
+    axes.set_xticks(np.arange(columns) + 0.5, [label(name, LONGEST_NAME) for name in confusion.predictions])
     axes.set_yticks(np.arange(rows) + 0.5, [label(name, LONGEST_NAME) for name in confusion.truths])
     axes.tick_params(labelsize=size, colors=INK, length=0)
     for each in axes.get_xticklabels():
         each.set(rotation=40, ha="right", rotation_mode="anchor")
-    axes.get_xticklabels()[-1].set_fontstyle("italic" if confusion.answers[-1] == UNKNOWN else "normal")
+    axes.get_xticklabels()[-1].set_fontstyle("italic" if confusion.predictions[-1] == UNKNOWN else "normal")
     axes.set_xlabel("taken for", fontsize=FONT_SIZE, color=INK)
     axes.set_ylabel("touched", fontsize=FONT_SIZE, color=INK)
     for spine in axes.spines.values():

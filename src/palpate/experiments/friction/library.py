@@ -51,7 +51,7 @@ class Recognised:
     def material(self) -> str:
         """Name of the material, or what else is to be said, in a word or two."""
         found = self.recognition
-        return found.best if found.answer is RecognitionOutcome.RECOGNISED else found.answer.value
+        return found.best if found.outcome is RecognitionOutcome.RECOGNISED else found.outcome.value
 
     @property
     def words(self) -> str:
@@ -63,9 +63,9 @@ class Recognised:
             for i in order.tolist()
             if found.posterior[i] > 0.005
         )
-        if found.answer is RecognitionOutcome.UNKNOWN:
+        if found.outcome is RecognitionOutcome.UNKNOWN:
             said = f"No material of the library fits it; {found.best} comes nearest."
-        elif found.answer is RecognitionOutcome.RECOGNISED:
+        elif found.outcome is RecognitionOutcome.RECOGNISED:
             said = f"It is {found.best}, as far as the library goes ({likely}). No further touch is needed."
         else:
             said = f"It may be one of several: {likely}."

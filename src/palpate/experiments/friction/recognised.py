@@ -36,7 +36,7 @@ def recognition_section(result: FrictionResult, known: Recognised) -> Section:
 
         yield None if known.confusion is None else confusion_picture(known.confusion)
 
-    fits = known.recognition.answer is not RecognitionOutcome.UNKNOWN
+    fits = known.recognition.outcome is not RecognitionOutcome.UNKNOWN
     likely = f"probability, {'if it is' if fits else 'were it'} one of these"
     heads = ("material", likely, "", "how likely the rubs are of it; how seldom it would be as far off itself")
     return Section(
@@ -94,7 +94,7 @@ def _setting(known: Recognised) -> str:
 def _how_far(result: FrictionResult, known: Recognised) -> str:
     """What does not fit the nearest material, if none fits, and which rub tells whether it is so elsewhere."""
     found, file, config = known.recognition, result.file, result.plan.config
-    if found.answer is not RecognitionOutcome.UNKNOWN or file is None or not file.friction.measured:
+    if found.outcome is not RecognitionOutcome.UNKNOWN or file is None or not file.friction.measured:
         return ""
     nearest = found.library.materials[found.library.names.index(found.best)]
     told = _told_apart(file, nearest, config.calibration)

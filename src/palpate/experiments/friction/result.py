@@ -12,7 +12,7 @@ from palpate.experiments.friction.summary import friction_file
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.friction.friction_file import FrictionFile
 from palpate.friction.rubbing.sliding import SETTLING
-from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
+from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN
 from palpate.robots.known_truth import cost_of
 from palpate.runtime import Record, RunResult
 from palpate.sim.scene_cost import SceneCost
@@ -93,10 +93,10 @@ def shortfall_words(survey: Survey) -> tuple[str, ...]:
         if loads:
             told = listed([f"{load:g}" for load in loads])
             said.append(f"At {told} N it did not slip {how} long enough to be seen, as far as the finger may go.")
-    if not survey.exponents_told:
+    if not survey.exponents_measured:
         said.append(
             "Exponents were not measured: that takes slips of both kinds at two loads, the larger at least "
-            f"{LEAST_LOAD_SPAN:g} times the smaller."
+            f"{MIN_LOAD_SPAN:g} times the smaller."
         )
     return tuple(said)
 

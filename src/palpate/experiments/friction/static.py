@@ -7,7 +7,7 @@ from palpate.experiments.friction.found import FrictionFound
 from palpate.friction.friction_file import FrictionEstimate, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
 from palpate.friction.rubbing.speed_curve import SpeedCurve
-from palpate.friction.rubbing.stick_slip import LEAST_LET_GO, STATIC_ABOVE, STATIC_BELOW
+from palpate.friction.rubbing.stick_slip import MIN_LET_GO, STATIC_ABOVE, STATIC_BELOW
 
 STATIC_RISE = 1.02
 """Static over kinetic friction, from which on it is told apart: less, measuring at one speed does no harm."""
@@ -25,7 +25,7 @@ def static_finding(found: FrictionFound) -> FrictionEstimate | None:
     """Return mu at which slip begins, where that is more than in slip; None if nothing shows that."""
     told = _measured(found)
     sticking = [each for each in told if each.turns is not None]
-    sure = [each for each in sticking if each.turns is not None and each.turns.times >= LEAST_LET_GO]
+    sure = [each for each in sticking if each.turns is not None and each.turns.times >= MIN_LET_GO]
     if sure:
         highest = max(sure, key=lambda each: each.static_friction or 0.0)
         mu, static = highest.friction, highest.static_friction or 0.0

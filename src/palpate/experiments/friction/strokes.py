@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.controllers.rubs import AirSpan, Rub, RubSpan
 from palpate.errors import FloatArray
-from palpate.friction.rubbing.stroke import LEAST_SAMPLES, RubbingStroke, TwoWay
+from palpate.friction.rubbing.stroke import MIN_SAMPLES, RubbingStroke, TwoWay
 from palpate.runtime import Command, Observation, Sample
 
 _WIDTH = 1 + 6 + 9 + 3 + 3 + 3 + 3
@@ -94,7 +94,7 @@ def free_air(rows: FloatArray, spans: Sequence[AirSpan]) -> FreeAir | None:
         spans: When it was.
     """
     parts = [_within(rows, span.begin, span.end) for span in spans]
-    parts = [part for part in parts if len(part) >= LEAST_SAMPLES]
+    parts = [part for part in parts if len(part) >= MIN_SAMPLES]
     if not parts:
         return None
     return FreeAir(
@@ -129,7 +129,7 @@ def _within(rows: FloatArray, begin: float, end: float) -> FloatArray:
 
 def _stroke(rows: FloatArray, air: FreeAir | None) -> RubbingStroke | None:
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < LEAST_SAMPLES:
+    if len(rows) < MIN_SAMPLES:
         return None
     time = rows[:, 0].copy()
     wrench = rows[:, 1:7] - (0.0 if air is None else air.at(time))

@@ -21,7 +21,7 @@ from palpate.friction.friction_file import (
 from palpate.friction.limit_surface import LARGEST_LOAD_EXPONENT
 from palpate.friction.rubbing.estimate import Estimate, SensorErrors
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
-from palpate.friction.rubbing.stroke_plan import LEAST_LOAD_SPAN
+from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured
 
 SIGMAS = 1.959964
@@ -119,7 +119,7 @@ def _spinning(
             return _bound(max(bounds) / most), gamma, p
         return None, gamma, p
     forces, lengths = [force for force, _ in known], [length for _, length in known]
-    if max(forces) < 0.99 * LEAST_LOAD_SPAN * min(forces):
+    if max(forces) < 0.99 * MIN_LOAD_SPAN * min(forces):
         return _measured(pooled(lengths)), gamma, p
     growth = growth_of(forces, lengths)
     exponent = min(max(growth.load_exponent, 0.0), LARGEST_LOAD_EXPONENT)

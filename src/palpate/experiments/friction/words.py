@@ -7,7 +7,7 @@ from palpate.experiments.friction.strokes import FreeAir
 from palpate.experiments.kit.repeat_words import log_row
 from palpate.friction.friction_file import How
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
-from palpate.friction.rubbing.twisting import SpinBound, SpinDoubt, SpinMeasured
+from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty
 from palpate.robots.known_truth import NOT_KNOWN, cost_row
 from palpate.runtime import Ending
 
@@ -54,9 +54,9 @@ def no_spin_length(result: FrictionResult) -> str | None:
     doubts = [spin.doubt for spin in spins if isinstance(spin, SpinBound)]
     if not doubts:
         return "no twist was done to its end"
-    if SpinDoubt.FRICTION_UNKNOWN in doubts:
+    if SpinUncertainty.FRICTION_UNKNOWN in doubts:
         return "it slipped about the normal, but mu is not known, and twists tell mu e alone"
-    if SpinDoubt.SLID in doubts:
+    if SpinUncertainty.SLID in doubts:
         return "the finger slid more than it spun"
     if result.file is not None and result.file.spin_length is None:
         return "it did not slip about the normal, as far as it turned, nor is it known how large mu may be"

@@ -5,15 +5,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from palpate.controllers.grip.belief import SurfaceBelief
-from palpate.controllers.grip.grasp import Carry, GraspController, GraspStage, SetDownParameters
-from palpate.controllers.grip.grasp_solver import GraspSolver, LeastGrip, LikelyGrip
+from palpate.controllers.grip.dithered_grip import DitheredGrip
+from palpate.controllers.grip.grasp import GraspController, GraspStage, LiftingController, SetDownParameters
+from palpate.controllers.grip.grasp_solver import GraspSolver, MinimumGrip, RobustGrip
 from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
 from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin
-from palpate.controllers.grip.noted_watch import DisabledWatch, NotedWatch, UnheededWatch
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
-from palpate.controllers.grip.rippled import RippledGrip
+from palpate.controllers.grip.recording_watch import DisabledWatch, PassiveWatch, RecordingWatch
 from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
@@ -154,17 +154,17 @@ class GraspPlan(PlanDefaults):
         need: GripNeed = NeedWithoutSpin() if config.ignore_spin else NeedWithinRubbed(self.most_rubbed)
         grip = self._grip(belief, self._watch(), need)
         lift = LiftController(grip, self.period, self.lift)
-        carry: Carry = lift
+        lifting: LiftingController = lift
         first = GraspStage.CLOSE
         if isinstance(belief, NudgedSurface):
             hand = self.hand.geometry
             center = (0.0, 0.0, -(hand.depth + hand.tip_along))
             nudge = NudgeController(config.fingers, self.period, _nudging(center))
-            carry, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
+            lifting, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
         down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
-        return GraspController(carry, grip, self.period, down, first=first)
+        return GraspController(lifting, grip, self.period, down, first=first)
 
-    def _grip(self, belief: SurfaceBelief, watch: NotedWatch, need: GripNeed) -> SlipSafeGrip:
+    def _grip(self, belief: SurfaceBelief, watch: RecordingWatch, need: GripNeed) -> SlipSafeGrip:
         config, n, period = self.config, self.config.fingers, self.period
         if shares(config):
             shared = replace(SHARED, margin=config.margin, largest_grip=LARGEST_GRIP)
@@ -173,20 +173,20 @@ class GraspPlan(PlanDefaults):
         parameters = GripParameters(margin=config.margin, largest_grip=LARGEST_GRIP)
         common = CommonGrip(n, belief, period, parameters, need)
         if config.known == "untouched":
-            return RippledGrip(n, belief, period, RIPPLE, parameters, watch, common)
+            return DitheredGrip(n, belief, period, RIPPLE, parameters, watch, common)
         return SlipSafeGrip(n, belief, period, parameters, watch, common)
 
     def _solver(self) -> GraspSolver:
         if self.config.known != "estimated":
-            return LeastGrip(self.config.fingers)
-        return LikelyGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
+            return MinimumGrip(self.config.fingers)
+        return RobustGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
 
-    def _watch(self) -> NotedWatch:
+    def _watch(self) -> RecordingWatch:
         """Who listens for slip; a grip that ignores spin, or is shared, does not heed it."""
         slips = slips_of(self.config, self.believed, self.hand.geometry.tip, self.period)
         if shares(self.config):
             return DisabledWatch(slips)
-        return UnheededWatch(slips) if self.config.ignore_spin else NotedWatch(slips)
+        return PassiveWatch(slips) if self.config.ignore_spin else RecordingWatch(slips)
 
     @property
     def most_rubbed(self) -> float:

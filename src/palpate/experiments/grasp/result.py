@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.controllers.grip.grasp import GraspStage
-from palpate.controllers.grip.noted_watch import SlipAlarm
+from palpate.controllers.grip.recording_watch import SlipAlarm
 from palpate.errors import FloatArray
 from palpate.experiments.grasp.least import least_grip
 from palpate.experiments.grasp.nudged import NotedNudge, NudgeFinding

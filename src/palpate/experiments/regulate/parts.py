@@ -35,7 +35,7 @@ from palpate.sim import (
     Sine,
     SphereObject,
     SprungTarget,
-    StillObject,
+    StaticObject,
     Target,
 )
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
@@ -123,7 +123,7 @@ def target_of(config: RegulateConfig, *, at_rest: bool = False) -> Target:
     """
     shape = shape_of(config)
     if config.surface in ("still", "soft") or (at_rest and config.surface in ("sine", "leaving")):
-        return StillObject(shape)
+        return StaticObject(shape)
     match config.surface:
         case "yielding":
             return sprung(config, shape)
