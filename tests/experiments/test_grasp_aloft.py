@@ -110,7 +110,7 @@ def test_what_met_the_table_early_is_explained_by_the_truth(slid):
 
 
 def test_a_control_beside_it_is_compared_by_its_tightest_too(slid, heavy):
-    told = {figure.name: figure for figure in compared(replace(heavy, beside=slid))}
+    told = {figure.name: figure for figure in compared(replace(heavy, comparison=slid))}
     assert {"tightest, ignoring spin", "slip in the air, ignoring spin", "spin in the air, ignoring spin"} <= set(
         told
     )

@@ -220,7 +220,7 @@ def test_figures_report_and_files_are_of_the_same_run(tmp_path):
     assert figures["bandwidth_hz"] is None
     assert figures["contact"] == "never lost"
     page = report_page(REGULATE.report(found))
-    headings = ("Over time", "Answer to steps", "What limits it", "Margins", "gain margin", "Computing")
+    headings = ("Over time", "Step response", "What limits it", "Margins", "gain margin", "Computing")
     assert all(heading in page for heading in headings)
     assert "http://" not in page.replace("http://www.w3.org", "")
     ((name, write),) = REGULATE.files(found).items()

@@ -27,8 +27,8 @@ from palpate.reporting.style import (
     WANTED,
     Picture,
     Width,
-    dress,
     new_figure,
+    style_axes,
 )
 
 ELEVATION, AZIMUTH = 24.0, -55.0
@@ -71,13 +71,13 @@ def grasp_force_picture(
     ):
         if value is not None and value.shape != shape:
             raise InvalidValueError(f"{name} has shape {value.shape}: must be {shape}")
-    told = ", and the worst disturbance from the middle of the contacts" if disturbance is not None else ""
+    worst = ", and the worst disturbance from the middle of the contacts" if disturbance is not None else ""
     return Picture(
         title="Forces of the grasp",
         caption=(
             f"Left: what contacts exert on the object inside their friction cones (drawn without spin), and "
-            f"the load{told}. Right: how much of its limit each contact uses, together and by tangential force or "
-            f"spin alone; below the limit with room is good."
+            f"the load{worst}. Right: how much of its limit each contact uses, together and by tangential force "
+            f"or spin alone; below the limit with room is good."
         ),
         full=_draw(grasp, forces, load, disturbance, Width.FULL),
         narrow=_draw(grasp, forces, load, disturbance, Width.HALF),
@@ -215,5 +215,5 @@ def _draw_shares(axes: Axes, grasp: GraspContacts, forces: FloatArray) -> None:
     axes.set_yticks(at + 0.15, [f"{i + 1}: {f:.2f} N" for i, f in enumerate(forces[:, 0])])
     axes.set_ylim(len(grasp) - 0.3, -0.5)
     axes.set_xlim(0.0, max(1.05, 1.05 * float(shares.max(initial=0.0))))
-    dress(axes, x="share of the limit", y="contact, and its normal force [N]")
+    style_axes(axes, x="share of the limit", y="contact, and its normal force [N]")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=SMALL_SIZE, frameon=False)

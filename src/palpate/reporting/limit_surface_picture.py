@@ -1,4 +1,4 @@
-"""The way a contact's load takes inside its limit surface, and where it slips."""
+"""The path of a contact's load inside its limit surface, and where it slips."""
 
 import numpy as np
 import numpy.typing as npt
@@ -19,16 +19,16 @@ from palpate.reporting.style import (
     TRUE,
     Picture,
     Width,
-    dress,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 MAX_LOAD_RATIO = 1.3
 """Loads beyond this ratio are drawn there: while landing and lifting they are noise over noise."""
 
 MOST_POINTS = 2000
-"""Of the way, evenly in time: more than a page has dots along it."""
+"""Points of the path, evenly in time: more than a page can resolve."""
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -36,22 +36,22 @@ BoolArray = npt.NDArray[np.bool_]
 def limit_surface_picture(
     surface: LimitSurface, time: FloatArray, loads: FloatArray, slipping: BoolArray | None = None
 ) -> Picture:
-    """Return the picture of a load's way inside a limit surface.
+    """Return the picture of a load's path inside a limit surface.
 
     Args:
         surface: As measured, or as assumed.
         time: Shape (n,) [s].
         loads: Normal force [N], tangential force (its length, or along one direction with its sign) [N], spin
             torque [N m], shape (n, 3). Instants that do not push are left out.
-        slipping: Which instants slipped, shape (n,); None where nobody knows.
+        slipping: Which instants slipped, shape (n,); None where that is unknown.
 
     Raises:
         InvalidValueError: Shapes that do not go together.
     """
     if loads.shape != (len(time), 3) or (slipping is not None and slipping.shape != time.shape):
-        told = None if slipping is None else slipping.shape
+        shape = None if slipping is None else slipping.shape
         raise InvalidValueError(
-            f"loads has shape {loads.shape} and slipping {told}: must be ({len(time)}, 3) and "
+            f"loads has shape {loads.shape} and slipping {shape}: must be ({len(time)}, 3) and "
             f"({len(time)},), as time has"
         )
     ratios = load_ratios(surface, loads)
@@ -88,8 +88,8 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     size = np.sum(np.abs(ratios) ** p, axis=1) ** (1.0 / p)
     shown = ratios * np.minimum(1.0, MAX_LOAD_RATIO / np.where(size > 0.0, size, 1.0))[:, None]
     kept = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_POINTS)).round().astype(int))
-    way, at = shown[kept], time[kept]
-    pieces = np.stack([way[:-1], way[1:]], axis=1)
+    path, at = shown[kept], time[kept]
+    pieces = np.stack([path[:-1], path[1:]], axis=1)
     whole = np.isfinite(pieces).all(axis=(1, 2))
     line = LineCollection(list(pieces[whole]), cmap=TIME_COLOURS, linewidths=1.4, capstyle="round", zorder=3)
     line.set_array(0.5 * (at[:-1] + at[1:])[whole])
@@ -112,7 +112,7 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     rim = 1.1 * max(1.0, float(np.abs(shown[np.isfinite(size)]).max(initial=0.0)))
     axes.set_xlim(-rim if signed else -0.05, rim)
     axes.set_ylim(-rim, rim)
-    dress(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
+    style_axes(axes, x="tangential force / $\\mu f_n$", y="spin torque / $\\mu e f_n$")
     legend_above(figure, [axes], columns=3)
     return figure
 

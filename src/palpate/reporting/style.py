@@ -137,7 +137,7 @@ def rim(width: float) -> Sequence[AbstractPathEffect]:
     return (Stroke(linewidth=width + 1.2, foreground=CARD), Normal())
 
 
-def dress(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
+def style_axes(axes: Axes, *, x: str, y: str, grid: bool = True) -> None:
     """Label `axes` with quantities and units, and give it the common look."""
     axes.set_xlabel(x, fontsize=FONT_SIZE, color=INK)
     axes.set_ylabel(y, fontsize=FONT_SIZE, color=INK)

@@ -21,9 +21,9 @@ from palpate.reporting.style import (
     TIME_COLOURS,
     Picture,
     Width,
-    dress,
     few_ticks,
     new_figure,
+    style_axes,
 )
 
 SHOWN = 6000
@@ -82,7 +82,7 @@ def error_histogram(found: Comparison) -> Picture:
     error = MICRO * found.distance
     axes.hist(error, bins=60, color=MEASURED, alpha=0.75)
     axes.axvline(0.0, color=INK, linewidth=1.0)
-    dress(axes, x="distance from the reference [µm]", y="number of points")
+    style_axes(axes, x="distance from the reference [µm]", y="number of points")
     spread = found.map_to_reference
     return Picture(
         title="How large the errors are",

@@ -21,9 +21,9 @@ from palpate.reporting.style import (
     TRUE,
     Picture,
     Width,
-    dress,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 SHOWN_PERCENT = 99.0
@@ -108,4 +108,4 @@ def from_above(
     bar.update_ticks()
     axes.set_facecolor(MAP_GROUND)
     axes.set_aspect("equal", adjustable="datalim")
-    dress(axes, x="x [mm]", y="y [mm]", grid=False)
+    style_axes(axes, x="x [mm]", y="y [mm]", grid=False)

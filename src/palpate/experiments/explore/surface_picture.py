@@ -37,7 +37,7 @@ AMBIENT = 0.62
 """Share of a colour that is left on a face turned away from the light."""
 
 PATH_STRETCHES = 2500.0
-"""The path is drawn with about so many points: more than pixels can tell apart."""
+"""The path is drawn with about this many points: more than pixels can resolve."""
 BROKEN_PATH = 4.0
 """The drawn path is broken where neighbours are further apart than this many stretches."""
 MARGIN = 0.08
@@ -99,7 +99,7 @@ def touched_surface(cloud: TouchCloud, mesh: SurfaceMesh | None) -> Picture:
             "The map with the path of the finger: where contacts lie on all sides; holes and what is beyond the "
             "rim were not felt. Good is a surface without holes that looks as the object does."
             if (mesh.knowledge == Knowledge.OBSERVED).any()
-            else "The finger's path. The ribbon along it is drawn on, not claimed: beside it nothing was felt."
+            else "The finger's path. The ribbon along it is extrapolated, not claimed: beside it nothing was felt."
         )
     return Picture(title="Touched surface", caption=caption, full=figure, dense=True)
 

@@ -85,7 +85,7 @@ def _advice(result: FrictionResult) -> Iterator[str]:
         return
     found = result.file.friction
     if not math.isfinite(found.upper):
-        yield "It never slipped for long enough: longer strokes (--most-travel) or less load tell mu."
+        yield "It never slipped for long enough: longer strokes (--most-travel) or less load measure mu."
     elif found.upper - found.lower > 2.0 * WIDE * found.value:
         yield "The interval of mu is wide: --repeats 3, or larger --loads, narrow it."
     yield f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}."
