@@ -18,7 +18,7 @@ from unseen_meshes import CASES
 
 from palpate.controllers import LandingModel
 from palpate.experiments.explore.assumption_check import (
-    LIKE,
+    SAME_RATIO,
     landed_stiffness,
     other_stiffness,
     zero_offset,
@@ -109,9 +109,9 @@ def test_stiffness_is_told_only_by_landings_that_show_it(stiff):
     noise = 0.01 * np.random.default_rng(0).normal(size=len(record))
     assert math.isnan(landed_stiffness(replace(record, normal_force=resting + noise)))
     assert not other_stiffness(math.nan, 20e3)
-    assert not other_stiffness(20e3 * LIKE * 0.99, 20e3)
-    assert other_stiffness(20e3 * LIKE * 1.01, 20e3)
-    assert other_stiffness(20e3 / LIKE * 0.99, 20e3)
+    assert not other_stiffness(20e3 * SAME_RATIO * 0.99, 20e3)
+    assert other_stiffness(20e3 * SAME_RATIO * 1.01, 20e3)
+    assert other_stiffness(20e3 / SAME_RATIO * 0.99, 20e3)
 
 
 @given(st.floats(1e3, 1e6), st.floats(1e-3, 0.05), st.floats(0.0, 10.0), st.floats(0.5, 5.0), st.floats(0.05, 1.0))

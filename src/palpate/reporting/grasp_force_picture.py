@@ -19,8 +19,6 @@ from palpate.reporting.style import (
     LIMIT,
     MEASURED,
     MILLI,
-    PANE,
-    QUIET,
     SMALL_SIZE,
     SPIN,
     TRUE,
@@ -29,6 +27,7 @@ from palpate.reporting.style import (
     Width,
     new_figure,
     style_axes,
+    style_space,
 )
 
 ELEVATION, AZIMUTH = 24.0, -55.0
@@ -196,11 +195,9 @@ def _frame_space(axes: Axes3D, ends: FloatArray) -> None:
     low, high = ends.min(axis=0), ends.max(axis=0)
     # one contact without load has no size: then it is drawn in a box of 1 mm
     half = max(0.55 * float((high - low).max()), 0.5)
-    for axis, name, centre in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", 0.5 * (low + high), strict=True):
+    for axis, centre in zip((axes.xaxis, axes.yaxis, axes.zaxis), 0.5 * (low + high), strict=True):
         axis.set_view_interval(centre - half, centre + half, ignore=True)
-        axis.set_label_text(f"{name} [mm]", fontsize=FONT_SIZE, color=INK)
-        axis.set_pane_color(PANE)
-        axis.set_tick_params(labelsize=SMALL_SIZE, colors=QUIET)
+    style_space(axes)
     axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.08)
     axes.view_init(elev=ELEVATION, azim=AZIMUTH)
 

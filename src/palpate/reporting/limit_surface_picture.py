@@ -10,15 +10,14 @@ from matplotlib.lines import Line2D
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.friction import LimitSurface
 from palpate.reporting.style import (
-    FONT_SIZE,
     INK,
     INSIDE,
     QUIET,
-    SMALL_SIZE,
     TIME_COLOURS,
     TRUE,
     Picture,
     Width,
+    colour_bar,
     legend_above,
     new_figure,
     style_axes,
@@ -99,9 +98,7 @@ def _draw(p: float, time: FloatArray, ratios: FloatArray, slipped: BoolArray) ->
     axes.plot(*shown[slipped].T, ".", color=TRUE, markersize=3, zorder=4)
     axes.plot(*shown[begins].T, "o", color=TRUE, markersize=7, fillstyle="none", markeredgewidth=1.4, zorder=5)
     if whole.any():
-        bar = figure.colorbar(line, ax=axes, location="bottom", shrink=0.7, aspect=28, pad=0.02)
-        bar.set_label("time [s]", fontsize=FONT_SIZE, color=INK)
-        bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+        colour_bar(figure, line, axes, "time [s]", shrink=0.7, pad=0.02)
     axes.plot([], [], color=INK, label="limit surface")
     if slipped.any():
         axes.add_line(Line2D([], [], color=TRUE, marker=".", linestyle="none", label="slips"))

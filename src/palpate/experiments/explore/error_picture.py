@@ -6,15 +6,14 @@ from palpate.errors import FloatArray
 from palpate.mapping import TouchCloud
 from palpate.reporting.style import (
     ERROR_COLOURS,
-    FONT_SIZE,
     INK,
     MAP_GROUND,
     MEASURED,
     MICRO,
     MILLI,
-    SMALL_SIZE,
     Picture,
     Width,
+    colour_bar,
     new_figure,
     style_axes,
 )
@@ -38,9 +37,9 @@ def error_map(cloud: TouchCloud, point_error: FloatArray, note: str = "") -> Pic
     dots = axes.scatter(
         x, y, c=error, cmap=ERROR_COLOURS, vmin=-limit, vmax=limit, s=3.0, linewidths=0.0, rasterized=True
     )
-    bar = figure.colorbar(dots, ax=axes, extend="both", shrink=0.85, aspect=28, location="bottom")
-    bar.set_label("error of the points [µm], + is outside the surface", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
+    colour_bar(
+        figure, dots, axes, "error of the points [µm], + is outside the surface", extend="both", shrink=0.85
+    )
     axes.set_facecolor(MAP_GROUND)
     axes.set_aspect("equal", adjustable="datalim")
     style_axes(axes, x="x [mm]", y="y [mm]", grid=False)

@@ -30,6 +30,7 @@ from palpate.experiments.explore.tables import (
 )
 from palpate.experiments.kit.advice import advice_on_ending
 from palpate.experiments.kit.change_outcome import change_rows, change_sentences
+from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.kit.repeat_words import log_row
 from palpate.mapping import HeightMap, height_map_triangles
 from palpate.mapping.layers import VertexLayer
@@ -167,13 +168,9 @@ def _time_pictures(exploration: Exploration) -> "Iterator[Picture | None]":
 def time_series(exploration: Exploration) -> TimeSeries:
     """Return forces, spin torque and speed over time."""
     record, truth = exploration.record, exploration.truth
-    return TimeSeries(
-        time=record.time,
-        phase=[str(phase) for phase in record.phase],
-        measured_force=np.where(record.touching, record.normal_force, np.nan),
-        set_force=exploration.set_force,
-        spin_torque=np.where(record.touching, record.spin_torque, np.nan),
-        speed=np.linalg.norm(record.velocity, axis=1),
+    return recorded_series(
+        record,
+        exploration.set_force,
         true_force=np.where(truth.touching, exploration.true_normal_force, np.nan) if truth.known else None,
         true_spin_torque=np.where(truth.touching, exploration.true_spin_torque, np.nan) if truth.known else None,
     )
@@ -215,19 +212,20 @@ def _asked(config: ExploreConfig) -> str:
 def outcome(exploration: Exploration) -> str:
     """Return in one sentence how it ended."""
     result = exploration.run
-    rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
     if result.ending is Ending.DONE:
         left_out = not_felt(exploration.marks)
         but = f", but {_places(len(left_out))} not be felt ({marks_text(left_out)})" if left_out else ""
         why = "" if exploration.enough is None else f"; {exploration.enough.value}"
-        finished = f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {rest}."
+        finished = (
+            f"Finished: {len(exploration.cloud)} contacts in {result.duration:.1f} s{but}{why}; {result.rest}."
+        )
         return finished + _remarks(exploration)
     if result.ending is Ending.TRIPPED:
-        return f"Stopped by the supervisor: {result.why}; {rest}.{_remarks(exploration)}"
+        return f"Stopped by the supervisor: {result.why}; {result.rest}.{_remarks(exploration)}"
     nothing = ", nothing was met" if result.ending is Ending.LOST and not len(exploration.cloud) else ""
     marked = f"; marked: {marks_text(exploration.marks)}" if exploration.marks else ""
     why = f"{result.ending.value}{nothing}{marked}"
-    return f"Not finished ({why}) after {result.duration:.1f} s; {rest}.{_remarks(exploration)}"
+    return f"Not finished ({why}) after {result.duration:.1f} s; {result.rest}.{_remarks(exploration)}"
 
 
 def _remarks(exploration: Exploration) -> str:

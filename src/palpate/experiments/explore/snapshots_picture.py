@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from palpate.errors import FloatArray
 from palpate.experiments.explore.growth_picture import AREA, share_text
 from palpate.experiments.explore.map_growth import GrowthSnapshot, MapGrowth
+from palpate.experiments.explore.map_picture import draw_mesh
 from palpate.reporting.style import (
     COMMANDED,
     DASHED,
@@ -25,9 +26,9 @@ from palpate.reporting.style import (
     OTHER_PHASE,
     PATH,
     RIM,
-    SMALL_SIZE,
     Picture,
     Width,
+    colour_bar,
     legend_above,
     new_figure,
     rim,
@@ -100,50 +101,25 @@ def _figure(growth: MapGrowth, width: Width, across: int, limits: FloatArray) ->
     names = list(_events(growth.snapshots[-1]))
     for each, place in zip(growth.snapshots, axes, strict=False):
         _draw(each, place, norm, names)
-        place.set_title(
-            _heading(growth, each.moment),
-            fontsize=FONT_SIZE,
-            color=INK,
-            loc="left",
-        )
+        place.set_title(_heading(growth, each.moment), fontsize=FONT_SIZE, color=INK, loc="left")
         place.set_xlim(*limits[0].tolist())
         place.set_ylim(*limits[1].tolist())
     for place in axes[len(growth.snapshots) :]:
         place.set_visible(False)
     if norm is not None:
-        _add_bar(figure, axes, norm)
+        mapped = ScalarMappable(norm, HEIGHT_COLOURS)
+        bar = colour_bar(figure, mapped, axes, "standard deviation [µm]", extend="max", shrink=0.7, aspect=40)
+        bar.locator = MaxNLocator(6)
+        bar.update_ticks()
     legend_above(figure, axes, 4 if width is Width.FULL else 3)
     return figure
-
-
-def _add_bar(figure: Figure, axes: Sequence[Axes], norm: Normalize) -> None:
-    bar = figure.colorbar(
-        ScalarMappable(norm, HEIGHT_COLOURS), ax=list(axes), extend="max", shrink=0.7, aspect=40, location="bottom"
-    )
-    bar.set_label("standard deviation [µm]", fontsize=FONT_SIZE, color=INK)
-    bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
-    bar.locator = MaxNLocator(6)
-    bar.update_ticks()
 
 
 def _draw(each: GrowthSnapshot, axes: Axes, norm: Normalize | None, events: Sequence[str]) -> None:
     """Draw a map with path and marks; without a scale of deviations it is not coloured."""
     mesh = each.mesh
     if len(mesh.triangles):
-        order = np.argsort(mesh.vertices[mesh.triangles, 2].mean(axis=1), kind="stable")  # the upper ones last
-        corners = mesh.triangles[order]
-        axes.tripcolor(
-            MILLI * mesh.vertices[:, 0],
-            MILLI * mesh.vertices[:, 1],
-            corners,
-            facecolors=MICRO * mesh.sd[corners].mean(axis=1),
-            cmap=PALE if norm is None else HEIGHT_COLOURS,
-            norm=norm,
-            edgecolors="face",
-            linewidth=0.2,
-            antialiaseds=False,  # or the ground is seen between triangles
-            rasterized=True,
-        )
+        draw_mesh(axes, mesh, MICRO * mesh.sd, PALE if norm is None else HEIGHT_COLOURS, norm)
     done = MILLI * each.done[:: max(len(each.done) // DONE_POINTS, 1)]
     if len(done):
         axes.plot(

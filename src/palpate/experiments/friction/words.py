@@ -18,15 +18,16 @@ LEAST_MOVED = 0.01
 def outcome(result: FrictionResult) -> str:
     """Return how it ended, and what could not be measured."""
     run, count = result.run, len(result.pairs)
-    rest = "the robot is at rest" if run.stopped else "THE ROBOT DID NOT COME TO REST"
     if run.ending is Ending.DONE:
-        sentences = [f"Finished after {run.duration:.1f} s: {_rubs(count)} there and back; {rest}."]
+        sentences = [f"Finished after {run.duration:.1f} s: {_rubs(count)} there and back; {run.rest}."]
     elif run.ending is Ending.TRIPPED:
-        sentences = [f"Stopped by the supervisor after {_rubs(count)}: {run.why}; {rest}."]
+        sentences = [f"Stopped by the supervisor after {_rubs(count)}: {run.why}; {run.rest}."]
     elif run.ending is Ending.LOST and not count:
-        sentences = [f"Not finished: nothing was found where the surface was looked for; {rest}."]
+        sentences = [f"Not finished: nothing was found where the surface was looked for; {run.rest}."]
     else:
-        sentences = [f"Not finished ({run.ending.value}) after {run.duration:.1f} s and {_rubs(count)}; {rest}."]
+        sentences = [
+            f"Not finished ({run.ending.value}) after {run.duration:.1f} s and {_rubs(count)}; {run.rest}."
+        ]
     if result.lost:
         times = "once" if result.lost == 1 else f"{result.lost} times"
         sentences.append(f"Contact was lost {times}.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.experiments.kit.advice import advice_on_ending
+from palpate.experiments.kit.recorded_series import recorded_series
 from palpate.experiments.regulate.key_figures import key_figures, margins
 from palpate.experiments.regulate.response import FrequencyResponse
 from palpate.experiments.regulate.result import Regulation
@@ -67,15 +68,8 @@ def advice(regulation: Regulation) -> tuple[str, ...]:
 def series_of(regulation: Regulation) -> TimeSeries:
     """Return what happened over time."""
     record, known = regulation.record, regulation.truth.known
-    return TimeSeries(
-        time=record.time,
-        phase=[str(phase) for phase in record.phase],
-        measured_force=regulation.sensed_force,
-        set_force=regulation.set_force,
-        spin_torque=np.where(record.touching, record.spin_torque, np.nan),
-        speed=np.linalg.norm(record.velocity, axis=1),
-        true_force=np.where(regulation.truth.touching, regulation.true_force, np.nan) if known else None,
-    )
+    true = np.where(regulation.truth.touching, regulation.true_force, np.nan) if known else None
+    return recorded_series(record, regulation.set_force, regulation.sensed_force, true)
 
 
 def _tones(regulation: Regulation) -> dict[str, FrequencyResponse]:

@@ -65,15 +65,14 @@ def asked(config: RegulateConfig) -> str:
 def outcome(regulation: Regulation) -> str:
     """Return how it ended, and what is wrong with the figures if anything is."""
     result, limit = regulation.run, regulation.planned.limits.force
-    rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
     if result.ending is Ending.DONE:
-        sentences = [f"Finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
+        sentences = [f"Finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {result.rest}."]
     elif result.ending is Ending.TRIPPED:
-        sentences = [f"Stopped by the supervisor: {result.why}; {rest}."]
+        sentences = [f"Stopped by the supervisor: {result.why}; {result.rest}."]
     elif result.ending is Ending.LOST:
-        sentences = [f"Not finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {rest}."]
+        sentences = [f"Not finished after {result.duration:.1f} s: {WORDS[regulation.loss]}; {result.rest}."]
     else:
-        sentences = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {rest}."]
+        sentences = [f"Not finished ({result.ending.value}) after {result.duration:.1f} s; {result.rest}."]
     sentences += change_sentences(regulation.changes, result.duration, "anything was held")
     if regulation.peak > limit:
         force = "true" if regulation.truth.known else "felt"
