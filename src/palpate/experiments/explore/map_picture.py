@@ -100,8 +100,9 @@ def draw_mesh(
     """Draw a value at vertices where it is finite; upper triangles last, so that they hide those below."""
     corners = mesh.triangles[np.isfinite(value[mesh.triangles]).all(axis=1)]
     corners = corners[np.argsort(mesh.vertices[corners, 2].mean(axis=1), kind="stable")]
-    return axes.tripcolor(
-        *(MILLI * mesh.vertices[:, :2].T),
+    drawn: Collection = axes.tripcolor(
+        MILLI * mesh.vertices[:, 0],
+        MILLI * mesh.vertices[:, 1],
         corners,
         facecolors=value[corners].mean(axis=1),
         cmap=colours,
@@ -111,3 +112,4 @@ def draw_mesh(
         antialiaseds=False,  # or the ground is seen between triangles
         rasterized=True,
     )
+    return drawn
