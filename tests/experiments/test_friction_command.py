@@ -144,7 +144,7 @@ def test_the_report_shows_how_often_the_librarys_materials_are_confused_and_whic
         "Materials recognised by touch",
         "<img",
         "drawn 50 times for each material",
-        "of the answers are",
+        "are recognised correctly",
     ):
         assert text in part
     for name in simulated_materials().names:

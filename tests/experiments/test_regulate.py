@@ -426,7 +426,7 @@ def test_texts_read_back_the_same():
         ({"force": 14.0, "profile": "step"}, "together at most 15 N"),
         ({"profile": "sine", "swing": 2.0}, r"swing = 2 N: must be less than the force of 2 N"),
         ({"profile": "step", "duration": 1.0}, "twice the hold"),
-        ({"motion": "table"}, "a file must say which"),
+        ({"motion": "table"}, "needs a file"),
         ({"motion": "circle", "motion_size": 0.2}, "at most 0.05 m"),
         ({"motion_size": 0.01}, "motion_size = 0.01: is for --motion sine or circle; still takes no such options"),
         ({"motion": "sine", "motion_file": "a.csv"}, "motion_file = a.csv: is for --motion path or table"),

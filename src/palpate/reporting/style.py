@@ -158,8 +158,8 @@ def colour_bar(
     figure: FigureBase, mapped: ScalarMappable, axes: Axes | Sequence[Axes], label: str, **layout: Any
 ) -> Colorbar:
     """Return a labelled colour bar below `axes`; `layout` as of `Figure.colorbar`."""
-    layout = {"location": "bottom", "aspect": 28} | layout
-    bar = figure.colorbar(mapped, ax=axes, **layout)
+    placed: dict[str, Any] = {"location": "bottom", "aspect": 28, **layout}
+    bar = figure.colorbar(mapped, ax=axes, **placed)
     bar.set_label(label, fontsize=FONT_SIZE, color=INK)
     bar.ax.tick_params(labelsize=SMALL_SIZE, colors=INK)
     return bar
