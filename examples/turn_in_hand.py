@@ -1,12 +1,12 @@
 """An object turned in the hand.
 
 Three fingers lift a sphere; then each rolls over it, sideways, and so all of them turn it about the hand's axis.
-Nothing looks at the object: touch alone tells how far it has turned, from how the contacts move, and the grip is
-at any time the least that neither slips nor spins. The pieces serve any hand that tells where its sensors are.
+There is no camera: touch alone measures how far it has turned, from the motion of the contacts, and the grip is at
+any time the least that neither slips nor spins. The pieces serve any hand with known sensor poses.
 
     python examples/turn_in_hand.py --angle 15 --seed 1
 
-It prints the turn as touch tells it, and as it is in truth.
+It prints the turn as touch measures it, and the true one.
 """
 
 import math

@@ -486,7 +486,7 @@ def test_a_log_of_something_else_is_refused(nano, tmp_path):
     with pytest.raises(InvalidValueError, match="is no log of an experiment"):
         replay_log(replace(log, attachments=without))
     newer = log.attachments | {"experiment.yaml": log.attachments["experiment.yaml"] + "colour: blue\n"}
-    with pytest.raises(InvalidValueError, match=r"another version wrote it\? .*colour"):
+    with pytest.raises(InvalidValueError, match=r"was it written by another version\? .*colour"):
         replay_log(replace(log, attachments=newer))
 
 

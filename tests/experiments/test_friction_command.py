@@ -141,10 +141,10 @@ def test_the_report_shows_how_often_the_librarys_materials_are_confused_and_whic
     page = (folder / "report.html").read_text(encoding="utf-8")
     part = page.partition("<h2>Which surface it may be")[2].partition("</section>")[0]
     for text in (
-        "Materials told apart by touch",
+        "Materials recognised by touch",
         "<img",
         "drawn 50 times for each material",
-        "of the answers are",
+        "are recognised correctly",
     ):
         assert text in part
     for name in simulated_materials().names:

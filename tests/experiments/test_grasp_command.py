@@ -219,7 +219,7 @@ def test_nothing_slips_or_spins_and_the_object_stands_again_where_it_stood(grasp
 
 @pytest.mark.slow
 def test_ignoring_spin_lets_it_spin_while_alarms_tell_and_are_not_heeded(grasped):
-    other = grasped.beside
+    other = grasped.comparison
     assert other.spin > math.radians(20.0)
     assert other.regrips == 0
     assert len(other.onsets) == 2

@@ -51,12 +51,11 @@ def kept_if_interrupted(result: RunResult) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        rest = "the robot is at rest" if result.stopped else "THE ROBOT DID NOT COME TO REST"
         recording = result.recording
         path = None if recording is None else recording.path
         kept = "there is no log" if path is None else f"its log is kept: {path} (palpate view shows it)"
         raise KeyboardInterrupt(
-            f"interrupted while it was evaluated, which is not finished; the run was over, {rest}; {kept}"
+            f"interrupted while it was evaluated, which is not finished; the run was over, {result.rest}; {kept}"
         ) from None
 
 

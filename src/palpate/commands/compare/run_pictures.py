@@ -15,10 +15,10 @@ from palpate.reporting.style import (
     SIDE_BY_SIDE,
     Picture,
     Width,
-    dress,
     label,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 LONGEST_NAME = 32
@@ -83,7 +83,7 @@ def spread_picture(samples: Sequence[ErrorSample | None], names: Sequence[str]) 
             label=label(names[run], LONGEST_NAME),
         )
     axes.axvline(0.0, color=INK, linewidth=0.8)
-    dress(axes, x=told.axis, y="share of the points [%]")
+    style_axes(axes, x=told.axis, y="share of the points [%]")
     legend_above(figure, [axes], columns=2)
     return Picture(told.title, told.caption, figure)
 
@@ -107,6 +107,6 @@ def _overlay(y: str, curves: Sequence[Curve], names: Sequence[str], width: Width
             label=f"{name}, set" if curve.asked else name,
         )
     axes.margins(x=0.0)
-    dress(axes, x="time [s]", y=y)
+    style_axes(axes, x="time [s]", y=y)
     legend_above(figure, [axes], columns=4 if width is Width.FULL else 2)
     return figure

@@ -11,7 +11,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.comparable import ErrorSample, WithErrors, WithSetForce
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.recorded_run import Tell, untold
+from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
 from palpate.runtime import Record
 from palpate.runtime.log import Log, log_in, read_log
 from palpate.runtime.log.record import record_of
@@ -110,7 +110,7 @@ def is_run(place: Path) -> bool:
     return place.is_dir() or place.suffix == LOG_ENDING
 
 
-def read_runs(places: Sequence[Path], tell: Tell = untold) -> tuple[ComparedRun, ...]:
+def read_runs(places: Sequence[Path], progress: ProgressCallback = no_progress) -> tuple[ComparedRun, ...]:
     """Return the runs that people name; `tell` is told which is being worked out.
 
     Raises:
@@ -137,8 +137,8 @@ def read_runs(places: Sequence[Path], tell: Tell = untold) -> tuple[ComparedRun,
             )
     runs = []
     for name, place, each in zip(_names(places, paths), places, found, strict=True):
-        tell(f"working out {name}")
-        runs.append(_run(name, place, each, tell))
+        progress(f"working out {name}")
+        runs.append(_run(name, place, each, progress))
     return tuple(runs)
 
 
@@ -180,9 +180,9 @@ def _names(places: Sequence[Path], paths: Sequence[Path]) -> list[str]:
     return names if len(set(names)) == len(names) else [f"{i + 1}: {name}" for i, name in enumerate(names)]
 
 
-def _run(name: str, place: Path, logged: LoggedRun, tell: Tell) -> ComparedRun:
+def _run(name: str, place: Path, logged: LoggedRun, progress: ProgressCallback) -> ComparedRun:
     log = logged.log
     records = tuple(record_of(log.codec, log.rows, i) for i in range(len(log.layout.channels)))
     if not len(records[0]):
         raise InvalidValueError(f"{log.path}: there are no periods in it: the run ended before it began")
-    return ComparedRun(name, place, logged, logged.found(tell), records)
+    return ComparedRun(name, place, logged, logged.found(progress), records)

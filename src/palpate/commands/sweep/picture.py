@@ -26,10 +26,10 @@ from palpate.reporting.style import (
     SMALL_SIZE,
     Picture,
     Width,
-    dress,
     label,
     legend_above,
     new_figure,
+    style_axes,
 )
 
 LOGARITHMIC = 20.0
@@ -200,7 +200,7 @@ def _draw_seeds(axes: Axes, result: SweepResult, figure: Figure, scale: Scale, q
     if values:
         axes.axhline(float(np.median(values)), color=QUIET, linewidth=1.0, label="median")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    dress(axes, x="seed", y=quantity)
+    style_axes(axes, x="seed", y=quantity)
 
 
 def _draw_lines(
@@ -229,7 +229,7 @@ def _draw_lines(
             axes.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0.0)
         else:
             axes.vlines(x, low, high, color=colour, alpha=0.5, linewidth=2.0)
-    dress(axes, x=x_label, y=quantity)
+    style_axes(axes, x=x_label, y=quantity)
 
 
 def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, scale: Scale, quantity: str) -> None:
@@ -244,7 +244,7 @@ def _draw_map(axes: Axes, result: SweepResult, figure: Figure, panel: _Panel, sc
     )
     axes.set_facecolor(MAP_GROUND)  # where no run got to its end
     drawn = axes.pcolormesh(np.ma.masked_invalid(field), cmap=HEIGHT_COLOURS)
-    dress(axes, x=_name(result, along), y=_name(result, lines), grid=False)
+    style_axes(axes, x=_name(result, along), y=_name(result, lines), grid=False)
     for axis, varied in ((axes.xaxis, along), (axes.yaxis, lines)):
         every = -(-len(varied.values) // MOST_TICKS)
         axis.set_ticks(

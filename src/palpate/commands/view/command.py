@@ -110,7 +110,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
         if scene.surface is not None and not view.makes_surface:
             say(console, "The process that makes the map's surface has ended: the view goes on without it")
         with kept_if_interrupted(result), doing(console, "working out what was found"):
-            found = experiment.found(plan, run.recorded(result, tell=lambda step: say(console, step)))
+            found = experiment.found(plan, run.recorded(result, progress=lambda step: say(console, step)))
         report = experiment.report(found)
         done = result.ending is Ending.DONE and report.reached
         answer = CommandResult(

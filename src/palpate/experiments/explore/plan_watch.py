@@ -1,4 +1,4 @@
-"""From a controller that explores to what people see of its plan."""
+"""The plan of an exploring controller, for display."""
 
 from collections.abc import Sequence
 
@@ -46,7 +46,7 @@ def shown_plan(leg: Leg | None, plane: PathPlane, marks: Sequence[Mark]) -> Show
         case SingleTouch():
             name, points = "touch", (leg.at,)
         case Circuit():
-            name = "circuit"  # where it leads, only what is felt tells
+            name = "circuit"  # its points are known only while it is felt
         case None:
             pass
     return ShownPlan(name, tuple(plane.base(point) for point in points), plane.axis, shown)

@@ -1,4 +1,4 @@
-"""From a run's observations to recorded strokes: which sample belongs to which way of which rub."""
+"""From a run's observations to recorded strokes: which sample belongs to which direction of which rub."""
 
 from array import array
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ class RubRecorder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RubbedPair:
-    """A rub that was done both ways.
+    """A rub that was done there and back.
 
     Attributes:
         rub: What was asked for.
@@ -105,11 +105,11 @@ def free_air(rows: FloatArray, spans: Sequence[AirSpan]) -> FreeAir | None:
 
 
 def rubbed_pairs(rows: FloatArray, spans: Sequence[RubSpan], air: FreeAir | None) -> tuple[RubbedPair, ...]:
-    """Return the rubs that were done both ways, their wrenches less the sensor's zero.
+    """Return the rubs that were done there and back, their wrenches less the sensor's zero.
 
     Args:
         rows: As `RubRecorder.rows` returns them.
-        spans: When each way was done.
+        spans: When each direction was done.
         air: The sensor's zero; not taken off if None.
     """
     pairs = []

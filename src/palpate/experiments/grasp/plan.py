@@ -97,7 +97,7 @@ class GraspPlan(PlanDefaults):
 
     @property
     def true(self) -> LimitSurface:
-        """What the contacts really bear; on a real robot, where nobody knows, what they are believed to."""
+        """What the contacts really bear; on a real robot, what they are believed to."""
         return self.believed if self.hand.real else true_surface(self.config)
 
     @property
@@ -127,14 +127,14 @@ class GraspPlan(PlanDefaults):
         return self.expected_duration + SLACK
 
     def task(self) -> HandTask:
-        """Return what the hand is to hold; of a rig, what it was told that there is."""
+        """Return what the hand is to hold; of a rig, what its file describes."""
         return task_of(self.config, self.hand, self.times)
 
     def backend(self) -> Backend:
         """Return the hand over the object; nothing is opened before it starts.
 
         Raises:
-            InvalidValueError: It cannot be simulated so, or not be what its robot file says.
+            InvalidValueError: It cannot be simulated, or not be built as its robot file describes.
         """
         config = self.config
         try:
@@ -149,7 +149,7 @@ class GraspPlan(PlanDefaults):
             ) from None
 
     def controller(self) -> GraspController:
-        """Return a fresh controller; its grip's watch and belief tell what was heard and learnt."""
+        """Return a fresh controller; its grip's watch and belief keep alarms and estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
         need: GripNeed = NeedWithoutSpin() if config.ignore_spin else NeedWithinRubbed(self.most_rubbed)
         grip = self._grip(belief, self._watch(), need)
@@ -182,7 +182,7 @@ class GraspPlan(PlanDefaults):
         return RobustGrip(self.config.fingers, *SPREADS["estimated"], self.config.probability)
 
     def _watch(self) -> RecordingWatch:
-        """Who listens for slip; a grip that ignores spin, or is shared, does not heed it."""
+        """Slip detection; a grip that ignores spin, or is shared, ignores its alarms."""
         slips = slips_of(self.config, self.believed, self.hand.geometry.tip, self.period)
         if shares(self.config):
             return DisabledWatch(slips)
@@ -256,7 +256,7 @@ def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> 
         InvalidValueError: The friction file cannot be read, something cannot be, the robot has no hand, or
             the hand cannot hold so much.
     """
-    true_surface(config)  # refuses what was typed: below, it would be the file's fault
+    true_surface(config)  # refuses typed values: below, the message would blame the file
     hand = grasp_hand(config, robot)
     config = config_on(config, hand)
     found = None
