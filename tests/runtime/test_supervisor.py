@@ -416,9 +416,9 @@ def test_limits_that_limit_nothing_are_refused(name, bad):
 
 @pytest.mark.parametrize("upper", [-1.0, -2.0, math.nan])
 def test_an_empty_workspace_or_joint_range_is_refused(upper):
-    with pytest.raises(InvalidValueError, match="workspace_(lower_m, y|upper_m = nan)"):
+    with pytest.raises(InvalidValueError, match=r"workspace_(lower_m, y|upper_m = nan)"):
         Limits(workspace_upper=(1.0, upper, 1.0))
-    with pytest.raises(InvalidValueError, match="joint_(lower_rad, joint 2|upper_rad = nan)"):
+    with pytest.raises(InvalidValueError, match=r"joint_(lower_rad, joint 2|upper_rad = nan)"):
         Limits(joint_lower=(-1.0, -1.0), joint_upper=(1.0, upper))
     with pytest.raises(InvalidValueError, match="joint_lower_rad has 1 numbers and joint_upper_rad 2"):
         Limits(joint_lower=(-1.0,), joint_upper=(1.0, 2.0))
