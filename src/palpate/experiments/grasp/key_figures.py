@@ -181,7 +181,7 @@ def _who_tells(config: GraspConfig) -> str:
 def _why_raised(grasp: Grasp) -> str:
     if shares(grasp.planned.config):
         return "fingers that share a load answer it by its plan alone"
-    if grasp.planned.config.ignore_spin:
+    if grasp.planned.config.ignores_spin:
         return "alarms are not heeded"
     return "for an alarm, and again while it goes on; in the whole run"
 
