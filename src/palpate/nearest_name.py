@@ -13,6 +13,7 @@ UNITS = (
     "kg_m2",
     "N_per_m",
     "Nm",
+    "W",
     "N",
     "kg",
     "rad",

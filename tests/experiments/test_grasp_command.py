@@ -191,7 +191,7 @@ def test_a_configuration_reads_back_as_it_was_written(known):
         ({"size": (0.05,)}, "takes 3"),
         ({"pull": 50.0}, "at most 8"),
         ({"offset": 0.05}, "within the object"),
-        ({"ignore_spin": True, "against_ignoring_spin": True}, "leave one out"),
+        ({"controller": "coulomb", "against_ignoring_spin": True}, "leave one out"),
         ({"friction": -1.0}, "friction"),
         ({"margin": 50.0}, "margin = 50: must be at most 3; 0.12 stands for 12 %"),
     ],

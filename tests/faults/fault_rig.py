@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Protocol
+
+import msgspec
 
 from palpate.runtime.data import Command, Observation, Sample
 from palpate.runtime.log import Event, Level, MemoryLog, Recorder, Sink
@@ -212,7 +214,7 @@ class Limited:
     other: Injection | None = None
 
     def into(self, rig: Rig, at: int) -> None:
-        rig.limits = replace(rig.limits, **self.limits)
+        rig.limits = msgspec.structs.replace(rig.limits, **self.limits)
         if self.other is not None:
             self.other.into(rig, at)
 

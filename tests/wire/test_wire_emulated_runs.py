@@ -163,7 +163,7 @@ def test_however_it_ends_nothing_is_left_behind(how, tmp_path):
 @pytest.mark.parametrize("plant", [False, True], ids=["MuJoCo", "friction plant"])
 def test_an_object_is_held_by_servos_on_the_wire_and_neither_slips_nor_spins(plant, tmp_path):
     planned = plan_of(plant=plant)
-    planned = replace(planned, limits=replace(planned.limits, sample_age=OLDEST))
+    planned = replace(planned, limits=msgspec.structs.replace(planned.limits, sample_age=OLDEST))
     wires = HandWires("127.0.9.45", ("127.0.9.46", "127.0.9.47"), tmp_path / "bus", SCALE)
     grasp = found_after(planned, RecordedRun(planned, emulated_hand(planned.task(), wires)))
     assert grasp.run.ending is Ending.DONE, str(grasp.run)

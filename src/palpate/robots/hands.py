@@ -135,7 +135,7 @@ def _emulated(robot: Robot) -> HandDescription:
                 f"fingers[{i}]: an emulated hand has spheres of {radius:g} m around {list(center)} m, of {mass:g} "
                 "kg with their centre of mass there, and no sensor file; write surface and payload so"
             )
-    limits = robot.file.limits.limits()
+    limits = robot.file.limits
     return HandDescription(simulated.geometry, simulated.fingers, PERIOD, limits, robot)
 
 
@@ -157,6 +157,4 @@ def _of_rig(robot: Robot) -> HandDescription:
         )
         for i, surface in enumerate(surfaces)
     )
-    return HandDescription(
-        hand_geometry(robot, entry.hand), fingers, robot.file.period, robot.file.limits.limits(), robot
-    )
+    return HandDescription(hand_geometry(robot, entry.hand), fingers, robot.file.period, robot.file.limits, robot)

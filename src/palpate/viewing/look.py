@@ -63,7 +63,7 @@ def legend(length_per_newton: float, *, has_map: bool) -> str:
     """
     said = [
         (palette.FELT, f"force felt, {1e3 * length_per_newton:g} mm per N"),
-        (palette.QUIET_COLOUR, "way of the tip"),
+        (palette.QUIET_COLOUR, "path of the tip"),
     ]
     if has_map:  # what explores makes one, and nothing else knows where it will go
         said.append((palette.COMMAND, "still to go"))

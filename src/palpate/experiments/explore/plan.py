@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from palpate.controllers import (
@@ -310,7 +311,7 @@ def plan_on(target: SceneObject, config: ExploreConfig, robot: Robot) -> Explora
     )
     descent = (target.top - target.bottom) + max(config.tip) + CLEARANCE
     plane = PathPlane((-x, -y, -z))
-    limits, room = _limits(robot.file.limits.limits(), scan, plane, top, descent, _stopping(config, scan))
+    limits, room = _limits(robot.file.limits, scan, plane, top, descent, _stopping(config, scan))
     check_force(config.force, config.greatest_force, limits)
     ready = build(robot, task)
     # the push of a real arm is bounded by its own controller
@@ -396,7 +397,7 @@ def _limits(
         return (next(low), next(low), next(low)), (next(high), next(high), next(high))
 
     workspace_lower, workspace_upper = around(ROOM + stopping)
-    limits = replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
+    limits = msgspec.structs.replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
     return limits, Room(*around(0.5 * ROOM + stopping))
 
 

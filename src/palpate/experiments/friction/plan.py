@@ -189,7 +189,7 @@ def plan(config: FrictionConfig, robot: Robot, texts: Mapping[str, str]) -> Fric
         InvalidValueError: The configuration cannot be carried out; the message names the remedy.
     """
     library = library_text(config, texts)
-    limits, loads = robot.file.limits.limits(), config.rubbed_loads
+    limits, loads = robot.file.limits, config.rubbed_loads
     check_force(loads[-1], loads[-1], limits)
     check_speed("speed", max((config.speed, *config.speeds)), limits)
     turns = not isinstance(robot.file.backend, StageEntry)

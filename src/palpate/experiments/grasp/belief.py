@@ -5,6 +5,7 @@ import numpy as np
 from palpate.controllers.grip.belief import KnownSurface, SurfaceBelief
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.config import SPREADS, THREE, GraspConfig
+from palpate.experiments.grasp.grip_laws import LIMIT_SURFACE
 from palpate.experiments.grasp.nudged import NotedNudge
 from palpate.experiments.grasp.strength import at_worst
 from palpate.experiments.grasp.surface import true_surface
@@ -128,7 +129,7 @@ def shares(config: GraspConfig) -> bool:
     Two opposed fingers whose friction is known share alike, which is the least already: with one grip for both,
     each by what it feels, they need no plan of the whole. Three do, and two where mu and e are estimated.
     """
-    if config.ignore_spin or config.known not in ("touched", "estimated"):
+    if config.controller != LIMIT_SURFACE or config.known not in ("touched", "estimated"):
         return False
     return config.fingers == THREE or config.known == "estimated"
 

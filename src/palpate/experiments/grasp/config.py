@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.grasp.grip_laws import COULOMB, LIMIT_SURFACE, check_grip_law
 from palpate.experiments.kit.config_checks import check_friction, check_seed, check_size, check_spin_length
 from palpate.experiments.kit.options import NOISY, WRITTEN, check_options, option
 
@@ -159,10 +160,11 @@ class GraspConfig:
     """With which speed [m/s]."""
     margin: float = option(0.12, bound="not negative")
     """Share of grip beyond what the limit surface needs."""
-    ignore_spin: bool = False
-    """Plan by Coulomb's law alone, as if there were no torque: for comparison only."""
+    controller: str = LIMIT_SURFACE
+    """Grip law: limit-surface bears force and torque; coulomb plans by Coulomb's law alone, as if there were no
+    torque, for comparison only."""
     against_ignoring_spin: bool = option(
-        False, fixed="the log is of the first of both; set ignore_spin", once=True
+        False, fixed="the log is of the first of both; set controller=coulomb", once=True
     )
     """Do it again with a control that ignores spin, and show both."""
     force_noise: float = option(0.01, "N", fixed=NOISY, bound="positive")
@@ -219,9 +221,10 @@ class GraspConfig:
             raise InvalidValueError(
                 f"friction_file with known = {self.known}: a file comes from a touch; leave --known out"
             )
-        if self.ignore_spin and self.against_ignoring_spin:
+        check_grip_law(self.controller)
+        if self.ignores_spin and self.against_ignoring_spin:
             raise InvalidValueError(
-                "ignore_spin with against_ignoring_spin: both would be the same; leave one out"
+                "controller = coulomb with against_ignoring_spin: both would be the same; leave one out"
             )
         check_seed(self.seed)
 
@@ -258,6 +261,11 @@ class GraspConfig:
             raise InvalidValueError(
                 f"offset = {self.offset:g} m: must be within the object, at most {self.half_width:g} m"
             )
+
+    @property
+    def ignores_spin(self) -> bool:
+        """Whether the grip is planned as if there were no torque."""
+        return self.controller == COULOMB
 
     @property
     def sizes(self) -> tuple[float, ...]:

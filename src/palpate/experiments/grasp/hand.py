@@ -68,9 +68,9 @@ def config_on(config: GraspConfig, hand: HandDescription) -> GraspConfig:
             f"load = {config.load}: nothing is simulated that pulls at a real object; leave --load out, and "
             "give --rise for how long it is held"
         )
-    if config.plant or config.against_ignoring_spin or config.ignore_spin:
+    if config.plant or config.against_ignoring_spin or config.ignores_spin:
         raise InvalidValueError(
-            "plant, ignore_spin, against_ignoring_spin: are for simulation; leave them out on a robot"
+            "plant, controller = coulomb, against_ignoring_spin: are for simulation; leave them out on a robot"
         )
     assert hand.robot is not None  # it is real
     noises = [noise_of_finger(hand.robot, i) for i in range(config.fingers)]

@@ -183,7 +183,7 @@ def _alarm_criterion(config: GraspConfig) -> str:
 def _why_raised(grasp: Grasp) -> str:
     if shares(grasp.planned.config):
         return "fingers that share a load follow its plan alone"
-    if grasp.planned.config.ignore_spin:
+    if grasp.planned.config.ignores_spin:
         return "alarms are ignored"
     return "for an alarm, and again while it goes on; in the whole run"
 

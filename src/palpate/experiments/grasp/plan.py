@@ -10,11 +10,10 @@ from palpate.controllers.grip.grasp import GraspController, GraspStage, LiftingC
 from palpate.controllers.grip.grasp_solver import GraspSolver, MinimumGrip, RobustGrip
 from palpate.controllers.grip.grip_plan import CommonGrip
 from palpate.controllers.grip.lift import LiftController, LiftParameters
-from palpate.controllers.grip.need import GripNeed, NeedWithoutSpin
+from palpate.controllers.grip.need import GripNeed
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.recording_watch import DisabledWatch, PassiveWatch, RecordingWatch
-from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.errors import InvalidValueError
@@ -29,6 +28,7 @@ from palpate.experiments.grasp.belief import (
 )
 from palpate.experiments.grasp.config import KNOWN_TEXT, SPREADS, GraspConfig
 from palpate.experiments.grasp.felt import GraspFeltRecorder
+from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS
 from palpate.experiments.grasp.hand import config_on, grasp_hand
 from palpate.experiments.grasp.notes import notes_on
 from palpate.experiments.grasp.scene import PullTimes, pull_times, task_of
@@ -151,7 +151,7 @@ class GraspPlan(PlanDefaults):
     def controller(self) -> GraspController:
         """Return a fresh controller; its grip's watch and belief keep alarms and estimates."""
         config, belief = self.config, belief_of(self.config, self.believed)
-        need: GripNeed = NeedWithoutSpin() if config.ignore_spin else NeedWithinRubbed(self.most_rubbed)
+        need = GRIP_LAWS[config.controller](self.most_rubbed)
         grip = self._grip(belief, self._watch(), need)
         lift = LiftController(grip, self.period, self.lift)
         lifting: LiftingController = lift
@@ -186,7 +186,7 @@ class GraspPlan(PlanDefaults):
         slips = slips_of(self.config, self.believed, self.hand.geometry.tip, self.period)
         if shares(self.config):
             return DisabledWatch(slips)
-        return PassiveWatch(slips) if self.config.ignore_spin else RecordingWatch(slips)
+        return PassiveWatch(slips) if self.config.ignores_spin else RecordingWatch(slips)
 
     @property
     def most_rubbed(self) -> float:
@@ -198,7 +198,7 @@ class GraspPlan(PlanDefaults):
         """Return the same, planned by Coulomb's law alone, if that is to be compared with."""
         if not self.config.against_ignoring_spin:
             return None
-        return replace(self, config=replace(self.config, ignore_spin=True, against_ignoring_spin=False))
+        return replace(self, config=replace(self.config, controller=COULOMB, against_ignoring_spin=False))
 
     def observer(
         self, controller: GraspController, truth: TruthSource | None

@@ -30,7 +30,7 @@ def title(grasp: Grasp) -> str:
         "shake": "shaken",
         "none": "just held",
     }[config.load]
-    ignoring = ", ignoring spin" if config.ignore_spin else ""
+    ignoring = ", ignoring spin" if config.ignores_spin else ""
     return f"A {config.object} in {fingers} fingers, {pulled}{ignoring}"
 
 
@@ -166,8 +166,8 @@ def advice(grasp: Grasp) -> tuple[str, ...]:
     """Return what to do now."""
     config, known = grasp.planned.config, grasp.truth_known
     if grasp.dropped or (known and grasp.gave_way):
-        if config.ignore_spin:
-            return ("Spin was ignored: without --ignore-spin the grip bears the torque, too.",)
+        if config.ignores_spin:
+            return ("Spin was ignored: with --controller limit-surface the grip bears the torque, too.",)
         return (f"It gave way: hold it with more than the present --margin {config.margin:g}.",)
     if known and math.isfinite(grasp.grip_ratio) and grasp.grip_ratio > MUCH_GRIP:
         return (
@@ -195,7 +195,7 @@ def settings(grasp: Grasp) -> tuple[tuple[str, str], ...]:
         ("load", _load(config) if known else "its own weight, and whoever pulled at it"),
         ("lifted", f"{MILLI * config.lift_height:g} mm, at {MILLI * config.lift_speed:g} mm/s"),
         ("margin", in_percent(config.margin)),
-        ("control", "ignores spin" if config.ignore_spin else "limit surface"),
+        ("control", config.controller),
         ("sensors", f"{noise}{drift}" if known else noise),
         ("control period", f"{MILLI * planned.period:g} ms"),
         *log_row(grasp.run),

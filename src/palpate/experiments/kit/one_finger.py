@@ -84,7 +84,7 @@ class OneFingerPlan(PlanDefaults):
         Raises:
             InvalidValueError: The robot cannot press so hard, or cannot be simulated so.
         """
-        check_force(force, force, robot.file.limits.limits())
+        check_force(force, force, robot.file.limits)
         finger, tip = only_finger(robot), tip_sizes(robot)
         x, y, z = finger.surface.center
         task = Task(
@@ -110,7 +110,7 @@ class OneFingerPlan(PlanDefaults):
     @property
     def limits(self) -> Limits:
         """See `Plan`."""
-        return self.robot.file.limits.limits()
+        return self.robot.file.limits
 
     @property
     def longest_duration(self) -> float:

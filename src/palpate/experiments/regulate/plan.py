@@ -235,7 +235,7 @@ def plan_regulation(config: RegulateConfig, robot: Robot, texts: Mapping[str, st
     motion = motion_of(config, texts.get(MOTION_TEXT))
     profile = profile_of(config)
     duration = duration_of(config, profile)
-    limits = robot.file.limits.limits()
+    limits = robot.file.limits
     check_limits(config, motion, limits)
     ready = built(config, robot, target)
     least = LEAST_FORCE * ready.touch_force

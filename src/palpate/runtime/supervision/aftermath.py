@@ -1,7 +1,7 @@
 """What happened after a trip, summarised at its end."""
 
 from palpate.runtime.data import Observation
-from palpate.runtime.supervision.measures import CONTACT_FORCE
+from palpate.runtime.supervision.run_guards import CONTACT_FORCE
 from palpate.spatial import norm, subtract
 
 

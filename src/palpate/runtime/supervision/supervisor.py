@@ -17,9 +17,10 @@ from palpate.runtime.supervision.command_conditions import (
     WellFormed,
 )
 from palpate.runtime.supervision.finding import NO_EXCEPTION, Trip, Violation
-from palpate.runtime.supervision.guard import Guard, guards_of
+from palpate.runtime.supervision.guard import Guard
 from palpate.runtime.supervision.limits import Limits
 from palpate.runtime.supervision.reactions import Grip, Reaction, Stop
+from palpate.runtime.supervision.run_guards import guards_of
 from palpate.spatial import ZERO, Vector, norm, scale, toward
 
 LONGEST_REACTION = 10.0
