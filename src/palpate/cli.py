@@ -44,30 +44,30 @@ DESCRIPTION = (
     "Example: palpate {first}; then open the report that it names. `palpate {first} --help` explains every "
     "option.\n\n"
     "Experiments come first below; one of your own is typed as module:Class or file.py:Class. "
-    "Every command takes --json; where something moves, --dry-run says what it would do. "
-    "Exit code: 0 done; 1 not finished, or something is not as it should be; 2 wrong input, nothing was done; "
-    "130 interrupted by Ctrl-C. palpate --version says which palpate this is."
+    "Every command takes --json; where something moves, --dry-run shows what it would do. "
+    "Exit code: 0 done; 1 not finished, or a check failed; 2 wrong input, nothing was done; "
+    "130 interrupted by Ctrl-C. palpate --version prints the version."
 )
 
 
 CALIBRATION = (
-    "Find out about a force/torque sensor, and keep it in its sensor file.\n\n"
+    "Calibrate a force/torque sensor; the sensor file keeps the result.\n\n"
     "In this order: `new` makes the file; `matrix` finds the calibration matrix from known loads (only for a "
     "sensor that gives raw channels); `payload` finds what it carries; `tare` finds the bias, before every "
     "use.\n\n"
     "Example: palpate calibrate new sensor.yaml --preset nano17"
 )
-"""What `palpate calibrate` says of itself."""
+"""Help of `palpate calibrate`."""
 
 
 class TypedCommand(NamedTuple):
-    """What people can type.
+    """A command of the command line.
 
     Attributes:
         config: Its options, light to import.
-        runner: What runs it, as module:function; need not be light.
+        runner: Function that runs it, as module:function; imported when the command runs.
         summary: One line.
-        document: What carries it out for --json, where its runner writes its rows to standard output.
+        document: Function that runs it with --json, if `runner` writes rows to standard output.
     """
 
     config: type
@@ -102,7 +102,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
         ContactConfig,
         "palpate.commands.contact.tool:run_contact",
         "Turn wrenches, from a file or standard input, into contacts.",
-        document="palpate.commands.contact.tool:answer_contact",
+        document="palpate.commands.contact.tool:contact_result",
     ),
     "compare": TypedCommand(
         CompareConfig,
@@ -132,7 +132,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
                 "Find the bias from readings at rest: from a CSV file, or live.",
             ),
         },
-        "Find out about a force/torque sensor, and keep it in its sensor file.",
+        "Calibrate a force/torque sensor; the sensor file keeps the result.",
         CALIBRATION,
     ),
     "log": CommandGroup(
@@ -140,7 +140,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
             "info": TypedCommand(
                 LogInfoConfig,
                 "palpate.commands.log.command:run_log_info",
-                "Tell what is in a log: how long, how regular, what happened, what is missing.",
+                "Summarise a log: duration, timing, events, gaps.",
             ),
             "export": TypedCommand(
                 LogExportConfig,
@@ -176,7 +176,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
             "check": TypedCommand(
                 RobotCheckConfig,
                 "palpate.commands.robot.tool:run_check",
-                "Say how palpate understands a robot file, or what is wrong with it.",
+                "Show how palpate reads a robot file, or what is wrong with it.",
             ),
         },
         "Robot files: those that there are, and yours.",
@@ -185,7 +185,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
     "doctor": TypedCommand(
         DoctorConfig,
         "palpate.commands.doctor.command:run_doctor",
-        "Connect to a robot's devices, measure how they are, and say what to fix. Moves nothing.",
+        "Connect to a robot's devices, measure their condition, and report what to fix. Moves nothing.",
     ),
     "emulate": CommandGroup(
         {
@@ -210,8 +210,8 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
                 "Switch a fault of a device that is being emulated.",
             ),
         },
-        "Emulated devices, for palpate or any other software that speaks to the real ones.",
-        "Emulated devices, for palpate or any other software that speaks to the real ones.\n\n"
+        "Emulated devices, for palpate or any other software that talks to the real ones.",
+        "Emulated devices, for palpate or any other software that talks to the real ones.\n\n"
         "Example: palpate emulate ur",
     ),
     "warm-up": TypedCommand(
@@ -228,14 +228,14 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
 
 
 Typed = Mapping[str, "TypedCommand | CommandGroup | Experiment"]
-"""What can be typed, by the word that does so."""
+"""Commands and experiments by name."""
 
 
 @cache
 def typed_commands() -> Typed:
-    """Return all that can be typed after the program's name: experiments first.
+    """Return every command by name, experiments first.
 
-    An experiment that cannot be loaded is left out, so that the others can be used; typing its name says why.
+    An experiment that cannot be loaded is left out, so that the others can be used; typing its name shows why.
     """
     experiments = {}
     for name in experiment_names():
@@ -250,7 +250,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments in (["--version"], ["-V"]):
         sys.stdout.write(f"palpate {__version__}\n")
         return 0
-    return _manner(arguments).carry_out(partial(_run_typed, arguments or ["--help"]))
+    return _output_format(arguments).carry_out(partial(_run_typed, arguments or ["--help"]))
 
 
 def _run_typed(arguments: Sequence[str]) -> CommandResult | int:
@@ -258,8 +258,8 @@ def _run_typed(arguments: Sequence[str]) -> CommandResult | int:
     return _run(commands, "palpate", DESCRIPTION.format(first=next(iter(commands))), arguments)
 
 
-def _manner(arguments: Sequence[str]) -> OutputFormat:
-    """How to say what there is to say, before anybody has judged what is typed: a refusal has to be said, too."""
+def _output_format(arguments: Sequence[str]) -> OutputFormat:
+    """Return the output format, before the arguments are checked: errors need it, too."""
     if "--json" not in arguments or HELP_WORDS & set(arguments):
         return TextOutput()
     words: list[str] = []
@@ -289,11 +289,11 @@ def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> C
         raise InvalidValueError(_no_command(word, commands, typed))
     with parser_colours(arguments):  # help, or a mistake: show the commands, one line each
         tyro.cli(_subcommands(commands), prog=typed, description=about, args=arguments)
-    raise AssertionError(f"{word!r} is no command, and nobody has said so")
+    raise AssertionError(f"{word!r} is no command, and the parser accepted it")
 
 
 def _no_command(word: str, commands: Typed, typed: str) -> str:
-    """What to say of a word that is no command."""
+    """Return the message for a word that is no command."""
     flags = ("--help", "--version") if commands is typed_commands() else ("--help",)
     near = nearest(word, (*commands, *flags))
     meant = f"did you mean {typed} {near}? " if near else ""
@@ -308,8 +308,8 @@ def _carry_out(command: TypedCommand, typed: str, arguments: Sequence[str]) -> C
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
     runner = _function(command.document if Flag.JSON in flags and command.document else command.runner)
     start_up.over()
-    answer: CommandResult | int = runner(config)
-    return answer
+    result: CommandResult | int = runner(config)
+    return result
 
 
 def _carry_out_experiment(experiment: Experiment, typed: str, arguments: Sequence[str]) -> CommandResult:
@@ -335,7 +335,7 @@ def _function(name: str) -> Any:
 
 
 def _subcommands(commands: Typed) -> Any:
-    """The type by which tyro knows commands: a union of what each takes, by its name."""
+    """Return the union type from which tyro makes subcommands."""
     return Union[  # noqa: UP007
         tuple(
             Annotated[_taken(name, what), tyro.conf.subcommand(name, description=what.summary)]

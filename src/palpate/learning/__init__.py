@@ -1,4 +1,4 @@
-"""Touch as an environment for those who learn: `gymnasium.make("palpate.learning:palpate/Touch-v0")`."""
+"""Touch as an environment for reinforcement learning: `gymnasium.make("palpate.learning:palpate/Touch-v0")`."""
 
 from palpate.extras import require
 

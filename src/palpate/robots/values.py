@@ -1,4 +1,4 @@
-"""What a robot file says that a run would otherwise be told: fingertip, noise and period."""
+"""Options whose default is in the robot file: fingertip, noise and period."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
@@ -19,7 +19,7 @@ TAKEN = ("tip", "force_noise", "moment_noise", "period")
 
 
 def values_of(robot: Robot) -> dict[str, object]:
-    """Return the options that a robot file says: fingertip [m], noise [N, N m] and control period [s].
+    """Return the options that a robot file supplies: fingertip [m], noise [N, N m] and control period [s].
 
     Raises:
         InvalidValueError: It has no fingertip that can be simulated.
@@ -37,10 +37,10 @@ def values_of(robot: Robot) -> dict[str, object]:
 
 
 def on_robot(config: "Config", robot: Robot) -> "Config":
-    """Return a configuration in which a robot file says what of `TAKEN` is left out.
+    """Return a configuration in which a robot file supplies what of `TAKEN` is left out.
 
     Raises:
-        InvalidValueError: What it says cannot be with the rest.
+        InvalidValueError: Its values contradict the rest.
     """
     left_out = [name for name in TAKEN if getattr(config, name) in (None, ())]
     if not left_out:

@@ -179,7 +179,7 @@ def has_raw(data: CsvData, channels: tuple[str, ...]) -> bool:
 def raw_readings(
     data: CsvData, channels: tuple[str, ...], raw_range: tuple[float, float] | None
 ) -> tuple[FloatArray, str]:
-    """Return the raw channels, shape (n, k), and their unit, "" if the header does not say it.
+    """Return the raw channels, shape (n, k), and their unit, "" if the header has none.
 
     Args:
         data: The file.
@@ -235,7 +235,7 @@ def specific_forces(data: CsvData, rotation: RotationOrder, up_base: Vector, gra
     Args:
         data: The file.
         rotation: What rotations and quaternions map.
-        up_base: Which way is up in base coordinates.
+        up_base: Upward direction in base coordinates.
         gravity: Local g [m/s^2].
 
     Raises:

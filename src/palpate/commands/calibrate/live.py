@@ -45,7 +45,7 @@ def take_readings(backend: Backend, duration: float) -> tuple[FloatArray, Vector
         sensor frame. A sample that the device had not renewed since the period before counts once.
 
     Raises:
-        InvalidValueError: The back end has no sensor, or says nothing new.
+        InvalidValueError: The back end has no sensor, or no new reading.
     """
     taken: list[WrenchSample] = []
     with backend, _started(backend.pacer):

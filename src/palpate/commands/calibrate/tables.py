@@ -72,7 +72,7 @@ def payload_table(found: IdentifiedPayload, source: str) -> Table:
 
 
 def bias_table(found: BiasEstimate, drift: Drift, before: SensorFile, after: SensorFile, source: str) -> Table:
-    """Return a bias with its standard errors, and what else readings at rest say."""
+    """Return a bias with its standard errors, noise and drift."""
     table = _table(
         Text(f"Bias from {found.reading_count} readings ({source})"),
         Text("error: standard error of the bias; drift per second with its 95 % interval; weight taken off"),

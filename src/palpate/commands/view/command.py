@@ -49,10 +49,11 @@ OWN = {"config": "give it as --config FILE.YAML"}
 """What --set does not take, and what to type."""
 
 STARTING = "starting the view"
-"""Said at once: the process that makes the map's surface, and the server, take seconds on a busy computer."""
+"""Printed immediately: the process that makes the map's surface, and the server, take seconds on a busy
+computer."""
 
 ENDED = "Stopping: writing the log, and working out what was found (Ctrl-C again: stop without that)"
-"""Said at once after a Ctrl-C while it runs."""
+"""Printed immediately after Ctrl-C during the run."""
 
 
 def run_view(config: ViewConfig) -> CommandResult:
@@ -129,7 +130,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
 
 
 def _asked(experiment: Experiment, config: ViewConfig) -> Any:
-    """What the experiment is to be like: --set goes before --config."""
+    """Return the experiment's configuration; --set overrides --config."""
     kind = experiment.Config
     overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
     return kind(**overlay | set_options(config.set, kind, OWN))
@@ -179,7 +180,7 @@ def _frames(log: Log, scene: ViewScene, console: Console) -> Frames:
         return frames_of_log(log)
     poses = free_poses_in(log)
     if poses is None:
-        say(console, f"{log.path}: no log says where the object was: it stands where it stood at the start")
+        say(console, f"{log.path}: the log does not record the object's pose: it is shown at its start")
     return frames_of_log(log, poses)
 
 
