@@ -140,7 +140,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
             "info": TypedCommand(
                 LogInfoConfig,
                 "palpate.commands.log.command:run_log_info",
-                "Summarise a log: duration, timing, events, gaps.",
+                "Summarise a log: duration, timing, events, what is missing or damaged.",
             ),
             "export": TypedCommand(
                 LogExportConfig,
@@ -176,7 +176,7 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
             "check": TypedCommand(
                 RobotCheckConfig,
                 "palpate.commands.robot.tool:run_check",
-                "Show how palpate reads a robot file, or what is wrong with it.",
+                "Show how palpate reads a robot file, value by value, or what is wrong with it.",
             ),
         },
         "Robot files: those that there are, and yours.",

@@ -141,8 +141,7 @@ class TouchEnv(gymnasium.Env[Seen, Action]):
         return result
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of the scene with the contact force, shape (height, width, 3); None without render
-        mode.
+        """Return a picture of the scene with the contact force, shape (height, width, 3), or None.
 
         Raises:
             InvalidValueError: There is no scene to draw: the robot is real.

@@ -62,7 +62,7 @@ class ComparedRun:
 
     @property
     def set_force(self) -> FloatArray:
-        """Normal force set_force for, shape (n,) [N]; NaN where none was, or nobody says."""
+        """Set normal force, shape (n,) [N]; NaN where there is none, or it is unknown."""
         wanted = np.full(len(self.records[0]), np.nan)
         if isinstance(self.result, WithSetForce):
             set_force = self.result.set_force  # the result does not cover the periods of stopping
@@ -111,7 +111,7 @@ def is_run(place: Path) -> bool:
 
 
 def read_runs(places: Sequence[Path], tell: Tell = untold) -> tuple[ComparedRun, ...]:
-    """Return the runs that people name; `tell` is recorded which is being worked out.
+    """Return the runs that people name; `tell` is called with the name of the one being evaluated.
 
     Raises:
         InvalidValueError: One is no run, they are of different experiments, or one and the same.
@@ -143,7 +143,7 @@ def read_runs(places: Sequence[Path], tell: Tell = untold) -> tuple[ComparedRun,
 
 
 def changed_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, tuple[object, ...]], ...]:
-    """Return what was set_force differently: name of the option, and what was set_force of each run."""
+    """Return the options that differ: name, and value in each run."""
     found = []
     for name in _compared_options(runs[0]):
         values = tuple(_option_of(run, name) for run in runs)
@@ -153,7 +153,7 @@ def changed_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, tuple[object
 
 
 def common_fields(runs: Sequence[ComparedRun]) -> tuple[tuple[str, object], ...]:
-    """Return what was set_force of every run alike."""
+    """Return the options that all runs share."""
     changed = {name for name, _ in changed_fields(runs)}
     names = [name for name in _compared_options(runs[0]) if name not in changed]
     return tuple((name, _option_of(runs[0], name)) for name in names)

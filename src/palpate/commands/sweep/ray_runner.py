@@ -124,8 +124,7 @@ def check_ray(address: str) -> None:
 
 def _unreachable(address: str, reason: str) -> str:
     problem = " ".join(reason.split())
-    return f"ray = {address}: cannot be reached ({problem}); `ray start --head` starts a cluster, and prints its
-    address"
+    return f"ray = {address}: cannot be reached ({problem}); `ray start --head` starts one and prints it"
 
 
 @dataclass(slots=True)

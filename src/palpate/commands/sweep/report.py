@@ -126,8 +126,8 @@ def advice(result: SweepResult) -> tuple[str, ...]:
         sentences.append("One seed of each is enough, unless the sensor has noise (--set force_noise=0.01).")
     elif len(result.plan.seeds) == 1 and len(result.records) > 1:
         sentences.append(
-            "With one run of each combination, the effect of the options cannot be separated from chance: --seeds 5 "
-            "into another folder (--out) shows both."
+            "With one run of each combination, the effect of the options cannot be separated from chance: "
+            "--seeds 5 into another folder (--out) shows both."
         )
     return tuple(sentences)
 
