@@ -26,7 +26,7 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, written
-from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.script import plan_for
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
@@ -78,6 +78,11 @@ def run_view(config: ViewConfig) -> CommandResult:
 
 def _watch(config: ViewConfig, console: Console) -> CommandResult:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
+    if ":" not in config.what and config.what not in experiment_names():
+        raise InvalidValueError(
+            f"what = {config.what}: there is neither an experiment nor a folder of this name; experiments are "
+            f"{', '.join(experiment_names())}; a run is named by its folder or its log (.mcap)"
+        )
     experiment = experiment_named(config.what)
     asked = _asked(experiment, config)
     plan = plan_for(experiment, asked)
