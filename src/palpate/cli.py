@@ -64,16 +64,24 @@ class TypedCommand(NamedTuple):
     """A command of the command line.
 
     Attributes:
-        config: Its options, light to import.
+        config: Its options, light to import; the docstring is its help.
         runner: Function that runs it, as module:function; imported when the command runs.
-        summary: One line.
         document: Function that runs it with --json, if `runner` writes rows to standard output.
     """
 
     config: type
     runner: str
-    summary: str
     document: str = ""
+
+    @property
+    def about(self) -> str:
+        """Its help."""
+        return inspect.getdoc(self.config) or ""
+
+    @property
+    def summary(self) -> str:
+        """First line of its help."""
+        return self.about.partition("\n")[0]
 
 
 class CommandGroup(NamedTuple):
@@ -81,151 +89,66 @@ class CommandGroup(NamedTuple):
 
     Attributes:
         commands: By the word that follows.
-        summary: One line.
-        about: More of them, for their help; the summary, if not given.
+        about: Their help.
     """
 
     commands: Mapping[str, TypedCommand]
-    summary: str
-    about: str = ""
+    about: str
+
+    @property
+    def summary(self) -> str:
+        """First line of their help."""
+        return self.about.partition("\n")[0]
 
 
 EXPERIMENT_FLAGS = (Flag.DRY_RUN, Flag.JSON)
 
 COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
-    "sweep": TypedCommand(
-        SweepConfig,
-        "palpate.commands.sweep.command:run_sweep",
-        "Do an experiment for every combination of some options, with several seeds; tables and a picture.",
-    ),
+    "sweep": TypedCommand(SweepConfig, "palpate.commands.sweep.command:run_sweep"),
     "contact": TypedCommand(
-        ContactConfig,
-        "palpate.commands.contact.tool:run_contact",
-        "Turn wrenches, from a file or standard input, into contacts.",
-        document="palpate.commands.contact.tool:contact_result",
+        ContactConfig, "palpate.commands.contact.tool:run_contact", "palpate.commands.contact.tool:contact_result"
     ),
-    "compare": TypedCommand(
-        CompareConfig,
-        "palpate.commands.compare.command:run_compare",
-        "Compare a map with a reference mesh, or runs of one experiment side by side.",
-    ),
+    "compare": TypedCommand(CompareConfig, "palpate.commands.compare.command:run_compare"),
     "calibrate": CommandGroup(
         {
-            "new": TypedCommand(
-                NewSensorConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Make a first sensor file, with comments and units, to start from.",
-            ),
-            "matrix": TypedCommand(
-                MatrixConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Find the calibration matrix from known loads.",
-            ),
-            "payload": TypedCommand(
-                PayloadConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Find mass, centre of mass and bias from static poses.",
-            ),
-            "tare": TypedCommand(
-                TareConfig,
-                "palpate.commands.calibrate.run:run_calibrate",
-                "Find the bias from readings at rest: from a CSV file, or live.",
-            ),
+            "new": TypedCommand(NewSensorConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "matrix": TypedCommand(MatrixConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "payload": TypedCommand(PayloadConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "tare": TypedCommand(TareConfig, "palpate.commands.calibrate.run:run_calibrate"),
         },
-        "Calibrate a force/torque sensor; the sensor file keeps the result.",
         CALIBRATION,
     ),
     "log": CommandGroup(
         {
-            "info": TypedCommand(
-                LogInfoConfig,
-                "palpate.commands.log.command:run_log_info",
-                "Summarise a log: duration, timing, events, what is missing or damaged.",
-            ),
-            "export": TypedCommand(
-                LogExportConfig,
-                "palpate.commands.log.command:run_log_export",
-                "Write a log as tables, CSV or Parquet.",
-            ),
+            "info": TypedCommand(LogInfoConfig, "palpate.commands.log.command:run_log_info"),
+            "export": TypedCommand(LogExportConfig, "palpate.commands.log.command:run_log_export"),
         },
-        "Logs of runs: what is in them, and as tables.",
         "Logs of runs: what is in them, and as tables.\n\nExample: palpate log info runs/explore",
     ),
-    "replay": TypedCommand(
-        ReplayConfig,
-        "palpate.commands.replay.command:run_replay",
-        "Feed the log of a run through sensing and control again, and compare the commands.",
-    ),
-    "view": TypedCommand(
-        ViewConfig,
-        "palpate.commands.view.command:run_view",
-        "Watch a run in the browser, live or from its log; or draw it.",
-    ),
+    "replay": TypedCommand(ReplayConfig, "palpate.commands.replay.command:run_replay"),
+    "view": TypedCommand(ViewConfig, "palpate.commands.view.command:run_view"),
     "robot": CommandGroup(
         {
-            "list": TypedCommand(
-                RobotListConfig,
-                "palpate.commands.robot.tool:run_list",
-                "List the robots that come with palpate.",
-            ),
-            "show": TypedCommand(
-                RobotShowConfig,
-                "palpate.commands.robot.tool:run_show",
-                "Print a robot file: a start for your own.",
-            ),
-            "check": TypedCommand(
-                RobotCheckConfig,
-                "palpate.commands.robot.tool:run_check",
-                "Show how palpate reads a robot file, value by value, or what is wrong with it.",
-            ),
+            "list": TypedCommand(RobotListConfig, "palpate.commands.robot.tool:run_list"),
+            "show": TypedCommand(RobotShowConfig, "palpate.commands.robot.tool:run_show"),
+            "check": TypedCommand(RobotCheckConfig, "palpate.commands.robot.tool:run_check"),
         },
-        "Robot files: those that there are, and yours.",
-        "Robot files: those that there are, and yours.\n\nExample: palpate robot check mine.yaml",
+        "Robot files: those that come with palpate, and yours.\n\nExample: palpate robot check mine.yaml",
     ),
-    "doctor": TypedCommand(
-        DoctorConfig,
-        "palpate.commands.doctor.command:run_doctor",
-        "Connect to a robot's devices, measure their condition, and report what to fix. Moves nothing.",
-    ),
+    "doctor": TypedCommand(DoctorConfig, "palpate.commands.doctor.command:run_doctor"),
     "emulate": CommandGroup(
         {
-            "ur": TypedCommand(
-                EmulateUrConfig,
-                "palpate.commands.emulate.command:run_emulate",
-                "Emulate a controller of Universal Robots, on its ports at an address of this computer.",
-            ),
-            "dynamixel": TypedCommand(
-                EmulateDynamixelConfig,
-                "palpate.commands.emulate.command:run_emulate",
-                "Emulate a bus of Dynamixel servos on a terminal.",
-            ),
-            "netft": TypedCommand(
-                EmulateNetftConfig,
-                "palpate.commands.emulate.command:run_emulate",
-                "Emulate an ATI Net F/T box or an OnRobot HEX.",
-            ),
-            "fault": TypedCommand(
-                EmulateFaultConfig,
-                "palpate.commands.emulate.command:run_fault",
-                "Switch a fault of a device that is being emulated.",
-            ),
+            "ur": TypedCommand(EmulateUrConfig, "palpate.commands.emulate.command:run_emulate"),
+            "dynamixel": TypedCommand(EmulateDynamixelConfig, "palpate.commands.emulate.command:run_emulate"),
+            "netft": TypedCommand(EmulateNetftConfig, "palpate.commands.emulate.command:run_emulate"),
+            "fault": TypedCommand(EmulateFaultConfig, "palpate.commands.emulate.command:run_fault"),
         },
-        "Emulated devices, for palpate or any other software that talks to the real ones.",
         "Emulated devices, for palpate or any other software that talks to the real ones.\n\n"
         "Example: palpate emulate ur",
     ),
-    "warm-up": TypedCommand(
-        WarmUpConfig,
-        "palpate.commands.warm_up.command:run_warm_up",
-        "Compile once what would otherwise be compiled when it is first needed.",
-    ),
-    "completion": TypedCommand(
-        CompletionConfig,
-        "palpate.cli:run_completion",
-        "Print a script that makes a shell complete all of this.",
-    ),
+    "warm-up": TypedCommand(WarmUpConfig, "palpate.commands.warm_up.command:run_warm_up"),
+    "completion": TypedCommand(CompletionConfig, "palpate.cli:run_completion"),
 }
-
 
 Typed = Mapping[str, "TypedCommand | CommandGroup | Experiment"]
 """Commands and experiments by name."""
@@ -279,8 +202,7 @@ def _run(commands: Typed, typed: str, about: str, arguments: Sequence[str]) -> C
     if chosen is None and not word.startswith("-") and (":" in word or word in experiment_names()):
         chosen = experiment_named(word)
     if isinstance(chosen, CommandGroup):
-        about = chosen.about or chosen.summary
-        return _run(chosen.commands, f"{typed} {word}", about, arguments[1:] or ["--help"])
+        return _run(chosen.commands, f"{typed} {word}", chosen.about, arguments[1:] or ["--help"])
     if isinstance(chosen, TypedCommand):
         return _carry_out(chosen, f"{typed} {word}", arguments[1:])
     if chosen is not None:
@@ -302,9 +224,8 @@ def _no_command(word: str, commands: Typed, typed: str) -> str:
 
 
 def _carry_out(command: TypedCommand, typed: str, arguments: Sequence[str]) -> CommandResult | int:
-    about = inspect.getdoc(command.config)
     config: Any
-    config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=about)
+    config, flags = read_flagged(command.config, typed, arguments, (Flag.JSON,), description=command.about)
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
     runner = _function(command.document if Flag.JSON in flags and command.document else command.runner)
     start_up.over()

@@ -161,7 +161,7 @@ def test_without_an_argument_it_is_shown_what_to_type(capsys):
 
 
 def test_what_is_neither_an_experiment_nor_a_folder_is_refused_with_what_there_is():
-    with pytest.raises(InvalidValueError, match="neither an experiment nor a folder .*; experiments are"):
+    with pytest.raises(InvalidValueError, match=r"neither an experiment nor a folder .*; experiments are"):
         run_view(ViewConfig("nothing"))
 
 

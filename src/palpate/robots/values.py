@@ -28,12 +28,7 @@ def values_of(robot: Robot) -> dict[str, object]:
     sensor = robot.sensors[0]
     if isinstance(robot.file.backend, RigEntry) and sensor is not None:
         force, moment = max(sensor.noise_force), max(sensor.noise_moment)
-    return {
-        "tip": tip_sizes(robot),
-        "force_noise": force,
-        "moment_noise": moment,
-        "period": robot.file.period,
-    }
+    return {"tip": tip_sizes(robot), "force_noise": force, "moment_noise": moment, "period": robot.file.period}
 
 
 def on_robot(config: "Config", robot: Robot) -> "Config":

@@ -16,11 +16,7 @@ import numpy as np
 from palpate.commands.calibrate.config import LARGEST_RAW, RotationOrder
 from palpate.commands.wrench_csv import COMPONENTS, FORCE_UNITS, LONGEST_LINE, MOMENT_UNITS
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.sensing.ft.poses import (
-    ROTATION_TOLERANCE,
-    specific_force_from_gravity,
-    specific_force_from_rotations,
-)
+from palpate.sensing.ft.poses import ROTATION_TOLERANCE, specific_force_from_gravity, specific_force_from_rotations
 from palpate.spatial import Vector, Wrench
 
 LARGEST_FILE = 1 << 26

@@ -6,15 +6,11 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from palpate.commands.calibrate.config import (
-    TareConfig,
-)
+from palpate.commands.calibrate.config import TareConfig
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime import Backend, Command, Pacer, Sample, WrenchSample
 from palpate.runtime.wrapped_backend import WrappedBackend
-from palpate.sensing.ft import (
-    SensorFile,
-)
+from palpate.sensing.ft import SensorFile
 from palpate.spatial import Vector, Wrench
 
 LEAST_TIP_MASS = 1e-6

@@ -7,13 +7,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from palpate.sensing.ft import (
-    BiasEstimate,
-    CalibrationFit,
-    Drift,
-    IdentifiedPayload,
-    SensorFile,
-)
+from palpate.sensing.ft import BiasEstimate, CalibrationFit, Drift, IdentifiedPayload, SensorFile
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.calibration import LARGEST_CONDITION, LARGEST_ERROR
 from palpate.sensing.ft.payload import TWO_SIDED

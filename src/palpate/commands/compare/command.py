@@ -69,12 +69,7 @@ def run_compare(config: CompareConfig) -> CommandResult:
         touched = read_map(config.map, _METRES[config.map_unit], config.samples)
         region = None if config.region is None else (config.region[:3], config.region[3:])
         found = compare(
-            touched,
-            reference,
-            within=config.within,
-            region=region,
-            aligned=config.align,
-            samples=config.samples,
+            touched, reference, within=config.within, region=region, aligned=config.align, samples=config.samples
         )
     make_folder(folder)
     table = Table(title=Text(f"{config.map.name} against {config.reference.name}"), show_header=False)

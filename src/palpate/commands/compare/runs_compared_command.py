@@ -65,10 +65,7 @@ def compare_runs(places: Sequence[Path], out: Path | None) -> CommandResult:
 
 
 def _table(
-    report: Report,
-    names: Sequence[str],
-    figures: Sequence[ComparedFigure],
-    differences: Sequence[tuple[str, ...]],
+    report: Report, names: Sequence[str], figures: Sequence[ComparedFigure], differences: Sequence[tuple[str, ...]]
 ) -> Table:
     """Return the table of differing options and of figures side by side."""
     table = Table(title=Text(report.title), caption=Text(report.outcome))

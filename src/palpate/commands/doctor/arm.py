@@ -41,15 +41,7 @@ def arm_findings(robot: Robot, arm: UrArm, seconds: float) -> Iterator[DoctorFin
     yield from timing_findings(robot, name, watched)
     cycles = cycle_rate(arm.version)
     network = "check cable and switch: a connection of its own between this computer and the controller"
-    yield judged(
-        name,
-        "rate",
-        watched.rate,
-        "Hz",
-        f"{cycles:g}",
-        watched.rate >= SLOW_SHARE * cycles,
-        network,
-    )
+    yield judged(name, "rate", watched.rate, "Hz", f"{cycles:g}", watched.rate >= SLOW_SHARE * cycles, network)
     yield judged(
         name,
         "control period",

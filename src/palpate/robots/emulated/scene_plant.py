@@ -38,10 +38,7 @@ class ScenePlant:
     """
 
     def __init__(
-        self,
-        backend: SceneBackend,
-        trace: TruthTrace | None = None,
-        servos: Servos | None = None,
+        self, backend: SceneBackend, trace: TruthTrace | None = None, servos: Servos | None = None
     ) -> None:
         """Take a scene.
 

@@ -65,10 +65,7 @@ def build_emulated_ur5e(robot: Robot, task: Task) -> RobotInScene:
         fingers=(FingerSensor(sensor, SensorPayload(tip.mass, tip.center_of_mass)),),
     )
     backend = EmulatedBackend(
-        scene,
-        lambda process, memory: EmulatedUr5e(robot, task, process, memory),
-        rig,
-        entry.time_scale,
+        scene, lambda process, memory: EmulatedUr5e(robot, task, process, memory), rig, entry.time_scale
     )
     return replace(
         ready,
