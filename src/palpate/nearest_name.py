@@ -21,7 +21,7 @@ UNITS = (
     "Hz",
     "s",
 )
-"""Endings of keys that say a unit, the longer before those that they end in."""
+"""Unit suffixes of keys, longer ones first."""
 
 # fmt: off
 OTHER_UNITS = (

@@ -441,6 +441,7 @@ MISTAKES = {
     "impossible": (["LOG", "--set", "force=100"], ["force = 100 N", "15 N"]),
     "in millimetres": (["LOG", "--set", "speed=20"], ["speed = 20 m/s", "for 20 mm/s give 0.02"]),
     "changes out of bounds": (["LOG", "--set", "stiffness=1900"], ["recorded at t = 1.5", "force_gain"]),
+    "a robot of another kind": (["LOG", "--set", "robot=ur5e-sim"], ["as recorded, of stage", "of that kind"]),
     "no robot": (["LOG", "--set", "robot=stag"], ["stag"]),
     "no colon": (["LOG", "--controller", "mine"], ["MODULE:NAME", "mine:make"]),
     "a path": (["LOG", "--controller", "./mine.py:make"], ["there is no file ./mine.py"]),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.experiments.kit import NOISY, TOUCHED, WRITTEN, Figure, check_options, option
+from palpate.experiments.kit import TOUCHED, Figure, check_options, option
 
 STIFFNESS = 20e3  # of the simulated contact [N/m]
 ALONG = 1e-4  # between two heights of a profile [m]
@@ -37,9 +37,9 @@ class TextureConfig:
     """Of the ripples [m]."""
     robot: str = "stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the sensor's noise."""
-    out: Path = option(Path("runs/texture"), fixed=WRITTEN)
+    out: Path = Path("runs/texture")
     """Folder for report, log and profiles."""
 
     def __post_init__(self) -> None:

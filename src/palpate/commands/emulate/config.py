@@ -28,7 +28,7 @@ MOST_SERVOS = 16
 class EmulateUrConfig:
     """Emulate a controller of Universal Robots: RTDE, script port and dashboard, for any client.
 
-    Its UR5e moves as it is told, and may touch an elastic plane. It has no dynamics: for those, `palpate explore
+    Its UR5e moves as commanded, and may touch an elastic plane. It has no dynamics: for those, `palpate explore
     --robot emulated-ur5e`. Runs until Ctrl-C.
 
     Example: palpate emulate ur, then in Python: rtde_receive.RTDEReceiveInterface("127.0.0.2").getActualTCPPose()
@@ -51,7 +51,7 @@ class EmulateUrConfig:
     """Faults from the beginning, with their values. More can be switched while it runs: palpate emulate fault."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    which is told in words at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end."""
 
     def __post_init__(self) -> None:
         checked_address(self.address)
@@ -79,7 +79,7 @@ class EmulateDynamixelConfig:
     wall: float | None = None
     """Where an elastic wall stops the shafts [rad from the middle of their turn]. Left out: nowhere."""
     baud_rate: int = 1_000_000
-    """At which the servos hear and speak [1/s]."""
+    """Of the servos' bus [1/s]."""
     scale: Annotated[float, tyro.conf.arg(name="time-scale", aliases=("--scale",))] = 1.0
     """Seconds of the servos' motion per second of wall time."""
     seed: int = 0
@@ -88,7 +88,7 @@ class EmulateDynamixelConfig:
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    which is told in words at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.servos <= MOST_SERVOS:
@@ -112,14 +112,14 @@ class EmulateNetftConfig:
     make: Literal["ati", "onrobot"] = "ati"
     """Whose box: they differ in units, commands and calibration."""
     rate: float = 1000.0
-    """Records per second, up to 7000. An OnRobot's client says it."""
+    """Records per second, up to 7000. An OnRobot's client sets it."""
     load: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """What it shows: three forces [N] and three moments [N m]."""
     fault: FastFaults = ()
     """Faults from the beginning, with their values."""
     control_port: ControlPort = 0
     """On which faults are switched, of this computer alone; once it listens, the device does. 0: any free one,
-    which is told in words at the beginning, and with --json at the end."""
+    printed at the beginning, and with --json at the end."""
 
     def __post_init__(self) -> None:
         checked_address(self.address)
@@ -137,9 +137,9 @@ class EmulateFaultConfig:
     """
 
     port: Annotated[int, tyro.conf.Positional, tyro.conf.arg(metavar="PORT")]
-    """Of the emulator's control, as it said when it began."""
+    """Of the emulator's control, as printed at its start."""
     device: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DEVICE")]
-    """Its name, as it said, too."""
+    """Its name, as printed likewise."""
     fault: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="FAULT")]
     """Which."""
     value: Annotated[float, tyro.conf.Positional, tyro.conf.arg(metavar="VALUE")] = 1.0
@@ -147,7 +147,7 @@ class EmulateFaultConfig:
 
     def __post_init__(self) -> None:
         if not 0 < self.port < 65536:
-            raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, as the emulator said it")
+            raise InvalidValueError(f"port = {self.port}: must be from 1 to 65535, as the emulator printed it")
 
 
 EmulateConfig = EmulateUrConfig | EmulateDynamixelConfig | EmulateNetftConfig

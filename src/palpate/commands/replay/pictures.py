@@ -66,7 +66,7 @@ def felt_picture(recorded: Record, replayed: Record) -> Picture | None:
         title="Felt normal force",
         caption=(
             "The normal force that touch found in the same samples, then and now. It differs only if what sensing "
-            "goes by was changed: fingertip, sensor, or set force and stiffness (how far the tip gives way)."
+            "goes by was changed: fingertip, sensor, or set force and stiffness (how far the tip yields)."
         ),
         full=_felt(recorded, replayed, Width.FULL),
         narrow=_felt(recorded, replayed, Width.HALF),

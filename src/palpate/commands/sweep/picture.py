@@ -134,19 +134,21 @@ def _panels(result: SweepResult) -> list[_Panel]:
 def _caption(result: SweepResult, figure: Figure, panels: Sequence[_Panel]) -> str:
     seeds = len(result.plan.seeds)
     if panels[0].along is None:
-        said = "Each point is a run, one per seed; the line is their median."
+        caption = "Each point is a run, one per seed; the line is their median."
     elif is_share(_known(result, figure)):
-        said = "Share of the runs for which it is so."
+        caption = "Share of the runs for which it is so."
     elif panels[0].is_map:
-        said = "Medians over the seeds, as colours; grey where no run got to its end."
+        caption = "Medians over the seeds, as colours; grey where no run got to its end."
     elif seeds == 1 and len(panels) == 1:
-        said = "One run each: what is chance, only more seeds can tell."
+        caption = "One run each: only more seeds can show what is chance."
     else:
-        said = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %"
-        said += f", {seeds} seeds each." if len(panels) == 1 else ", over all seeds and all other options."
-        said += " Where bands do not meet, the difference is hardly chance."
+        caption = f"Medians; bands hold the runs from {LOW:g} to {HIGH:g} %"
+        caption += f", {seeds} seeds each." if len(panels) == 1 else ", over all seeds and all other options."
+        caption += " Where bands do not meet, the difference is hardly chance."
     left = len(result.failures)
-    return said + (f" {left} run{'s' if left > 1 else ''} that did not get to the end left out." if left else "")
+    return caption + (
+        f" {left} run{'s' if left > 1 else ''} that did not get to the end left out." if left else ""
+    )
 
 
 def _known(result: SweepResult, figure: Figure) -> list[bool | int | float]:

@@ -26,7 +26,7 @@ from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, written
-from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.script import plan_for
 from palpate.robots.drivers import check_drivers
 from palpate.runtime import Ending, result_until
@@ -49,10 +49,11 @@ OWN = {"config": "give it as --config FILE.YAML"}
 """What --set does not take, and what to type."""
 
 STARTING = "starting the view"
-"""Said at once: the process that makes the map's surface, and the server, take seconds on a busy computer."""
+"""Printed immediately: the process that makes the map's surface, and the server, take seconds on a busy
+computer."""
 
 ENDED = "Stopping: writing the log, and working out what was found (Ctrl-C again: stop without that)"
-"""Said at once after a Ctrl-C while it runs."""
+"""Printed immediately after Ctrl-C during the run."""
 
 
 def run_view(config: ViewConfig) -> CommandResult:
@@ -77,6 +78,11 @@ def run_view(config: ViewConfig) -> CommandResult:
 
 def _watch(config: ViewConfig, console: Console) -> CommandResult:
     """Carry an experiment out, recorded, while people watch; the view stays open when the run is over."""
+    if ":" not in config.what and config.what not in experiment_names():
+        raise InvalidValueError(
+            f"what = {config.what}: there is neither an experiment nor a folder of this name; experiments are "
+            f"{', '.join(experiment_names())}; a run is named by its folder or its log (.mcap)"
+        )
     experiment = experiment_named(config.what)
     asked = _asked(experiment, config)
     plan = plan_for(experiment, asked)
@@ -129,7 +135,7 @@ def _watch(config: ViewConfig, console: Console) -> CommandResult:
 
 
 def _asked(experiment: Experiment, config: ViewConfig) -> Any:
-    """What the experiment is to be like: --set goes before --config."""
+    """Return the experiment's configuration; --set overrides --config."""
     kind = experiment.Config
     overlay = {} if config.config is None else load_overlay(config.config, experiment.name, kind)
     return kind(**overlay | set_options(config.set, kind, OWN))
@@ -179,7 +185,7 @@ def _frames(log: Log, scene: ViewScene, console: Console) -> Frames:
         return frames_of_log(log)
     poses = free_poses_in(log)
     if poses is None:
-        say(console, f"{log.path}: no log says where the object was: it stands where it stood at the start")
+        say(console, f"{log.path}: the log does not record the object's pose: it is shown at its start")
     return frames_of_log(log, poses)
 
 

@@ -37,7 +37,7 @@ from palpate.experiments.kit.contact_checks import (
     TOUCH_DEVIATIONS,
     check_force_noise,
 )
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
+from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
 
 SHORTEST_SWING = 0.1
 """Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""
@@ -147,9 +147,9 @@ class ExploreConfig:
     beyond: bool = option(False, of=_WITHIN)
     """raster, spiral, taps, active: also go where the object may end or be too steep, as on an unknown object.
     What cannot be felt there is marked instead of being refused beforehand."""
-    friction: float = option(0.3, fixed=TOUCHED)
+    friction: float = option(0.3, fixed=TOUCHED, symbol="mu")
     """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED)
+    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e")
     """Largest spin torque per largest friction force [m]."""
     stiffness: float = option(20e3, "N/m", bound="positive")
     """Contact stiffness [N/m]. The compliance correction takes it as known, and without --identify so does the
@@ -158,7 +158,7 @@ class ExploreConfig:
     """Standard deviation of the sensor's force noise [N], each axis."""
     moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
     period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
@@ -168,7 +168,7 @@ class ExploreConfig:
     that nothing jumps."""
     robot: str = "stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    out: Path = option(Path("runs/explore"), fixed=WRITTEN)
+    out: Path = Path("runs/explore")
     """Folder for the report, the points and the map."""
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ from palpate.experiments.kit.config_checks import (
     check_tip,
 )
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
-from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
+from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, check_options, option
 from palpate.friction.limit_surface import LimitSurface
 
 RubbedName = Literal["plate", "box", "sphere"]
@@ -90,14 +90,14 @@ class FrictionConfig:
     radius."""
     size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
     """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
-    friction: float = option(0.5, fixed=TOUCHED)
+    friction: float = option(0.5, fixed=TOUCHED, symbol="mu")
     """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
-    spin_length: float = option(0.003, "m", fixed=TOUCHED)
+    spin_length: float = option(0.003, "m", fixed=TOUCHED, symbol="e")
     """Its true e at 1 N: largest spin torque per largest friction force [m]."""
-    norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive")
+    norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive", symbol="p")
     """Its true p: how force and torque share, 2 (ellipse) to 1 (diamond). This and the next five make the friction
     plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
-    load_exponent: float | None = option(None, fixed=TOUCHED, bound="not negative")
+    load_exponent: float | None = option(None, fixed=TOUCHED, bound="not negative", symbol="gamma")
     """Its true gamma: e grows as load^gamma, 0 to 1/3."""
     static_friction: float | None = option(None, fixed=TOUCHED, bound="positive")
     """Its true mu at rest, at least --friction."""
@@ -143,7 +143,7 @@ class FrictionConfig:
     """Standard deviation of the sensor's moment noise [N m], each axis."""
     period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
     library: Path | None = option(None, fixed="a replay recognises nothing; rub again", kept=LIBRARY_TEXT)
     """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
@@ -152,7 +152,7 @@ class FrictionConfig:
     robot: str = "turning-stage"
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
     that cannot turn its tip finds mu, but not e."""
-    out: Path = option(Path("runs/friction"), fixed=WRITTEN)
+    out: Path = Path("runs/friction")
     """Folder for friction.yaml, the report and the log."""
 
     def __post_init__(self) -> None:

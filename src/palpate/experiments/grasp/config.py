@@ -7,7 +7,7 @@ from typing import Literal
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.grip_laws import COULOMB, LIMIT_SURFACE, check_grip_law
 from palpate.experiments.kit.config_checks import check_friction, check_seed, check_size, check_spin_length
-from palpate.experiments.kit.options import NOISY, WRITTEN, check_options, option
+from palpate.experiments.kit.options import NOISY, check_options, option
 
 HeldName = Literal["box", "cylinder", "sphere"]
 LoadName = Literal["ramp", "step", "shake", "none"]
@@ -115,15 +115,15 @@ class GraspConfig:
     """Of the object [kg]."""
     fingers: int = option(2, fixed="the samples are as recorded, of the fingers that there were")
     """How many the hand has: 2 (a parallel gripper) or 3."""
-    friction: float | None = option(None, fixed=FELT)
+    friction: float | None = option(None, fixed=FELT, symbol="mu")
     """True friction coefficient mu between fingertips and object. Left out, as the next three: that of
     --friction-file, else 0.5."""
-    spin_length: float | None = option(None, "m", fixed=FELT)
+    spin_length: float | None = option(None, "m", fixed=FELT, symbol="e")
     """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
-    norm_exponent: float | None = option(None, fixed=FELT, bound="positive")
+    norm_exponent: float | None = option(None, fixed=FELT, bound="positive", symbol="p")
     """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
     an ellipse of constant size is rubbed by the friction plant."""
-    load_exponent: float | None = option(None, fixed=FELT, bound="not negative")
+    load_exponent: float | None = option(None, fixed=FELT, bound="not negative", symbol="gamma")
     """True gamma: e grows as load^gamma, 0 to 1/3. Left out, and nothing found: 0."""
     plant: bool = option(False, fixed=FELT)
     """Rub by the friction plant, whose contacts stick on bristles and report slip, not by MuJoCo."""
@@ -182,7 +182,7 @@ class GraspConfig:
     """A robot that comes with palpate and has a hand (emulated-hand, ur5e-hand), or a robot file. Left out: the
     simulated hand. The truth of a real one is unknown: the belief is typed or comes from --friction-file.
     Its open hand is placed around the object before the run, and nothing pulls but the people there."""
-    out: Path = option(Path("runs/grasp"), fixed=WRITTEN)
+    out: Path = Path("runs/grasp")
     """Folder for the report, the table and the log."""
 
     def __post_init__(self) -> None:

@@ -76,10 +76,11 @@ class LoggedRun:
         for each in fields(self.config):
             if each.name in settings and spec_of(each).kept:
                 texts.pop(spec_of(each).kept, None)
-        if robot is None and "robot" in settings and settings["robot"] is not None:
+        recorded = read_robot(texts) if ROBOT_TEXT in texts else None
+        if robot is None and settings.get("robot") is not None:
             robot = load_named_robot(str(settings["robot"]))
-        elif robot is None and ROBOT_TEXT in texts:
-            robot = read_robot(texts)
+            _check_kind(robot, recorded)
+        robot = robot or recorded
         return self.experiment.plan(self.config if config is None else config, robot, texts)
 
     def backend(self) -> Backend:
@@ -109,3 +110,13 @@ class LoggedRun:
         ending = Ending(endings[-1]) if endings and endings[-1] in list(Ending) else Ending.INTERRUPTED
         kept = RecordingSummary(self.log.path, len(self.log))
         return replace(again, ending=ending, trip=None, error=None, stopped=True, recording=kept)
+
+
+def _check_kind(robot: Robot, recorded: Robot | None) -> None:
+    """Refuse a robot with another kind of back end than the recorded one: the samples are of that one."""
+    kinds = [each.file.backend.__struct_config__.tag for each in (robot, recorded) if each is not None]
+    if len(set(kinds)) > 1:
+        raise InvalidValueError(
+            f"robot = {robot.file.name}: its back end is {kinds[0]}, and the samples are as recorded, of "
+            f"{kinds[1]}; name a robot of that kind, as one with other limits"
+        )

@@ -1,4 +1,4 @@
-"""Options of an experiment, as metadata of its `Config`'s fields: unit, bounds, replay, owner.
+"""Options of an experiment, as metadata of its `Config`'s fields: unit, symbol, bounds, replay, owner.
 
 Imports nothing heavy. Checks, replays, reports, sweeps and comparisons all read it from here.
 """
@@ -42,6 +42,7 @@ class OptionSpec:
         least: It must not be below 0.
         kept: Name of the text by which a log keeps the content of this option's file; empty if it keeps none.
         once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
+        symbol: What the literature calls it, as mu; --set and --vary take it, too.
     """
 
     unit: str = ""
@@ -53,9 +54,12 @@ class OptionSpec:
     least: bool = False
     kept: str = ""
     once: bool = False
+    symbol: str = ""
 
 
-NO_SPEC = OptionSpec()
+UNSPECIFIED = OptionSpec()
+STANDARD = {"seed": OptionSpec(fixed=NOISY), "out": OptionSpec(fixed=WRITTEN)}
+"""Of options that every experiment has, unless their fields specify otherwise."""
 
 
 def option(
@@ -68,6 +72,7 @@ def option(
     bound: Literal["", "positive", "not negative"] = "",
     kept: str = "",
     once: bool = False,
+    symbol: str = "",
 ) -> Any:
     """Return the field of an option; see `OptionSpec`.
 
@@ -83,21 +88,28 @@ def option(
         bound: What numbers must be, if given at all.
         kept: Name of the text by which a log keeps its file.
         once: Whether a replay sets it back to its default.
+        symbol: What the literature calls it.
     """
-    spec = OptionSpec(unit, fixed, of[0], of[1], hint, bound == "positive", bound == "not negative", kept, once)
+    above, least = bound == "positive", bound == "not negative"
+    spec = OptionSpec(unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol)
     return field(default=default, metadata={KEY: spec})
 
 
 def spec_of(option: "Field[Any]") -> OptionSpec:
-    """Return the specification of a field."""
-    spec = option.metadata.get(KEY, NO_SPEC)
+    """Return the metadata of a field."""
+    spec = option.metadata.get(KEY) or STANDARD.get(option.name, UNSPECIFIED)
     assert isinstance(spec, OptionSpec)
     return spec
 
 
 def specs_of(kind: type) -> dict[str, OptionSpec]:
-    """Return the specification of each option of a `Config`, by name."""
+    """Return the metadata of each option of a `Config`, by name."""
     return {each.name: spec_of(each) for each in fields(kind)}
+
+
+def option_of_symbol(kind: type, symbol: str) -> str | None:
+    """Return the name of the option of a `Config` that the literature calls so; None if there is none."""
+    return next((name for name, spec in specs_of(kind).items() if symbol and spec.symbol == symbol), None)
 
 
 def lasting(config: Any) -> Any:

@@ -17,7 +17,7 @@ from palpate.experiments.kit.config_checks import (
     speed_hint,
 )
 from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, WRITTEN, check_options, option
+from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
 
 PressedName = Literal["plate", "sphere"]
 SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
@@ -144,9 +144,9 @@ class RegulateConfig:
     landing_speed: float | None = option(None, "m/s", bound="positive")
     """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most
     5 mm/s; 0.5 mm/s on a sine surface, which is then met near its turning point."""
-    friction: float = option(0.3, fixed=TOUCHED)
+    friction: float = option(0.3, fixed=TOUCHED, symbol="mu")
     """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED)
+    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e")
     """Largest spin torque per largest friction force [m]."""
     drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
     """Drift of the sensor's zero along its z [N/min], for a robot whose sensor has a range (as stage-nano17)."""
@@ -159,11 +159,11 @@ class RegulateConfig:
     """Standard deviation of the sensor's moment noise [N m], each axis."""
     period: float | None = option(None, "s", fixed=PERIODIC)
     """Control period [s]."""
-    seed: int = option(0, fixed=NOISY)
+    seed: int = 0
     """Seed of the noise: the same seed gives the same run."""
     robot: str = option("stage")
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
-    out: Path = option(Path("runs/regulate"), fixed=WRITTEN)
+    out: Path = Path("runs/regulate")
     """Folder for the report and the log."""
 
     def __post_init__(self) -> None:
