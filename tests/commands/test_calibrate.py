@@ -274,7 +274,7 @@ def test_raw_unit_and_range_must_come_from_somewhere(tmp_path):
     refused(MatrixConfig(loads, sensor, raw_range=(-10.0, 10.0)), "--raw-unit")
     refused(MatrixConfig(loads, sensor, raw_unit="V", raw_range=(-1.0, 1.0)), "saturated", "line 2")
     loads = written(tmp_path, loads_csv(np.random.default_rng(3), unit="_mV"))
-    refused(MatrixConfig(loads, sensor, raw_unit="V", raw_range=(-10.0, 10.0)), "says mV")
+    refused(MatrixConfig(loads, sensor, raw_unit="V", raw_range=(-10.0, 10.0)), "has mV")
     refused(MatrixConfig(loads, sensor, out=loads, raw_unit="mV", raw_range=(-10.0, 10.0)), "is the input")
 
 
