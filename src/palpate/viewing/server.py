@@ -53,9 +53,7 @@ class ViewServer(viser.ViserServer):
             raise ViewUnavailableError(_taken(host, free))
         if not self.guard.in_force:
             self.stop()
-            raise ViewUnavailableError(
-                f"viser {viser.__version__} lets nobody check its requests: install viser 1.1.1"
-            )
+            raise ViewUnavailableError(f"viser {viser.__version__}: its requests cannot be checked; install 1.1.1")
         self._host_shown = host
         self._name_tab(label)
 
