@@ -44,8 +44,8 @@ PERIOD = 2e-3
 ASKED = 1.2
 """What the 99 % lateness with strangers may be of that without (issue)."""
 
-WARM_UP = 1.0
-"""[s] of each turn that do not count."""
+WARM_UP = 4.0
+"""[s] of each turn that do not count: the strangers come."""
 
 
 def controller() -> Host:
@@ -125,9 +125,9 @@ def main() -> None:
                     "--strangers",
                     *where,
                 ]
+                sleep(1.0)  # until those of before are gone
+                arm.recover()  # it has waited too long for a command; needs the dashboard, which strangers may fill
                 crowd = subprocess.Popen(command) if strangers else None
-                sleep(4.0)  # until they have come, or gone
-                arm.recover()
                 before = emulator.control.state()
                 turns[strangers].append(lateness(arm, view, periods, asked.seconds))
                 stalls[strangers].append(stalled(before, emulator.control.state()))

@@ -44,7 +44,7 @@ EVERYWHERE = ("", "0.0.0.0", "::")
 _log = logging.getLogger("palpate")
 
 _UNREPORTED = logging.getLogger("palpate.viewing.connections")
-"""What websockets has to say of each connection that fails: strangers could fill a terminal with it."""
+"""Where websockets reports each connection that fails: strangers could fill a terminal with it."""
 _UNREPORTED.propagate = False
 _UNREPORTED.addHandler(logging.NullHandler())
 

@@ -22,7 +22,7 @@ ANY_PORT = 0
 
 
 class ViewUnavailableError(PalpateError, OSError):
-    """The view cannot be served: the message says why, and what to do."""
+    """The view cannot be served; the message has the reason and the remedy."""
 
 
 class ViewServer(viser.ViserServer):
@@ -68,7 +68,7 @@ class ViewServer(viser.ViserServer):
         return None
 
     def _name_tab(self, name: str) -> None:
-        """Name the browser's tab: viser calls it Viser, and has no public way to say otherwise."""
+        """Name the browser's tab: viser calls it Viser, and has no public method to change that."""
         with contextlib.suppress(ImportError, AttributeError):  # of another version: then it stays so
             from viser._messages import RunJavascriptMessage
 
