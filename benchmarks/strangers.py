@@ -126,7 +126,7 @@ def main() -> None:
                     *where,
                 ]
                 sleep(1.0)  # until those of before are gone
-                arm.recover()  # it has waited too long for a command; needs the dashboard, which strangers may fill
+                arm.recover()  # it has waited for a command; by the dashboard, which strangers may fill
                 crowd = subprocess.Popen(command) if strangers else None
                 before = emulator.control.state()
                 turns[strangers].append(lateness(arm, view, periods, asked.seconds))
